@@ -1,0 +1,1 @@
+"""Poincaré maps and frequency maps of planar affinely-rigid bodies."""

@@ -1,0 +1,131 @@
+"""The only place that configures Numba: decorators, lane width, compile cache (layer L0)."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import os
+import platform
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import types
+from numba.core import config
+
+LANES = 64
+"""Orbits in a lane block. A constant of the compiled code: a state block is a flat array whose row r
+starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
+
+JIT_DISABLED = bool(config.DISABLE_JIT)
+OPTIONS = {"error_model": "numpy", "nogil": True}
+
+# The workqueue threading layer is not safe for concurrent callers, so parallel kernels take turns.
+PARALLEL_LOCK = threading.Lock()
+
+
+@functools.cache
+def package_hash() -> str:
+    """Hash of every source file of the package and of what compiles it: the key of the compile cache."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
+    root = Path(__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:20]
+
+
+def cache_root() -> Path:
+    """Folder of all compile caches: $FASTAFF_CACHE_DIR, else fastaff/ in the user's cache folder."""
+    named = os.environ.get("FASTAFF_CACHE_DIR")
+    if named:
+        return Path(named)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData/Local")) / "fastaff"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "fastaff"
+
+
+@functools.cache
+def cache_directory() -> Path | None:
+    """Writable cache folder of exactly these sources; None, after one warning, where none can be written."""
+    folder = cache_root() / package_hash()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".probe-{os.getpid()}-{threading.get_ident()}"
+        probe.touch()
+        probe.unlink()
+    except OSError as problem:
+        warnings.warn(
+            f"fastaff cannot write its compile cache ({problem}); kernels are compiled anew in every process. "
+            "Set FASTAFF_CACHE_DIR to a writable folder.",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        return None
+    return folder
+
+
+@contextlib.contextmanager
+def _private_cache(folder: Path | None) -> Iterator[bool]:
+    """Point Numba's cache at `folder` while a function is decorated; yields whether to cache at all."""
+    if folder is None:
+        yield False
+        return
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield True
+    finally:
+        config.CACHE_DIR = before
+
+
+def jit(function: Callable | None = None, *, parallel: bool = False) -> Callable:
+    """Compile a kernel at its first call: strict floating point, no GIL, cached by package content."""
+    if function is None:
+        return functools.partial(jit, parallel=parallel)
+    if JIT_DISABLED:
+        return function
+    with _private_cache(cache_directory()) as cache:
+        return numba.njit(function, parallel=parallel, cache=cache, **OPTIONS)
+
+
+class BlockFunction(types.WrapperAddressProtocol):
+    """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
+
+    def __init__(self, function: Callable, signature: Any, *, cache: bool):
+        with _private_cache(cache_directory() if cache else None) as enabled:
+            self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
+        self._signature = signature
+        self._address = self._compiled.address
+
+    def __wrapper_address__(self) -> int:
+        return self._address
+
+    def signature(self) -> Any:
+        return self._signature
+
+
+def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable:
+    """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled)."""
+    return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache)
+
+
+_f8, _i8 = types.float64, types.int64
+_vector = types.Array(_f8, 1, "C")
+SIGNATURES = {
+    # (params, lanes, drift, kick, step, z): q += drift*step*velocity(p), then p += kick*step*force(q)
+    "stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
+    # (params, lanes, z, result)
+    "derivative": types.void(_vector, _i8, _vector, _vector),
+    "value": types.void(_vector, _i8, _vector, _vector),
+    # (params, lanes, escape radius, z, status)
+    "check": types.void(_vector, _i8, _f8, _vector, _vector),
+    # (params, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
+    "observe": _i8(
+        _vector, _i8, types.Array(_i8, 1, "C"), _vector, _vector, _vector, _vector, types.Array(_f8, 2, "C"), _vector
+    ),
+}

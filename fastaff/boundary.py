@@ -1,0 +1,148 @@
+"""The checks of what a user hands in: each raises at once, naming the argument, what it got and what it takes (layer L2b)."""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any
+
+import numpy as np
+
+from ._blocks import is_value, parameters
+from .models import Body
+from .schemes import SCHEMES, RungeKutta, Splitting
+
+_METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
+
+
+def positive(name: str, value: Any) -> float:
+    """Return `value` as a finite float above 0."""
+    number = real(name, value)
+    if not number > 0.0:
+        raise ValueError(f"{name} must be positive, got {value!r}")
+    return number
+
+
+def real(name: str, value: Any) -> float:
+    """Return `value` as a finite float."""
+    if isinstance(value, (bool, str, bytes, complex)) or np.ndim(value) != 0:
+        raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} must be finite, got {value!r}")
+    return number
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """Return `value` as an int of at least `least`."""
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, got {value!r} ({type(value).__name__})") from None
+    if number < least:
+        raise ValueError(f"{name} must be at least {least}, got {number}")
+    return number
+
+
+def checked_model(model: Any, name: str = "body") -> Any:
+    """Return `model` if it is a model: a NamedTuple with the methods of the physics and finite parameters."""
+    if not is_value(model):
+        raise TypeError(
+            f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {model!r} "
+            f"({type(model).__name__})"
+        )
+    missing = [m for m in ("degrees_of_freedom", *_METHODS) if not hasattr(model, m)]
+    if missing:
+        hint = " (a potential? wrap it: Body(potential))" if hasattr(model, "slopes") else ""
+        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{hint}")
+    if isinstance(model, Body) and not is_value(model.potential):
+        raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
+    flat = parameters(model)
+    if not np.all(np.isfinite(flat)):
+        raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
+    if isinstance(model, Body) and not model.mu > 0:
+        raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
+    return model
+
+
+def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
+    """Return `scheme` if it is one."""
+    if not isinstance(scheme, (Splitting, RungeKutta)):
+        raise TypeError(
+            f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
+            f"by name: scheme_named(...) of {', '.join(SCHEMES)}"
+        )
+    return scheme
+
+
+def checked_section(section: Any, model: Any) -> Any:
+    """Return `section` if it is a section that suits the model."""
+    if not is_value(section) or not hasattr(section, "value") or not hasattr(section, "direction"):
+        raise TypeError(
+            f"section must be a section such as AlphaTurning(direction=+1), got {section!r} ({type(section).__name__})"
+        )
+    if section.direction not in (-1, 0, 1):
+        raise ValueError(f"section.direction must be -1, 0 or +1, got {section.direction!r}")
+    if not np.all(np.isfinite(parameters(section))):
+        raise ValueError(f"section has a parameter that is not finite: {section!r}")
+    rows = 2 * model.degrees_of_freedom
+    normal = getattr(section, "normal", None)
+    try:
+        if normal is not None and (len(normal) != rows or not any(normal)):
+            raise TypeError
+        section.value(*np.ones(rows))
+    except TypeError:
+        raise ValueError(
+            f"section {section!r} does not suit a {type(model).__name__}: it must take {rows} numbers, "
+            "the rows of z, and depend on one of them"
+        ) from None
+    return section
+
+
+def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
+    """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain."""
+    rows = 2 * model.degrees_of_freedom
+    try:
+        given = np.asarray(z0)
+        if np.iscomplexobj(given):
+            raise TypeError
+        z = np.array(given, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be an array of real numbers, got {type(z0).__name__}") from None
+    if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
+        raise ValueError(
+            f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
+            f"{', '.join(model.coordinates)} and their momenta; got shape {z.shape}"
+        )
+    z = z.reshape(rows, -1)
+    bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
+    if bad.size:
+        raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
+    with np.errstate(all="ignore"):
+        margin = np.broadcast_to(model.margin(*z[: rows // 2]), z.shape[1:])
+    outside = np.flatnonzero(~(margin > 0))
+    if outside.size:
+        raise ValueError(
+            f"{name} must lie where the potential lives (for most bodies det phi > 0); orbit {outside[0]} has margin "
+            f"{margin[outside[0]]:.6g} <= 0 ({outside.size} such orbits)"
+        )
+    return z
+
+
+def energies(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the energy of each phase point of z (2n, ...); NaN outside the potential's domain."""
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        return model.kinetic_energy(*z[n:]) + model.potential_energy(*z[:n])
+
+
+def energy_scale(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return T + |V| of each phase point, what energy errors are relative to."""
+    n = model.degrees_of_freedom
+    scale = model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
+    return np.where(scale > 0, scale, 1.0)

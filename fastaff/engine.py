@@ -1,0 +1,256 @@
+"""Running kernels: flows of a model by a scheme, ensembles of orbits under way, interruption and progress (layer L2b)."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numba
+import numpy as np
+
+from . import observers
+from ._blocks import model_block, parameters
+from ._jit import JIT_DISABLED, LANES, PARALLEL_LOCK
+from .boundary import checked_model, checked_scheme, energies, energy_scale, positive, whole
+from .kernels import crossings as crossing_kernels
+from .kernels.drive import run_adaptive, run_fixed
+from .observers import Observer
+from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .status import Status
+
+Report = Callable[[float], None]
+"""Called about ten times a second with the fraction of the work that is done."""
+
+ESCAPE_RADIUS = 1e6
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED."""
+
+    partial: Any = None
+
+
+def default_threads() -> int:
+    """Return the number of threads that kernels use unless told otherwise: $NUMBA_NUM_THREADS or the cores of this process."""
+    return 1 if JIT_DISABLED else numba.get_num_threads()
+
+
+def launch(
+    kernel: Callable, arguments: tuple, stop: np.ndarray, progress: np.ndarray, work: float, threads: int,
+    report: Report | None,
+) -> None:  # fmt: skip
+    """Run a kernel without the GIL in a worker thread; the main thread draws progress and owns Ctrl-C.
+
+    Ctrl-C sets stop[0], which kernels poll; KeyboardInterrupt is raised when the kernel has put its state back.
+    """
+    finished, failure = threading.Event(), []
+
+    def worker() -> None:
+        try:
+            with PARALLEL_LOCK:
+                if not JIT_DISABLED:
+                    numba.set_num_threads(threads)
+                    numba.set_parallel_chunksize(1)
+                kernel(*arguments)
+        except BaseException as problem:  # handed to the caller below
+            failure.append(problem)
+        finally:
+            finished.set()
+
+    thread = threading.Thread(target=worker, name="fastaff", daemon=True)
+    interrupted = False
+    thread.start()
+    while not finished.is_set():
+        try:
+            finished.wait(0.1)
+            if report is not None and work > 0:
+                report(min(1.0, float(progress.sum()) / work))
+        except KeyboardInterrupt:
+            stop[0], interrupted = 1, True
+    thread.join()
+    if failure:
+        raise failure[0]
+    if interrupted:
+        raise KeyboardInterrupt
+
+
+@dataclass
+class Ensemble:
+    """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits, z (2n, orbits)."""
+
+    z: np.ndarray
+    energy: np.ndarray
+    scale: np.ndarray
+    status: np.ndarray = field(init=False)
+    count: np.ndarray = field(init=False)
+    time: np.ndarray = field(init=False)
+    ahead: np.ndarray = field(init=False)
+    ticks: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        n = self.z.shape[1]
+        self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
+        self.time, self.ahead = np.zeros(n), np.zeros(n)
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`)."""
+
+    model: Any
+    scheme: Splitting | RungeKutta
+    step: float
+    rtol: float
+    atol: float
+    threads: int
+    radius: float = ESCAPE_RADIUS
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether the scheme controls its step."""
+        return isinstance(self.scheme, RungeKutta) and self.scheme.adaptive
+
+    def ensemble(self, z0: np.ndarray) -> Ensemble:
+        """Start orbits from z0 (2n, orbits), which is taken over."""
+        started = Ensemble(z0, energies(self.model, z0), energy_scale(self.model, z0))
+        n = self.model.degrees_of_freedom
+        slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
+        size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
+        guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
+        started.ahead[:] = self.step if math.isfinite(self.step) else np.maximum(guess, 1e-6)
+        return started
+
+    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        if isinstance(self.scheme, Splitting):
+            return self.scheme.drift_array, self.scheme.kick_array, np.zeros((0, 0)), np.zeros(0)
+        return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
+
+    def _blocks(self) -> tuple[Callable, Callable, Callable]:
+        n = self.model.degrees_of_freedom
+        return tuple(model_block(kind, self.model, n) for kind in ("stage", "derivative", "check"))  # type: ignore[return-value]
+
+    def steps(self, time: float) -> int:
+        """Return the number of steps that reach `time`."""
+        return max(1, math.ceil(time / self.step * (1 - 1e-12)))
+
+    def _unit(self, orbits: int) -> int:
+        """Orbits handed to a thread at once: about eight portions each, whole blocks where there are enough orbits."""
+        portion = math.ceil(orbits / (8 * self.threads))
+        if portion >= LANES:
+            return LANES * math.ceil(portion / LANES)
+        return min(LANES, math.ceil(orbits / self.threads))
+
+    def advance(
+        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float,
+        observations: int = 0, refill: bool = False, report: Report | None = None,
+    ) -> None:  # fmt: skip
+        """Advance the ensemble to `time` and update its status.
+
+        The observer sees `observations` equidistant states, or every step where that is 0.
+        """
+        stop, (stage, derivative, check) = np.zeros(1, np.int64), self._blocks()
+        drift, kick, a, b = self._tables()
+        orbits, params = ensemble.z.shape[1], parameters(self.model)
+        unit = self._unit(orbits) if refill or self.adaptive else min(LANES, self._unit(orbits))
+        progress = np.zeros(math.ceil(orbits / unit), np.int64)
+        if self.adaptive:
+            cadence = time / observations if observations else 0.0
+            steps = np.zeros(orbits, np.int64)
+            arguments = (
+                derivative, check, observer.function, params, observer.parameters, a, b, self.scheme.error_array,
+                self.scheme.dense_array, float(self.scheme.order), self.rtol, self.atol, time, cadence, self.radius, unit,
+                ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, steps, stop,
+                progress,
+            )  # fmt: skip
+            launch(run_adaptive, arguments, stop, progress, 0.0, self.threads, report)
+            return
+        every = 1
+        h = self.step
+        if observations:
+            every = max(1, self.steps(time / observations))
+            h = time / (observations * every)
+        total = np.full(orbits, self.steps(time) if not observations else observations * every, np.int64)
+        arguments = (
+            stage, derivative, check, observer.function, params, observer.parameters, drift, kick, a, b,
+            np.full(orbits, h), total, every, self.radius, refill, unit, ensemble.z, ensemble.count, memory, out,
+            ensemble.status, stop, progress,
+        )  # fmt: skip
+        work = float((total - ensemble.count).sum())
+        try:
+            launch(run_fixed, arguments, stop, progress, work, self.threads, report)
+        finally:
+            ensemble.time[:] = ensemble.count * h
+
+    def locate(
+        self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None
+    ) -> None:  # fmt: skip
+        """Turn the records numbered `where` into crossings of the section, in place."""
+        stop, (stage, derivative, _) = np.zeros(1, np.int64), self._blocks()
+        progress = np.zeros(math.ceil(where.size / LANES), np.int64)
+        value = model_block("value", section, self.model.degrees_of_freedom)
+        arguments = (
+            stage, derivative, value, parameters(self.model), parameters(section), *self._tables(),
+            float(section.direction), 2 * self.model.degrees_of_freedom, records, where, stop, progress,
+        )  # fmt: skip
+        launch(crossing_kernels.locate, arguments, stop, progress, float(where.size), self.threads, report)
+
+
+def make_flow(
+    model: Any, z0: np.ndarray, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
+) -> Flow:
+    """Check the options that every computation shares and return the flow; a missing fixed step is chosen by trial."""
+    checked_model(model)
+    checked_scheme(scheme)
+    count = default_threads() if threads is None else whole("threads", threads, 1)
+    if not JIT_DISABLED and count > numba.config.NUMBA_NUM_THREADS:
+        raise ValueError(f"threads must be at most {numba.config.NUMBA_NUM_THREADS} here, got {count}")
+    size = math.inf if step is None else positive("step", step)
+    flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
+    if flow.adaptive or step is not None:
+        return flow
+    return trial_flow(flow, z0)
+
+
+def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, time: float = 20.0, orbits: int = 128) -> Flow:
+    """Return the flow with the longest step 0.4/2^(k/2) whose energy error stays below `error` on a sample of orbits.
+
+    The error is the 95th percentile over up to `orbits` of the given ones after a run of `time`; its cost is small beside a
+    map's. Where no step down to 1e-3 reaches it (a low order, a steep wall) the step of least error is taken.
+    """
+    sample = np.ascontiguousarray(z0[:, :: max(1, z0.shape[1] // orbits)])
+    observer = observers.nothing()
+    best, least = math.inf, math.inf
+    for k in range(18):
+        candidate = Flow(flow.model, flow.scheme, 0.4 / 2 ** (k / 2), flow.rtol, flow.atol, flow.threads)
+        ensemble = candidate.ensemble(sample.copy())
+        candidate.advance(ensemble, observer, *no_memory(ensemble), time=time, observations=1)
+        errors = energy_error(flow.model, ensemble)
+        worst = float(np.quantile(np.where(ensemble.status == 0, errors, np.inf), 0.95, method="lower"))
+        if worst < least:
+            best, least = candidate.step, worst
+        if worst <= error:
+            break
+    return Flow(flow.model, flow.scheme, best if math.isfinite(best) else 1e-3, flow.rtol, flow.atol, flow.threads)
+
+
+def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
+    """Return the memory and output arrays of an observer that keeps nothing."""
+    return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
+
+
+def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
+    """Return |E - E0|/(T0 + |V0|) of each orbit; inf where the energy has no value."""
+    error = np.abs(energies(model, ensemble.z) - ensemble.energy) / ensemble.scale
+    return np.where(np.isfinite(error), error, np.inf)
+
+
+def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
+    """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
+    ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+
+
+__all__ = ["KAHAN_LI8", "Ensemble", "Flow", "Interrupted", "Report", "launch", "make_flow", "os"]

@@ -1,0 +1,215 @@
+"""Section crossings: detection at full steps, location on the scheme's own flow (layer L2).
+
+A record (a row of RECORD + rows numbers) holds what the location needs: the state at a step, its time, and the range of
+fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time and state.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import prange
+
+from .._jit import LANES, jit
+from .stepping import advance
+
+RECORD = 4
+"""Numbers before the state in a record: time, kind, lower and upper fractional step."""
+
+NOTHING, CERTAIN, LOWER, UPPER = 0.0, 1.0, 2.0, 3.0
+"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps."""
+
+MEMORY = 7
+"""Rows of observer memory before the state: section function now, one and two steps ago; times one and two steps ago;
+records written, certain crossings among them."""
+
+
+@jit
+def detect(direction, wanted, rows, lanes, orbit, fresh, t, z, memory, out, done):
+    """Record sign changes of the section function, and extrema near zero; memory (MEMORY + rows)*LANES.
+
+    Row 0 of memory holds the section function of z. Returns how many lanes became done.
+    """
+    width = RECORD + rows
+    slots = out.shape[1] // width
+    ended = 0
+    for i in range(lanes):
+        if fresh[i] == 0.0:
+            continue
+        now, before, earlier = memory[i], memory[LANES + i], memory[2 * LANES + i]
+        rises, falls = before < 0.0 and now >= 0.0, before > 0.0 and now <= 0.0
+        crossed = (rises and direction >= 0.0) or (falls and direction <= 0.0)
+        # The nearest of three equal-signed values: a parabola through them may dip through zero in between.
+        dip = abs(before) < abs(now) and abs(before) <= abs(earlier) and before * now > 0.0 and before * earlier > 0.0
+        paired = dip and 4.0 * abs(before) <= abs(earlier - 2.0 * before + now)
+        if crossed or paired:
+            slot = int(memory[5 * LANES + i])
+            o = orbit[i]
+            t1, t2 = memory[3 * LANES + i], memory[4 * LANES + i]
+            first, last = (1, 1) if crossed else (2, 3)
+            for kind in range(first, last + 1):
+                c = slot * width
+                out[o, c], out[o, c + 1] = t1, kind
+                out[o, c + 2] = 0.0 if crossed else t2 - t1
+                out[o, c + 3] = t[i] - t1
+                for r in range(rows):
+                    out[o, c + RECORD + r] = memory[(MEMORY + r) * LANES + i]
+                slot += 1
+            memory[5 * LANES + i] = slot
+            if crossed:
+                memory[6 * LANES + i] += 1.0
+            if memory[6 * LANES + i] >= wanted or slot + 2 > slots:
+                done[i] = 1.0
+                ended += 1
+        memory[2 * LANES + i], memory[LANES + i] = before, now
+        memory[4 * LANES + i], memory[3 * LANES + i] = memory[3 * LANES + i], t[i]
+        for r in range(rows):
+            memory[(MEMORY + r) * LANES + i] = z[r * LANES + i]
+    return ended
+
+
+@jit
+def chandrupatla(x1, f1, x2, f2, x3, f3):
+    """Return the next fraction of the bracket [x1, x2]: inverse quadratic interpolation where it is safe, else 1/2.
+
+    Chandrupatla 1997, Adv. Eng. Software 28, 145.
+    """
+    xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+    if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+        return f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+    return 0.5
+
+
+@jit
+def fractional(flow, rows, lanes, start, tau, z, k, work, f):
+    """Set z to the state a fractional step tau[i] after start, and f to the section function there."""
+    stage, derivative, section, params, section_params, drift, kick, a, b = flow
+    for j in range(rows * LANES):
+        z[j] = start[j]
+    advance(stage, derivative, params, drift, kick, a, b, rows, lanes, tau, z, k, work)
+    section(section_params, lanes, z, f)
+
+
+@jit
+def split_pairs(flow, rows, lanes, start, kind, x1, x2, z, k, work):
+    """Halve the bracket of each suspected pair at the extremum of the section function; other lanes are untouched.
+
+    Golden sections, until a point of the other sign is found or the extremum is known to rounding.
+    """
+    low, high, inner, found = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    tau, value, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    for i in range(lanes):
+        low[i], high[i] = x1[i], x2[i]
+    fractional(flow, rows, lanes, start, inner, z, k, work, value)
+    for _ in range(60):
+        for i in range(lanes):
+            right = high[i] - inner[i] > inner[i] - low[i]
+            tau[i] = inner[i] + 0.3819660112501051 * ((high[i] if right else low[i]) - inner[i])
+        fractional(flow, rows, lanes, start, tau, z, k, work, f)
+        searching = 0
+        for i in range(lanes):
+            if kind[i] < LOWER or found[i] > 0.0:
+                continue
+            searching += 1
+            later = tau[i] > inner[i]
+            if value[i] * f[i] < 0.0:
+                inner[i], found[i] = tau[i], 1.0
+            elif abs(f[i]) < abs(value[i]):
+                if later:
+                    low[i] = inner[i]
+                else:
+                    high[i] = inner[i]
+                inner[i], value[i] = tau[i], f[i]
+            elif later:
+                high[i] = tau[i]
+            else:
+                low[i] = tau[i]
+        if searching == 0:
+            break
+    for i in range(lanes):
+        if kind[i] == LOWER:
+            x2[i] = inner[i]
+        elif kind[i] == UPPER:
+            x1[i] = inner[i]
+
+
+@jit(parallel=True)
+def locate(
+    stage, derivative, section, params, section_params, drift, kick, a, b, direction, rows, records, where, stop, progress
+):
+    """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
+
+    All lanes iterate together, each in its own bracket, until the bracket is as narrow as the step's resolution. A
+    suspected pair is first split at the extremum of the section function; where that has no other sign, or the wrong
+    direction, the record becomes empty. Afterwards a record holds time, kind, section function, energy slot and state.
+    """
+    count = where.size
+    size = rows * LANES
+    for block in prange((count + LANES - 1) // LANES):
+        flow = (stage, derivative, section, params, section_params, drift, kick, a, b)
+        first = block * LANES
+        lanes = min(LANES, count - first) if stop[0] == 0 else 0
+        start, z, work, k = np.zeros(size), np.empty(size), np.empty(size), np.empty(b.size * size)
+        x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+        f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+        kind, live, resolution = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+        for i in range(lanes):
+            o = where[first + i]
+            kind[i], x1[i], x2[i] = records[o, 1], records[o, 2], records[o, 3]
+            for r in range(rows):
+                start[r * LANES + i] = records[o, RECORD + r]
+        split_pairs(flow, rows, lanes, start, kind, x1, x2, z, k, work)
+        fractional(flow, rows, lanes, start, x1, z, k, work, f1)
+        fractional(flow, rows, lanes, start, x2, z, k, work, f2)
+        for i in range(lanes):
+            if kind[i] >= LOWER and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
+                kind[i] = NOTHING
+            live[i] = 1.0 if kind[i] != NOTHING and f1[i] * f2[i] < 0.0 else 0.0
+            resolution[i] = 1.2e-16 * abs(x2[i] - x1[i])
+            x3[i], f3[i] = x1[i], f1[i]
+            tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]) if live[i] > 0.0 else 0.5)
+        active, sweeps = lanes, 0
+        while active > 0 and sweeps < 100:
+            active, sweeps = 0, sweeps + 1
+            fractional(flow, rows, lanes, start, tau, z, k, work, f)
+            for i in range(lanes):
+                if live[i] == 0.0:
+                    continue
+                if (f[i] > 0.0) == (f1[i] > 0.0):
+                    x3[i], f3[i] = x1[i], f1[i]
+                else:
+                    x3[i], f3[i] = x2[i], f2[i]
+                    x2[i], f2[i] = x1[i], f1[i]
+                x1[i], f1[i] = tau[i], f[i]
+                width = abs(x2[i] - x1[i])
+                if f[i] == 0.0 or width <= 2.0 * resolution[i]:
+                    live[i] = 0.0
+                    continue
+                active += 1
+                least = resolution[i] / width
+                fraction = chandrupatla(x1[i], f1[i], x2[i], f2[i], x3[i], f3[i])
+                tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
+        for i in range(lanes):
+            tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
+        fractional(flow, rows, lanes, start, tau, z, k, work, f)
+        for i in range(lanes):
+            o = where[first + i]
+            records[o, 0] += tau[i]
+            records[o, 1] = NOTHING if kind[i] == NOTHING else CERTAIN
+            records[o, 2] = f[i]
+            for r in range(rows):
+                records[o, RECORD + r] = z[r * LANES + i]
+        progress[block] += lanes
+
+
+@jit
+def compact(rows, out, counts):
+    """Close the gaps that empty records leave in each orbit's row; counts (orbits,) becomes the crossings kept."""
+    width = RECORD + rows
+    for o in range(out.shape[0]):
+        kept = 0
+        for slot in range(counts[o]):
+            if out[o, slot * width + 1] != NOTHING:
+                if kept != slot:
+                    out[o, kept * width : (kept + 1) * width] = out[o, slot * width : (slot + 1) * width]
+                kept += 1
+        counts[o] = kept

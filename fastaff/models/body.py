@@ -1,0 +1,104 @@
+"""The planar affinely-rigid body in the two planes a and b of GL(2,R) (layer L1)."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..angles import Coordinates2
+
+
+class Body(NamedTuple):
+    """Planar affinely-rigid body with a doubly isotropic potential: H = |p|^2/(2 mu) + V(|a|^2, |b|^2).
+
+    Rows of a phase point: a1, a2, b1, b2, then their momenta, with a = (x+u, z-y)/sqrt2 and b = (x-u, y+z)/sqrt2 of phi = [[x, y], [z, u]].
+    `potential` is one of `fastaff.models` or any NamedTuple with the same four methods; `mu` > 0 is the inertia.
+
+    Source: Martens & Slawianowski, EQ2.1 (Hamiltonian), EQ2.0b (alpha = |a|, beta = |b|, eta = arg a, gamma = arg b).
+    """
+
+    potential: Any
+    mu: float = 1.0
+
+    degrees_of_freedom = 4
+    coordinates = ("a1", "a2", "b1", "b2")
+
+    @property
+    def angles(self):
+        """Angle variables natural to the potential."""
+        return self.potential.angles
+
+    def velocity(self, pa1, pa2, pb1, pb2):
+        """Return dq/dt = p/mu."""
+        w = 1.0 / self.mu
+        return w * pa1, w * pa2, w * pb1, w * pb2
+
+    def force(self, a1, a2, b1, b2):
+        """Return dp/dt = -grad V."""
+        V_A, V_B = self.potential.slopes(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
+        return -2 * V_A * a1, -2 * V_A * a2, -2 * V_B * b1, -2 * V_B * b2
+
+    def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
+        """Return the change of the force along (da1, ..., db2): minus the Hessian of V times that vector."""
+        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
+        dA, dB = 2 * (a1 * da1 + a2 * da2), 2 * (b1 * db1 + b2 * db2)
+        V_A, V_B = self.potential.slopes(A, B)
+        V_AA, V_AB, V_BB = self.potential.curvatures(A, B)
+        dV_A, dV_B = V_AA * dA + V_AB * dB, V_AB * dA + V_BB * dB
+        return (
+            -2 * (dV_A * a1 + V_A * da1),
+            -2 * (dV_A * a2 + V_A * da2),
+            -2 * (dV_B * b1 + V_B * db1),
+            -2 * (dV_B * b2 + V_B * db2),
+        )
+
+    def kinetic_energy(self, pa1, pa2, pb1, pb2):
+        """Return T = |p|^2/(2 mu)."""
+        return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
+
+    def potential_energy(self, a1, a2, b1, b2):
+        """Return V."""
+        return self.potential.value(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
+
+    def margin(self, a1, a2, b1, b2):
+        """Return a number that is positive where the potential lives."""
+        return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
+
+
+class HenonHeiles(NamedTuple):
+    """Two oscillators with a cubic coupling: H = (px^2 + py^2 + x^2 + y^2)/2 + lam (x^2 y - y^3/3).
+
+    Source: Henon & Heiles 1964, Astron. J. 69, 73 (lam = 1); bounded motion for 6 lam^2 E < 1.
+    """
+
+    lam: float = 1.0
+
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    angles = Coordinates2()
+
+    def velocity(self, px, py):
+        """Return dq/dt = p."""
+        return px, py
+
+    def force(self, x, y):
+        """Return dp/dt = -grad V."""
+        return -x - 2 * self.lam * x * y, -y - self.lam * (x * x - y * y)
+
+    def tangent_force(self, x, y, dx, dy):
+        """Return minus the Hessian of V times (dx, dy)."""
+        return (
+            -dx - 2 * self.lam * (y * dx + x * dy),
+            -dy - 2 * self.lam * (x * dx - y * dy),
+        )
+
+    def kinetic_energy(self, px, py):
+        """Return T."""
+        return (px * px + py * py) / 2
+
+    def potential_energy(self, x, y):
+        """Return V."""
+        return (x * x + y * y) / 2 + self.lam * (x * x * y - y * y * y / 3)
+
+    def margin(self, x, y):
+        """Return 1: the potential lives everywhere."""
+        return 1.0 + 0.0 * (x + y)

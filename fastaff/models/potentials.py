@@ -1,0 +1,167 @@
+"""Doubly isotropic potentials V(A, B) of A = alpha^2 and B = beta^2 (layer L1).
+
+D1 D2 = (A - B)/2 and D1^2 + D2^2 = A + B. Each class gives `value`, `slopes` (V_A, V_B), `curvatures` (V_AA, V_AB, V_BB) and `margin`,
+positive where the potential lives. The methods are plain formulas: they run on floats and arrays, and compiled in kernels.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..angles import AlphaBeta, RVartheta
+
+
+class Harmonic(NamedTuple):
+    """V = C (D1^2 + D2^2)/2: the isotropic oscillator of R^4, smooth through det = 0.
+
+    Source: Martens & Slawianowski, EQ3.1.
+    """
+
+    C: float = 1.0
+
+    angles = AlphaBeta()
+
+    def value(self, A, B):
+        """Return V."""
+        return self.C * (A + B) / 2
+
+    def slopes(self, A, B):
+        """Return V_A, V_B."""
+        return self.C / 2 + 0.0 * A, self.C / 2 + 0.0 * B
+
+    def curvatures(self, A, B):
+        """Return V_AA, V_AB, V_BB."""
+        zero = 0.0 * (A + B)
+        return zero, zero, zero
+
+    def margin(self, A, B):
+        """Return 1: the potential lives everywhere."""
+        return 1.0 + 0.0 * (A + B)
+
+
+class Anharmonic(NamedTuple):
+    """V = C (D1^2 + D2^2)/2 + 4 C/(D1 + D2)^2, separable in three charts; crosses det = 0 smoothly.
+
+    Source: Martens & Slawianowski, EQa and EQb, which are one function: C (A + B)/2 + 2 C/A.
+    """
+
+    C: float = 1.0
+
+    angles = AlphaBeta()
+
+    def value(self, A, B):
+        """Return V."""
+        return self.C * ((A + B) / 2 + 2 / A)
+
+    def slopes(self, A, B):
+        """Return V_A, V_B."""
+        return self.C * (0.5 - 2 / (A * A)), self.C / 2 + 0.0 * B
+
+    def curvatures(self, A, B):
+        """Return V_AA, V_AB, V_BB."""
+        zero = 0.0 * (A + B)
+        return 4 * self.C / (A * A * A), zero, zero
+
+    def margin(self, A, B):
+        """Return A: the barrier stands at alpha = 0 only."""
+        return A + 0.0 * B
+
+
+class Hyperelastic(NamedTuple):
+    """V = C (1/(D1 D2) + (D1^2 + D2^2)/2): lives on det phi > 0, separable in (r, vartheta).
+
+    Source: Martens & Slawianowski, EQ2.2h.
+    """
+
+    C: float = 1.0
+
+    angles = RVartheta()
+
+    def value(self, A, B):
+        """Return V."""
+        return self.C * ((A + B) / 2 + 2 / (A - B))
+
+    def slopes(self, A, B):
+        """Return V_A, V_B."""
+        wall = 2 * self.C / ((A - B) * (A - B))
+        return self.C / 2 - wall, self.C / 2 + wall
+
+    def curvatures(self, A, B):
+        """Return V_AA, V_AB, V_BB."""
+        d = A - B
+        w = 4 * self.C / (d * d * d)
+        return w, -w, w
+
+    def margin(self, A, B):
+        """Return 2 det phi."""
+        return A - B
+
+
+class HeavyTop(NamedTuple):
+    """V = C r/2 + A cos(vartheta)/r, with r = alpha^2 + beta^2: separable in (r, vartheta).
+
+    Source: Martens & Slawianowski, EQ2.2f with V_vartheta = A cos(vartheta), the heavy top of section 3.
+    """
+
+    C: float = 1.0
+    A: float = 1.0
+
+    angles = RVartheta()
+
+    def value(self, A, B):
+        """Return V."""
+        r = A + B
+        return self.C * r / 2 + self.A * (A - B) / (r * r)
+
+    def slopes(self, A, B):
+        """Return V_A, V_B."""
+        w = 1 / (A + B)
+        common = self.C / 2 - 2 * self.A * (A - B) * w * w * w
+        return common + self.A * w * w, common - self.A * w * w
+
+    def curvatures(self, A, B):
+        """Return V_AA, V_AB, V_BB."""
+        w = 1 / (A + B)
+        cube = self.A * w * w * w
+        mixed = 6 * cube * (A - B) * w
+        return mixed - 4 * cube, mixed, mixed + 4 * cube
+
+    def margin(self, A, B):
+        """Return r: the potential is singular at phi = 0 only."""
+        return A + B
+
+
+class NeoHookean(NamedTuple):
+    """V = G/2 (D1^2 + D2^2 - 2) - G ln(D1 D2) + K/2 (D1 D2 - 1)^2, a compressible material; not separable.
+
+    Source: the compressible neo-Hookean energy of nonlinear elasticity (Ogden 1984, Non-Linear Elastic Deformations,
+    section 7.2), in two dimensions; beyond the paper.
+    """
+
+    G: float = 1.0
+    K: float = 2.0
+
+    angles = AlphaBeta()
+
+    def value(self, A, B):
+        """Return V."""
+        d = (A - B) / 2
+        return self.G * ((A + B) / 2 - 1 - np.log(d)) + self.K / 2 * (d - 1) * (d - 1)
+
+    def slopes(self, A, B):
+        """Return V_A, V_B."""
+        d = (A - B) / 2
+        wall = (self.K * (d - 1) - self.G / d) / 2
+        return self.G / 2 + wall, self.G / 2 - wall
+
+    def curvatures(self, A, B):
+        """Return V_AA, V_AB, V_BB."""
+        d = (A - B) / 2
+        w = (self.K + self.G / (d * d)) / 4
+        return w, -w, w
+
+    def margin(self, A, B):
+        """Return 2 det phi."""
+        return A - B

@@ -1,0 +1,322 @@
+"""The schemes have the orders they claim, and corrupted ones do not come into being.
+
+Orders are measured in 30 digits by naive steppers, against mpmath's Taylor series (`odefun`), which shares nothing with
+them.
+"""
+
+from dataclasses import replace
+from functools import cache
+from itertools import combinations, pairwise
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import DOP853 as ScipyDOP853
+
+from fastaff import schemes
+from fastaff.schemes import (
+    BLANES_MOAN6,
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
+    RK4,
+    SCHEMES,
+    SOFRONIOU_SPALETTA10,
+    YOSHIDA4,
+    RungeKutta,
+    Splitting,
+    compose,
+    scheme_named,
+    triple_jump,
+)
+
+SPLITTINGS = [s for s in SCHEMES.values() if isinstance(s, Splitting)]
+TABLEAUX = [s for s in SCHEMES.values() if isinstance(s, RungeKutta)]
+Z0 = ("0.1", "-0.2", "0.35", "0.2")
+TIME = 6
+
+# scheme, order, steps of the coarser of two runs (their errors stay clear of the rounding of the coefficients)
+ORDERS = [
+    (LEAPFROG, 2, 120),
+    (YOSHIDA4, 4, 60),
+    (BLANES_MOAN6, 6, 24),
+    (KAHAN_LI8, 8, 24),
+    (SOFRONIOU_SPALETTA10, 10, 12),
+    (RK4, 4, 90),
+    (DOP853, 8, 24),
+]
+
+
+@pytest.fixture(autouse=True)
+def thirty_digits():
+    with mp.workdps(30):
+        yield
+
+
+def force(q):
+    """Hénon-Heiles."""
+    x, y = q
+    return [-x - 2*x*y, -y - x*x + y*y]
+
+
+def rate(t, z):
+    return [z[2], z[3], *force(z[:2])]
+
+
+def quartic_rate(t, z):
+    """The same potential with T = sum of p^2/2 + p^4."""
+    return [*map(quartic_velocity, z[2:]), *force(z[:2])]
+
+
+def quartic_velocity(p):
+    return p + 4*p**3
+
+
+def start():
+    return [mp.mpf(v) for v in Z0]
+
+
+@cache
+def exact(equations, time):
+    with mp.workdps(30):
+        return mp.odefun(equations, 0, start(), tol=mp.mpf("1e-26"))(time)
+
+
+def split_step(scheme, z, h, velocity=lambda p: p):
+    q, p = z[:2], z[2:]
+    for drift, kick in zip(scheme.drift, (*scheme.kick, 0.0)):
+        q = [x + h*drift*velocity(v) for x, v in zip(q, p)]
+        p = [v + h*kick*f for v, f in zip(p, force(q))]
+    return q + p
+
+
+def slopes(scheme, z, h):
+    k = []
+    for row in (*scheme.a, *scheme.extra_a):
+        k.append(rate(0, combine(z, h, row, k)))
+    return k
+
+
+def combine(z, h, weights, k):
+    return [x + h*mp.fsum(w*s[i] for w, s in zip(weights, k)) for i, x in enumerate(z)]
+
+
+def step(scheme, z, h):
+    return split_step(scheme, z, h) if isinstance(scheme, Splitting) else combine(z, h, scheme.b, slopes(scheme, z, h))
+
+
+def dense(scheme, z, h, x, k):
+    """Value of the interpolant at the fraction x of a step, by the formula of the docstring."""
+    value = [mp.mpf(0)]*len(z)
+    for r, row in reversed(list(enumerate(scheme.dense))):
+        inner = combine([mp.mpf(0)]*len(z), h, row, k)
+        value = [(u + v)*(x if r % 2 == 0 else 1 - x) for u, v in zip(inner, value)]
+    return [u + v for u, v in zip(z, value)]
+
+
+def distance(u, v):
+    return mp.norm(mp.matrix(u) - mp.matrix(v))
+
+
+def global_error(advance, equations, steps):
+    z = start()
+    for _ in range(steps):
+        z = advance(z, mp.mpf(TIME)/steps)
+    return distance(z, exact(equations, TIME))
+
+
+def halving_slope(error_of):
+    """log2 of the ratio of the errors at size 1 and size 1/2."""
+    return float(mp.log(error_of(1)/error_of(2), 2))
+
+
+def test_the_order_table_is_complete():
+    assert {scheme.name: order for scheme, order, _ in ORDERS} == {s.name: s.order for s in SCHEMES.values()}
+
+
+@pytest.mark.parametrize(("scheme", "order", "steps"), ORDERS, ids=lambda v: getattr(v, "name", None))
+def test_order(scheme, order, steps):
+    slope = halving_slope(lambda m: global_error(lambda z, h: step(scheme, z, h), rate, m*steps))
+    assert slope == pytest.approx(order, abs=0.06)
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+def test_order_for_kinetic_energy_of_degree_four(scheme):
+    """Only a Nyström splitting loses its order (six becomes four) when T is not quadratic."""
+    steps = {s.name: n for s, _, n in ORDERS}[scheme.name]
+    slope = halving_slope(lambda m: global_error(
+        lambda z, h: split_step(scheme, z, h, quartic_velocity), quartic_rate, 2*m*steps))
+    assert slope == pytest.approx(4 if scheme.nystrom else scheme.order, abs=0.2)
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+def test_splittings_are_reversible(scheme):
+    h = mp.mpf("0.3")
+    assert distance(split_step(scheme, split_step(scheme, start(), h), -h), start()) < 1e-28
+
+
+@pytest.mark.parametrize("scheme", TABLEAUX, ids=lambda s: s.name)
+@pytest.mark.parametrize("x", ["0.2", "0.37", "0.8"])
+def test_order_of_the_interpolant(scheme, x):
+    def error(m):
+        h = mp.mpf("0.4")/m
+        return distance(dense(scheme, start(), h, mp.mpf(x), slopes(scheme, start(), h)), exact(rate, mp.mpf(x)*h))
+
+    assert halving_slope(error) == pytest.approx(scheme.dense_order + 1, abs=0.25)
+
+
+@pytest.mark.parametrize("scheme", TABLEAUX, ids=lambda s: s.name)
+def test_the_interpolant_meets_both_ends(scheme):
+    z, h = start(), mp.mpf("0.4")
+    k = slopes(scheme, z, h)
+    assert distance(dense(scheme, z, h, 0, k), z) == 0
+    assert distance(dense(scheme, z, h, 1, k), step(scheme, z, h)) == 0
+
+
+@pytest.mark.parametrize(("row", "order"), list(enumerate(DOP853.error_orders)))
+def test_order_of_the_error_estimates(row, order):
+    def estimate(m):
+        h = mp.mpf("0.4")/m
+        return mp.norm(mp.matrix(combine([0]*4, h, DOP853.errors[row], slopes(DOP853, start(), h))))
+
+    assert halving_slope(estimate) == pytest.approx(order + 1, abs=0.25)
+
+
+def test_dop853_steps_and_interpolates_like_scipy():
+    h, z = 0.4, [float(v) for v in Z0]
+    solver = ScipyDOP853(lambda t, z: np.array(rate(t, z)), 0.0, np.array(z), 10.0, first_step=h, rtol=0.1, atol=0.1)
+    solver.step()
+    assert solver.t == h
+    interpolant, k = solver.dense_output(), slopes(DOP853, start(), mp.mpf(h))
+    for x in np.linspace(0.0, 1.0, 9):
+        ours = np.array([float(v) for v in dense(DOP853, start(), mp.mpf(h), mp.mpf(x), k)])
+        np.testing.assert_allclose(interpolant(x*h), ours, rtol=0, atol=1e-14)
+
+
+def test_shapes_and_derived_properties():
+    assert {s.name: (s.stages, s.evaluations) for s in SCHEMES.values()} == {
+        "LEAPFROG": (1, 1), "YOSHIDA4": (3, 3), "BLANES_MOAN6": (14, 14), "KAHAN_LI8": (17, 17),
+        "SOFRONIOU_SPALETTA10": (35, 35), "RK4": (4, 4), "DOP853": (13, 12),
+    }
+    assert (DOP853.fsal, DOP853.adaptive, RK4.fsal, RK4.adaptive) == (True, True, False, False)
+    for s in SPLITTINGS:
+        assert (s.drift_array.shape, s.kick_array.shape) == ((s.stages + 1,), (s.stages,))
+    for s, extra in ((RK4, 0), (DOP853, 3)):
+        every = s.stages + extra
+        shapes = [a.shape for a in (s.a_array, s.b_array, s.c_array, s.error_array, s.dense_array)]
+        assert shapes == [(every, every), (s.stages,), (every,), (len(s.errors), s.stages), (len(s.dense), every)]
+        np.testing.assert_allclose(s.a_array.sum(axis=1), s.c_array, rtol=0, atol=1e-13)
+        assert not np.triu(s.a_array).any()
+    KAHAN_LI8.drift_array[:] = 0.0
+    assert KAHAN_LI8.drift_array.all()
+
+
+def test_every_scheme_names_its_source_and_is_exported():
+    for s in SCHEMES.values():
+        assert getattr(schemes, s.name) is s
+        assert any(character.isdigit() for character in s.source)
+        assert hash(s) == hash(replace(s))
+
+
+def corrupted(value, index, change):
+    """The nested tuple with `change` applied to the entry of that index, counted through all rows."""
+    flat = [list(row) if isinstance(row, tuple) else row for row in value]
+    places = [(flat, i) for i, row in enumerate(flat) if not isinstance(row, list)]
+    places += [(row, j) for row in flat if isinstance(row, list) for j in range(len(row))]
+    row, j = places[index % len(places)]
+    row[j] = change(row[j])
+    return tuple(tuple(row) if isinstance(row, list) else row for row in flat)
+
+
+FIELDS = [(s, f) for s in SPLITTINGS for f in ("drift", "kick")] + [
+    (s, f) for s in TABLEAUX for f in ("a", "b", "c", "errors", "extra_a", "extra_c", "dense") if getattr(s, f)]
+
+
+@settings(deadline=None, max_examples=300)
+@given(field=st.sampled_from(FIELDS), index=st.integers(0, 10_000), sign=st.sampled_from([-1, 1]),
+       size=st.floats(1e-10, 1.0))
+def test_one_wrong_coefficient_is_refused(field, index, sign, size):
+    scheme, name = field
+    with pytest.raises(ValueError, match=scheme.name):
+        replace(scheme, **{name: corrupted(getattr(scheme, name), index, lambda c: c + sign*size)})
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+@pytest.mark.parametrize(("scheme", "name"), FIELDS, ids=lambda v: getattr(v, "name", v))
+def test_coefficients_must_be_finite(scheme, name, value):
+    with pytest.raises(ValueError, match=scheme.name):
+        replace(scheme, **{name: corrupted(getattr(scheme, name), 1, lambda c: value)})
+
+
+@pytest.mark.parametrize("scheme", [BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10], ids=lambda s: s.name)
+def test_exchanged_coefficients_are_refused(scheme):
+    """An exchange keeps the sum and the symmetry: only the quadrature conditions see it."""
+    half = len(scheme.kick)//2
+    for i, j in combinations(range(half), 2):
+        order = list(range(len(scheme.kick)))
+        order[i], order[j], order[-1 - i], order[-1 - j] = j, i, order[-1 - j], order[-1 - i]
+        with pytest.raises(ValueError, match="contradict the order"):
+            replace(scheme, kick=tuple(scheme.kick[n] for n in order))
+
+
+@pytest.mark.parametrize(("scheme", "changes", "message"), [
+    (LEAPFROG, {"drift": (0.4, 0.6)}, "drift coefficients must be palindromic"),
+    (LEAPFROG, {"drift": (0.6, 0.6)}, "drift coefficients must sum to 1"),
+    (LEAPFROG, {"drift": (0.5,)}, "one drift more than kicks, got 1 drifts and 1 kicks"),
+    (LEAPFROG, {"drift": (1.0,), "kick": ()}, "one drift more than kicks"),
+    (LEAPFROG, {"order": 4}, "contradict the order 4"),
+    (LEAPFROG, {"order": 0}, "order must be positive, got 0"),
+    (RK4, {"a": RK4.a[1:]}, "one row or entry per stage"),
+    (RK4, {"a": ((0.0,), *RK4.a[1:])}, "must have i entries"),
+    (RK4, {"order": 5}, "b contradicts the order 5"),
+    (RK4, {"dense": RK4.dense[:2]}, "at least as many rows as its order"),
+    (RK4, {"b": RK4.b, "dense": (RK4.dense[0][:3], *RK4.dense[1:])}, "rows of dense must have 4 weights"),
+    (DOP853, {"error_orders": (5,)}, "one order per row"),
+    (DOP853, {"error_orders": (6, 3)}, r"errors\[0\] contradicts the order 6"),
+    (DOP853, {"errors": (DOP853.errors[0], DOP853.errors[1][:-1])}, "one weight per stage"),
+    (DOP853, {"extra_c": DOP853.extra_c[:2]}, "per extra slope"),
+    (DOP853, {"dense_order": 8}, "at least as many rows"),
+])
+def test_faults_are_named(scheme, changes, message):
+    with pytest.raises(ValueError, match=message):
+        replace(scheme, **changes)
+
+
+def test_a_splitting_may_kick_first_and_be_composed():
+    verlet = Splitting("VERLET", 2, "kick first", drift=(0.0, 1.0, 0.0), kick=(0.5, 0.5))
+    assert (verlet.stages, verlet.evaluations) == (2, 1)
+    jump = triple_jump(verlet, name="VERLET4", source="Yoshida 1990")
+    assert (jump.order, jump.stages, jump.evaluations) == (4, 4, 3)
+    assert jump.drift[0] == jump.drift[-1] == 0.0
+    assert jump.drift[1:-1] == YOSHIDA4.kick
+    assert jump.kick == YOSHIDA4.drift
+    assert compose(verlet, [], name="VERLET", order=2, source="kick first") == verlet
+
+
+def test_a_sixth_order_triple_jump_has_order_six():
+    jump = triple_jump(YOSHIDA4, name="YOSHIDA6", source="Yoshida 1990")
+    slope = halving_slope(lambda m: global_error(lambda z, h: step(jump, z, h), rate, 60*m))
+    assert (jump.order, jump.stages) == (6, 9)
+    assert slope == pytest.approx(6, abs=0.1)
+
+
+def test_compose_refuses_an_order_it_does_not_reach():
+    with pytest.raises(ValueError, match="scheme X: kick coefficients contradict the order 4"):
+        compose(LEAPFROG, ["1.3"], name="X", order=4, source="none")
+
+
+def test_adjacent_drifts_are_merged_with_one_rounding():
+    weights = KAHAN_LI8.kick
+    assert len(weights) == 17
+    np.testing.assert_allclose(KAHAN_LI8.drift[1:-1], [(u + v)/2 for u, v in pairwise(weights)], rtol=0, atol=1e-16)
+
+
+def test_scheme_named():
+    assert scheme_named("KAHAN_LI8") is KAHAN_LI8
+    assert scheme_named("dop853") is DOP853
+    with pytest.raises(ValueError, match=r"one of LEAPFROG, .*, DOP853, got 'KAHAN_LI9'\. Did you mean KAHAN_LI8\?"):
+        scheme_named("KAHAN_LI9")
+    with pytest.raises(ValueError, match=r"got 'xyz'\.$"):
+        scheme_named("xyz")
