@@ -12,6 +12,7 @@ import inspect
 import os
 import sys
 import types as python_types
+from collections import namedtuple
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,18 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
                 f"{type(value).__name__}.{field} must be a float or a NamedTuple of floats, got {entry!r} "
                 f"({type(entry).__name__})"
             )
-    return f"{name}({', '.join(arguments)})"
+    return f"{name}({', '.join(arguments) or '0.0'})"
+
+
+@functools.cache
+def _compilable(cls: type) -> type:
+    """Return `cls`, or where it has no fields, which Numba can't pass, a twin with one unused field."""
+    if cls._fields:  # type: ignore[attr-defined]
+        return cls
+    twin = namedtuple(cls.__name__, ["unused"])
+    for name, method in _methods(cls):
+        setattr(twin, name, method)
+    return twin
 
 
 def _row(array: str, rows: range) -> str:
@@ -77,22 +89,39 @@ def _names(prefix: str, count: int) -> list[str]:
 
 
 def _stage(n: int) -> str:
-    q, p, v, f = (_names(c, n) for c in "qpvf")
-    drift = (
-        f"        {', '.join(p)}, = {_row('z', range(n, 2 * n))},\n"
-        f"        {', '.join(v)}, = value.velocity({', '.join(p)})\n"
-        "        hd = drift*step[i]\n"
-        + "".join(f"        {q[r]} = z[{r * LANES} + i] + hd*{v[r]}\n" for r in range(n))
-        + _assign("z", range(n), q)
+    """Drift and kick of the state in place."""
+    q, p = _names("q", n), _names("p", n)
+    drift = [f"{_row('z', range(r, r + 1))} + hd*v{r}" for r in range(n)]
+    return _drift_kick(n, [_row("z", range(n + r, n + r + 1)) for r in range(n)], drift, "", q, p, 0)
+
+
+def _precise_stage(n: int) -> str:
+    """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small size."""
+    momenta = [f"{_row('z', range(n + r, n + r + 1))} + {_row('z', range(3 * n + r, 3 * n + r + 1))}" for r in range(n)]
+    drift = [f"{_row('z', range(2 * n + r, 2 * n + r + 1))} + hd*v{r}" for r in range(n)]
+    states = "".join(f"        q{r} = {_row('z', range(r, r + 1))} + d{r}\n" for r in range(n))
+    increments = [_row("z", range(3 * n + r, 3 * n + r + 1)) for r in range(n)]
+    return _drift_kick(n, momenta, drift, states, _names("d", n), increments, 2 * n)
+
+
+def _drift_kick(n: int, momenta: list[str], drift: list[str], states: str, drifted: list[str], kicked: list[str], first: int) -> str:
+    """Text of a drift of rows first...first+n and a kick of the n rows after them."""
+    p, v, f, q = _names("p", n), _names("v", n), _names("f", n), _names("q", n)
+    move = (
+        "".join(f"        {p[r]} = {momenta[r]}\n" for r in range(n))
+        + f"        {', '.join(v)}, = value.velocity({', '.join(p)})\n"
+        + "        hd = drift*step[i]\n"
+        + "".join(f"        {drifted[r]} = {drift[r]}\n" for r in range(n))
+        + _assign("z", range(first, first + n), drifted)
     )
     return (
         "    if kick == 0.0:\n        for i in range(lanes):\n"
-        + drift.replace("        ", "            ")
-        + "        return\n"
-        + "    for i in range(lanes):\n"
-        + drift
+        + move.replace("        ", "            ")
+        + "        return\n    for i in range(lanes):\n"
+        + move
+        + states
         + f"        {', '.join(f)}, = value.force({', '.join(q)})\n        hk = kick*step[i]\n"
-        + _assign("z", range(n, 2 * n), [f"{p[r]} + hk*{f[r]}" for r in range(n)])
+        + _assign("z", range(first + n, first + 2 * n), [f"{kicked[r]} + hk*{f[r]}" for r in range(n)])
     )
 
 
@@ -126,12 +155,14 @@ def _value(n: int) -> str:
 
 _BODIES: dict[str, Callable[[int], str]] = {
     "stage": _stage,
+    "precise_stage": _precise_stage,
     "derivative": _derivative,
     "check": _check,
     "value": _value,
 }
 _ARGUMENTS = {
     "stage": "params, lanes, drift, kick, step, z",
+    "precise_stage": "params, lanes, drift, kick, step, z",
     "check": "params, lanes, radius, z, result",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
@@ -169,7 +200,7 @@ def _compiled(kind: str, constructor: str, classes: tuple, body: str, namespace:
         module = f"fastaff_block_{kind}_{key}"
     # Numba looks cached code's module up by name, so the text gets a real module.
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
-    names.update({name: cls for cls, name in classes}, **dict(namespace))
+    names.update({name: _compilable(cls) for cls, name in classes}, **dict(namespace))
     exec(compile(text, filename, "exec"), names)
     if not JIT_DISABLED:
         for cls, _ in classes:

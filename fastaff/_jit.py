@@ -18,7 +18,7 @@ import numba
 from numba import types
 from numba.core import config
 
-LANES = 64
+LANES = 128
 """Orbits in a lane block. A constant of the compiled code: a state block is a flat array whose row r
 starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
 
@@ -119,6 +119,7 @@ _vector = types.Array(_f8, 1, "C")
 SIGNATURES = {
     # (params, lanes, drift, kick, step, z): q += drift*step*velocity(p), then p += kick*step*force(q)
     "stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
+    "precise_stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
     # (params, lanes, z, result)
     "derivative": types.void(_vector, _i8, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),

@@ -39,6 +39,11 @@ class _Crossings(NamedTuple):
 
 class _Signals(NamedTuple):
     angles: Any
+
+
+class _Rotation(NamedTuple):
+    angles: Any
+    model: Any
     time: float
 
 
@@ -71,40 +76,48 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int) -> Observer:
     return Observer(block, parameters(value), crossing_kernels.MEMORY + rows)
 
 
-def _with_signals(angles: Any, time: float, action: str, names: tuple, rows: int) -> Observer:
+def _with_signals(angles: Any, action: str, names: tuple, rows: int) -> Observer:
     """Return an observer that evaluates the signals of the angles into memory, then acts on them."""
     n = len(angles.names)
-    signals = ", ".join(f"memory[{r * LANES} + i]" for r in range(4 * n))
-    value = _Signals(angles, time)
+    signals = _coordinates(4 * n, "memory")
     body = (
-        f"    for i in range(lanes):\n        {signals} = value.angles.signals({_coordinates(2 * degrees(angles))})\n"
+        f"    for i in range(lanes):\n        {signals} = value.angles.signals({_coordinates(2 * n)})\n"
         f"    {action}\n    return 0\n"
     )
+    value = _Signals(angles)
     return Observer(observer_block(value, body, names), parameters(value), rows)
-
-
-def degrees(angles: Any) -> int:
-    """Return the degrees of freedom of a set of angles: one angle each."""
-    return len(angles.names)
 
 
 def extents(angles: Any) -> Observer:
     """Keep the smallest and largest value of each signal of the angles."""
     signals = 4 * len(angles.names)
     action = f"widen({signals}, lanes, fresh, memory)"
-    return _with_signals(angles, 1.0, action, (("widen", rotation_kernels.widen),), 3 * signals)
+    return _with_signals(angles, action, (("widen", rotation_kernels.widen),), 3 * signals)
 
 
 def signal_samples(angles: Any) -> Observer:
     """Keep the signals of the angles at each observation."""
     rows = 4 * len(angles.names)
     action = f"sample({rows}, lanes, orbit, fresh, memory, memory, out)"
-    return _with_signals(angles, 1.0, action, (("sample", rotation_kernels.sample),), rows + 1)
+    return _with_signals(angles, action, (("sample", rotation_kernels.sample),), rows + 1)
 
 
-def rotation(angles: Any, time: float) -> Observer:
-    """Keep the weighted Birkhoff sums of the angles' increments over `time` and its halves."""
+def rotation(angles: Any, model: Any, time: float) -> Observer:
+    """Keep the weighted Birkhoff sums of the angles' rates over `time` and its halves."""
     n = len(angles.names)
-    action = f"rotate(value.time, {n}, lanes, fresh, t, memory)"
-    rows = 4 * n + rotation_kernels.SHARED + rotation_kernels.PER_ANGLE * n + 3
-    return _with_signals(angles, time, action, (("rotate", rotation_kernels.rotate),), rows)
+    p, q, v, f = _coordinates(2 * n).split(", ")[n:], _coordinates(n), _letters("v", n), _letters("f", n)
+    body = (
+        "    for i in range(lanes):\n"
+        f"        {v} = value.model.velocity({', '.join(p)})\n"
+        f"        {f} = value.model.force({q})\n"
+        f"        {_coordinates(8 * n + 2, 'memory')} = value.angles.rates({_coordinates(2 * n)}, {v}, {f})\n"
+        f"    rotate(value.time, {angles.clocks}, lanes, fresh, t, memory)\n"
+        "    return 0\n"
+    )
+    value = _Rotation(angles, model, time)
+    rows = 8 * n + 2 + rotation_kernels.SHARED + rotation_kernels.WEIGHTS + rotation_kernels.PER_ANGLE * n
+    return Observer(observer_block(value, body, (("rotate", rotation_kernels.rotate),)), parameters(value), rows)
+
+
+def _letters(letter: str, count: int) -> str:
+    return ", ".join(f"{letter}{r}" for r in range(count))

@@ -80,17 +80,22 @@ def chandrupatla(x1, f1, x2, f2, x3, f3):
 
 
 @jit
-def fractional(flow, rows, lanes, start, tau, z, k, work, f):
+def fractional(
+    stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, tau, z, k, work, f
+):
     """Set z to the state a fractional step tau[i] after start, and f to the section function there."""
-    stage, derivative, section, params, section_params, drift, kick, a, b = flow
     for j in range(rows * LANES):
         z[j] = start[j]
+    for j in range(rows * LANES, z.size):
+        z[j] = 0.0
     advance(stage, derivative, params, drift, kick, a, b, rows, lanes, tau, z, k, work)
     section(section_params, lanes, z, f)
 
 
 @jit
-def split_pairs(flow, rows, lanes, start, kind, x1, x2, z, k, work):
+def split_pairs(
+    stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, kind, x1, x2, z, k, work
+):
     """Halve the bracket of each suspected pair at the extremum of the section function; other lanes are untouched.
 
     Golden sections, until a point of the other sign is found or the extremum is known to rounding.
@@ -99,12 +104,18 @@ def split_pairs(flow, rows, lanes, start, kind, x1, x2, z, k, work):
     tau, value, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     for i in range(lanes):
         low[i], high[i] = x1[i], x2[i]
-    fractional(flow, rows, lanes, start, inner, z, k, work, value)
+    fractional(
+        stage, derivative, section, params, section_params, drift, kick, a, b,
+        rows, lanes, start, inner, z, k, work, value,
+    )  # fmt: skip
     for _ in range(60):
         for i in range(lanes):
             right = high[i] - inner[i] > inner[i] - low[i]
             tau[i] = inner[i] + 0.3819660112501051 * ((high[i] if right else low[i]) - inner[i])
-        fractional(flow, rows, lanes, start, tau, z, k, work, f)
+        fractional(
+            stage, derivative, section, params, section_params, drift, kick, a, b,
+            rows, lanes, start, tau, z, k, work, f,
+        )  # fmt: skip
         searching = 0
         for i in range(lanes):
             if kind[i] < LOWER or found[i] > 0.0:
@@ -134,8 +145,9 @@ def split_pairs(flow, rows, lanes, start, kind, x1, x2, z, k, work):
 
 @jit(parallel=True)
 def locate(
-    stage, derivative, section, params, section_params, drift, kick, a, b, direction, rows, records, where, stop, progress
-):
+    stage, derivative, section, params, section_params, drift, kick, a, b, direction, precise, rows, records, where, stop,
+    progress,
+):  # fmt: skip
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
     All lanes iterate together, each in its own bracket, until the bracket is as narrow as the step's resolution. A
@@ -145,10 +157,9 @@ def locate(
     count = where.size
     size = rows * LANES
     for block in prange((count + LANES - 1) // LANES):
-        flow = (stage, derivative, section, params, section_params, drift, kick, a, b)
         first = block * LANES
         lanes = min(LANES, count - first) if stop[0] == 0 else 0
-        start, z, work, k = np.zeros(size), np.empty(size), np.empty(size), np.empty(b.size * size)
+        start, z, work, k = np.zeros(size), np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
         x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
         f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
         kind, live, resolution = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
@@ -157,9 +168,18 @@ def locate(
             kind[i], x1[i], x2[i] = records[o, 1], records[o, 2], records[o, 3]
             for r in range(rows):
                 start[r * LANES + i] = records[o, RECORD + r]
-        split_pairs(flow, rows, lanes, start, kind, x1, x2, z, k, work)
-        fractional(flow, rows, lanes, start, x1, z, k, work, f1)
-        fractional(flow, rows, lanes, start, x2, z, k, work, f2)
+        split_pairs(
+            stage, derivative, section, params, section_params, drift, kick, a, b,
+            rows, lanes, start, kind, x1, x2, z, k, work,
+        )  # fmt: skip
+        fractional(
+            stage, derivative, section, params, section_params, drift, kick, a, b,
+            rows, lanes, start, x1, z, k, work, f1,
+        )  # fmt: skip
+        fractional(
+            stage, derivative, section, params, section_params, drift, kick, a, b,
+            rows, lanes, start, x2, z, k, work, f2,
+        )  # fmt: skip
         for i in range(lanes):
             if kind[i] >= LOWER and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
                 kind[i] = NOTHING
@@ -170,7 +190,10 @@ def locate(
         active, sweeps = lanes, 0
         while active > 0 and sweeps < 100:
             active, sweeps = 0, sweeps + 1
-            fractional(flow, rows, lanes, start, tau, z, k, work, f)
+            fractional(
+                stage, derivative, section, params, section_params, drift, kick, a, b,
+                rows, lanes, start, tau, z, k, work, f,
+            )  # fmt: skip
             for i in range(lanes):
                 if live[i] == 0.0:
                     continue
@@ -190,7 +213,10 @@ def locate(
                 tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
         for i in range(lanes):
             tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
-        fractional(flow, rows, lanes, start, tau, z, k, work, f)
+        fractional(
+            stage, derivative, section, params, section_params, drift, kick, a, b,
+            rows, lanes, start, tau, z, k, work, f,
+        )  # fmt: skip
         for i in range(lanes):
             o = where[first + i]
             records[o, 0] += tau[i]

@@ -26,19 +26,21 @@ BURST = 128
 
 @jit(parallel=True)
 def run_fixed(
-    stage, derivative, check, observe, params, observer, drift, kick, a, b, step, total, every, radius, refill, unit,
-    z0, count, memory0, out, status, stop, progress,
+    stage, derivative, check, observe, params, observer, drift, kick, a, b, step, total, every, radius, precise,
+    refill, unit, z0, count, memory0, out, status, stop, progress,
 ):  # fmt: skip
     """Advance orbits (columns of z0) to total[orbit] steps of step[orbit], observing every `every` steps.
 
     With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the
-    lanes of a block keep the same step number and the domain is checked every BURST steps.
+    lanes of a block keep the same step number and the domain is checked every BURST steps. `precise` is for stages that work on
+    increments.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
     for u in prange((orbits + unit - 1) // unit):
         following, end = u * unit, min((u + 1) * unit, orbits)
-        z, work = np.empty(rows * LANES), np.empty(rows * LANES)
+        state_rows = 3 * rows if precise else rows
+        z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
         k = np.empty(b.size * rows * LANES)
         memory = np.empty(memory_rows * LANES)
         t, h, code, done, fresh = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
@@ -49,6 +51,8 @@ def run_fixed(
                 while lanes < LANES and following < end:
                     if status[following] == 0 and count[following] < total[following]:
                         load_lane(z0, following, z, lanes)
+                        for r in range(rows, state_rows):
+                            z[r * LANES + lanes] = 0.0
                         load_lane(memory0, following, memory, lanes)
                         orbit[lanes], n[lanes], h[lanes] = following, count[following], step[following]
                         code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
@@ -84,7 +88,7 @@ def run_fixed(
                     count[o] = n[i]
                     status[o] = np.int64(code[i])
                     lanes -= 1
-                    move_lane(rows, lanes, i, z)
+                    move_lane(state_rows, lanes, i, z)
                     move_lane(memory_rows, lanes, i, memory)
                     orbit[i], n[i], h[i] = orbit[lanes], n[lanes], h[lanes]
                     code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]

@@ -1,8 +1,12 @@
-"""Streamed rotation rates: weighted Birkhoff averages of the increments of angles (layer L2).
+"""Streamed rotation rates: weighted Birkhoff averages of the rates of angles, each in its own clock (layer L2).
 
-Observer memory, in rows of LANES: the 4 n signals Re Q, Im Q, Re P, Im P of each angle; then SHARED rows (three sums of
-weights, time of the last observation); then PER_ANGLE rows of each angle (centre, scale kappa, last loop (2), three sums); then the three weights of the moment.
-The three windows are the whole time, its first half and its second half.
+Observer memory, in rows of LANES, for n angles:
+    8 n + 2   Re Q, Im Q, Re P, Im P and their time derivatives of each angle; rate of the clock and its derivative;
+    SHARED    time, clock, rate and derivative at the last observation, length of the clock's window; then the sums, over
+              three windows each, of weights, of weights times the clock's rate (window in time, then window in the clock);
+    6         the weights of the moment: three windows in time, three in the clock;
+    5 n       of each angle: centre, scale kappa, three sums of weights times its rate.
+The three windows are the whole, its first half and its second half.
 """
 
 from __future__ import annotations
@@ -11,7 +15,7 @@ import math
 
 from .._jit import LANES, jit
 
-SHARED, PER_ANGLE = 4, 7
+SHARED, WEIGHTS, PER_ANGLE = 14, 6, 5
 
 SHARPNESS = 30.0
 """beta of the weight exp(beta (sqrt(1 - x^2) - 1)) on -1 < x < 1 (Barnett, Magland & af Klinteberg 2019, SIAM J. Sci. Comput. 41,
@@ -19,76 +23,77 @@ C479): a line further than beta/pi cycles per window from zero is damped by e^-b
 
 
 @jit
-def angle(y, x):
-    """Return atan2(y, x) to 2 ulp without a branch, so that loops over lanes vectorise."""
-    ax, ay = abs(x), abs(y)
-    small, large = min(ax, ay), max(ax, ay)
-    far = small > 0.41421356237309503 * large
-    numerator = small - large if far else small
-    denominator = small + large if far else large
-    s = numerator / (denominator if denominator > 0.0 else 1.0)
-    u = s * s
-    # atan(s)/s on |s| <= tan(pi/8) in powers of u: mpmath.chebyfit at 40 digits, error 1.3e-18
-    c = -0.017805397205419446
-    c = c * u + 0.03796525745386593
-    c = c * u - 0.05035102456601552
-    c = c * u + 0.05846878297330872
-    c = c * u - 0.06662951813629191
-    c = c * u + 0.07692045330902225
-    c = c * u - 0.09090896809064027
-    c = c * u + 0.11111110744919658
-    c = c * u - 0.14285714279250245
-    c = c * u + 0.19999999999940893
-    c = c * u - 0.3333333333333312
-    c = c * u + 1.0
-    value = s * c + (0.78539816339744828 if far else 0.0)
-    value = 1.5707963267948966 - value if ay > ax else value
-    value = 3.1415926535897931 - value if x < 0.0 else value
-    return -value if y < 0.0 else value
-
-
-@jit
 def weight(x):
-    """Return the weight at -1 < x < 1 of a window, 0 outside it."""
-    return math.exp(SHARPNESS * (math.sqrt(1.0 - x * x) - 1.0)) if abs(x) < 1.0 else 0.0
+    """Return the weight at -1 < x < 1 of a window, 0 outside it; no branch, so that loops over lanes vectorise."""
+    y = 1.0 - x * x
+    inside = y > 0.0
+    u = (math.sqrt(y if inside else 0.0) - 1.0) * (SHARPNESS / 128.0)
+    # exp(u) by its Taylor series on -0.24 < u <= 0 (remainder 1e-16), then its 128th power
+    e = 1.0 + u / 11.0
+    for k in (10.0, 9.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0):
+        e = 1.0 + e * u * (1.0 / k)
+    e = e * e
+    e = e * e
+    e = e * e
+    e = e * e
+    e = e * e
+    e = e * e
+    e = e * e
+    return e if inside else 0.0
 
 
 @jit
-def rotate(time, angles, lanes, fresh, t, memory):
-    """Add the increments of all angles, weighted at the middle of the interval; memory as in the module text."""
-    shared = 4 * angles * LANES
-    weights = shared + SHARED * LANES + PER_ANGLE * angles * LANES
-    last, w0, w1, w2 = -1.0, 0.0, 0.0, 0.0
+def keep_time(time, n, lanes, fresh, t, memory):
+    """Advance each lane's clock to t (Hermite's rule, error h^5/720) and set and sum the weights of the moment."""
+    rate = 8 * n * LANES
+    shared = rate + 2 * LANES
+    weights = shared + SHARED * LANES
     for i in range(lanes):
-        before = shared + 3 * LANES + i
-        if fresh[i] == 0.0:
-            for j in range(3):
-                memory[weights + j * LANES + i] = 0.0
-            continue
-        # Lanes usually share their time: the weights of the lane before are used again.
-        if t[i] + memory[before] != last:
-            last = t[i] + memory[before]
-            x = last / time - 1.0
-            w0, w1, w2 = weight(x), weight(2.0 * x + 1.0), weight(2.0 * x - 1.0)
+        on = fresh[i]
+        h = on * (t[i] - memory[shared + i])
+        r0, r1 = memory[shared + 2 * LANES + i], memory[rate + i]
+        d0, d1 = memory[shared + 3 * LANES + i], memory[rate + LANES + i]
+        clock = memory[shared + LANES + i] + h * (0.5 * (r0 + r1) + h * (d0 - d1) * (1.0 / 12.0))
+        memory[shared + LANES + i] = clock
+        memory[shared + i] = t[i] if on > 0.0 else memory[shared + i]
+        memory[shared + 2 * LANES + i] = r1 if on > 0.0 else r0
+        memory[shared + 3 * LANES + i] = d1 if on > 0.0 else d0
+        x, y = 2.0 * t[i] / time - 1.0, 2.0 * clock / memory[shared + 4 * LANES + i] - 1.0
+        w0, w1, w2 = on * weight(x), on * weight(2.0 * x + 1.0), on * weight(2.0 * x - 1.0)
+        v0, v1, v2 = on * weight(y), on * weight(2.0 * y + 1.0), on * weight(2.0 * y - 1.0)
         memory[weights + i], memory[weights + LANES + i], memory[weights + 2 * LANES + i] = w0, w1, w2
-        memory[before] = t[i]
-    for j in range(3):
+        memory[weights + 3 * LANES + i], memory[weights + 4 * LANES + i], memory[weights + 5 * LANES + i] = v0, v1, v2
+        memory[shared + 5 * LANES + i] += w0
+        memory[shared + 6 * LANES + i] += w1
+        memory[shared + 7 * LANES + i] += w2
+        memory[shared + 8 * LANES + i] += w0 * r1
+        memory[shared + 9 * LANES + i] += w1 * r1
+        memory[shared + 10 * LANES + i] += w2 * r1
+        memory[shared + 11 * LANES + i] += v0 * r1
+        memory[shared + 12 * LANES + i] += v1 * r1
+        memory[shared + 13 * LANES + i] += v2 * r1
+
+
+@jit
+def rotate(time, clocks, lanes, fresh, t, memory):
+    """Add the weighted rates of all angles; clocks[k] = 1 where angle k is averaged over the clock instead of time."""
+    n = len(clocks)
+    keep_time(time, n, lanes, fresh, t, memory)
+    weights = (8 * n + 2 + SHARED) * LANES
+    for k in range(n):
+        s = 8 * k * LANES
+        m = weights + (WEIGHTS + PER_ANGLE * k) * LANES
+        w = weights + 3 * clocks[k] * LANES
         for i in range(lanes):
-            memory[shared + j * LANES + i] += memory[weights + j * LANES + i]
-    for n in range(angles):
-        s = 4 * n * LANES
-        m = shared + (SHARED + PER_ANGLE * n) * LANES
-        for i in range(lanes):
-            centre, kappa = memory[m + i], memory[m + LANES + i]
-            re = memory[s + i] - centre + kappa * memory[s + 3 * LANES + i]
+            kappa = memory[m + LANES + i]
+            re = memory[s + i] - memory[m + i] + kappa * memory[s + 3 * LANES + i]
             im = memory[s + LANES + i] - kappa * memory[s + 2 * LANES + i]
-            re0, im0 = memory[m + 2 * LANES + i], memory[m + 3 * LANES + i]
-            turn = angle(im * re0 - re * im0, re * re0 + im * im0)
-            memory[m + 4 * LANES + i] += memory[weights + i] * turn
-            memory[m + 5 * LANES + i] += memory[weights + LANES + i] * turn
-            memory[m + 6 * LANES + i] += memory[weights + 2 * LANES + i] * turn
-            memory[m + 2 * LANES + i] = re if fresh[i] > 0.0 else re0
-            memory[m + 3 * LANES + i] = im if fresh[i] > 0.0 else im0
+            re_rate = memory[s + 4 * LANES + i] + kappa * memory[s + 7 * LANES + i]
+            im_rate = memory[s + 5 * LANES + i] - kappa * memory[s + 6 * LANES + i]
+            rate = (re * im_rate - im * re_rate) / (re * re + im * im)
+            memory[m + 2 * LANES + i] += memory[w + i] * rate
+            memory[m + 3 * LANES + i] += memory[w + LANES + i] * rate
+            memory[m + 4 * LANES + i] += memory[w + 2 * LANES + i] * rate
 
 
 @jit

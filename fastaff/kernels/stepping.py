@@ -15,6 +15,23 @@ def splitting_step(stage, params, drift, kick, lanes, step, z):
 
 
 @jit
+def settle(rows, lanes, z):
+    """Add the increments of a step to the state with the rounding error carried over to the next (Kahan's summation).
+
+    z holds rows of the state, of increments (left at zero) and of carried errors.
+    """
+    size = rows * LANES
+    for r in range(rows):
+        for i in range(lanes):
+            j = r * LANES + i
+            increment = z[size + j] + z[2 * size + j]
+            total = z[j] + increment
+            z[2 * size + j] = increment - (total - z[j])
+            z[j] = total
+            z[size + j] = 0.0
+
+
+@jit
 def combine(rows, lanes, first, last, coefficients, k, total):
     """Set total = sum of coefficients[s] * k[s] over first <= s < last, in the order of s."""
     size = rows * LANES
@@ -54,9 +71,14 @@ def runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work):
 
 @jit
 def advance(stage, derivative, params, drift, kick, a, b, rows, lanes, step, z, k, work):
-    """Advance z by one step of the scheme: a splitting where it has kicks, else a Runge-Kutta tableau."""
+    """Advance z by one step of the scheme: a splitting where it has kicks, else a Runge-Kutta tableau.
+
+    Where z has room for increments and carried errors, the stage works on increments.
+    """
     if kick.size > 0:
         splitting_step(stage, params, drift, kick, lanes, step, z)
+        if z.size > rows * LANES:
+            settle(rows, lanes, z)
     else:
         runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work)
 

@@ -1,0 +1,16 @@
+"""Settings that all tests share."""
+
+import os
+
+import pytest
+from hypothesis import settings
+
+settings.register_profile("fastaff", deadline=None, max_examples=25, derandomize=True)
+settings.load_profile("fastaff")
+
+
+@pytest.fixture
+def two_threads():
+    """Skip where Numba has one thread only."""
+    if (os.cpu_count() or 1) < 2 or os.environ.get("NUMBA_NUM_THREADS") == "1":
+        pytest.skip("needs two threads")
