@@ -125,6 +125,24 @@ def _drift_kick(n: int, momenta: list[str], drift: list[str], states: str, drift
     )
 
 
+def _march(n: int) -> str:
+    """Whole steps of lane 0 with its state in scalars, and the arithmetic of `stage` to the bit: for a single orbit."""
+    q, p, v, f = (_names(letter, n) for letter in "qpvf")
+    drift = (
+        f"            {', '.join(v)}, = value.velocity({', '.join(p)})\n            hd = drift[s]*step\n"
+        + "".join(f"            {q[r]} = {q[r]} + hd*{v[r]}\n" for r in range(n))
+    )  # fmt: skip
+    return (
+        f"    {', '.join(q + p)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
+        "    for _ in range(steps):\n        for s in range(drift.size):\n"
+        + drift
+        + "            if s < kick.size:\n"
+        f"                {', '.join(f)}, = value.force({', '.join(q)})\n                hk = kick[s]*step\n"
+        + "".join(f"                {p[r]} = {p[r]} + hk*{f[r]}\n" for r in range(n))
+        + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(q + p))
+    )
+
+
 def _derivative(n: int) -> str:
     v, f = _names("v", n), _names("f", n)
     return (
@@ -156,6 +174,7 @@ def _value(n: int) -> str:
 _BODIES: dict[str, Callable[[int], str]] = {
     "stage": _stage,
     "precise_stage": _precise_stage,
+    "march": _march,
     "derivative": _derivative,
     "check": _check,
     "value": _value,
@@ -163,6 +182,7 @@ _BODIES: dict[str, Callable[[int], str]] = {
 _ARGUMENTS = {
     "stage": "params, lanes, drift, kick, step, z",
     "precise_stage": "params, lanes, drift, kick, step, z",
+    "march": "params, drift, kick, step, steps, z",
     "check": "params, lanes, radius, z, result",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
@@ -175,6 +195,11 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int) -> Callable:
     classes: dict[type, str] = {}
     constructor = _walk(value, [], classes)
     return _compiled(kind, constructor, tuple(classes.items()), _BODIES[kind](degrees_of_freedom), ())
+
+
+def idle_block(kind: str) -> Callable:
+    """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
+    return _compiled(kind, "0.0", (), "    return\n", ())
 
 
 def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]) -> Callable:

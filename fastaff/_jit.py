@@ -25,9 +25,6 @@ starts at r*LANES, so that LLVM sees constant distances between rows and needs n
 JIT_DISABLED = bool(config.DISABLE_JIT)
 OPTIONS = {"error_model": "numpy", "nogil": True}
 
-# The workqueue threading layer is not safe for concurrent callers, so parallel kernels take turns.
-PARALLEL_LOCK = threading.Lock()
-
 
 @functools.cache
 def package_hash() -> str:
@@ -120,6 +117,8 @@ SIGNATURES = {
     # (params, lanes, drift, kick, step, z): q += drift*step*velocity(p), then p += kick*step*force(q)
     "stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
     "precise_stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
+    # (params, drifts, kicks, step, steps, z): whole steps of lane 0
+    "march": types.void(_vector, _vector, _vector, _f8, _i8, _vector),
     # (params, lanes, z, result)
     "derivative": types.void(_vector, _i8, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),

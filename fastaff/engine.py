@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import math
-import threading
+import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,8 +14,8 @@ import numba
 import numpy as np
 
 from . import observers
-from ._blocks import model_block, parameters
-from ._jit import JIT_DISABLED, LANES, PARALLEL_LOCK
+from ._blocks import idle_block, model_block, parameters
+from ._jit import JIT_DISABLED, LANES
 from .boundary import checked_model, checked_scheme, energies, energy_scale, positive, whole
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed
@@ -46,35 +48,38 @@ def launch(
 
     Ctrl-C sets stop[0], which kernels poll; KeyboardInterrupt is raised when the kernel has put its state back.
     """
-    finished, failure = threading.Event(), []
 
-    def worker() -> None:
-        try:
-            with PARALLEL_LOCK:
-                if not JIT_DISABLED:
-                    numba.set_num_threads(threads)
-                    numba.set_parallel_chunksize(1)
-                kernel(*arguments)
-        except BaseException as problem:  # handed to the caller below
-            failure.append(problem)
-        finally:
-            finished.set()
+    def run() -> None:
+        if not JIT_DISABLED:
+            numba.set_num_threads(min(threads, progress.size))  # a second thread for one unit would only wait
+            numba.set_parallel_chunksize(1)
+        kernel(*arguments)
 
-    thread = threading.Thread(target=worker, name="fastaff", daemon=True)
     interrupted = False
-    thread.start()
-    while not finished.is_set():
+    future = _worker(os.getpid()).submit(run)
+    while True:
         try:
-            finished.wait(0.1)
-            if report is not None and work > 0:
-                report(min(1.0, float(progress.sum()) / work))
+            future.result(0.1)
+            break
+        except TimeoutError:
+            if future.done():
+                raise
         except KeyboardInterrupt:
             stop[0], interrupted = 1, True
-    thread.join()
-    if failure:
-        raise failure[0]
+        if report is not None and work > 0:
+            report(min(1.0, float(progress.sum()) / work))
     if interrupted:
         raise KeyboardInterrupt
+
+
+@functools.cache
+def _worker(process: int) -> ThreadPoolExecutor:
+    """Return this process's one kernel thread.
+
+    One, because parallel kernels must take turns (the workqueue threading layer) and a new thread would start new OpenMP
+    threads; of this process, because threads don't survive a fork.
+    """
+    return ThreadPoolExecutor(1, thread_name_prefix="fastaff")
 
 
 @dataclass
@@ -179,9 +184,11 @@ class Flow:
             every = max(1, self.steps(time / observations))
             h = time / (observations * every)
         total = np.full(orbits, self.steps(time) if not observations else observations * every, np.int64)
+        solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
+        march = model_block("march", self.model, self.model.degrees_of_freedom) if solo else idle_block("march")
         arguments = (
-            stage, derivative, check, observer.function, params, observer.parameters, drift, kick, a, b,
-            np.full(orbits, h), total, every, self.radius, self.precise, refill, unit, ensemble.z, ensemble.count, memory, out,
+            stage, march, derivative, check, observer.function, params, observer.parameters, drift, kick, a, b,
+            np.full(orbits, h), total, every, self.radius, self.precise, refill, solo, unit, ensemble.z, ensemble.count, memory, out,
             ensemble.status, stop, progress,
         )  # fmt: skip
         work = float((total - ensemble.count).sum())

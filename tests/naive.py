@@ -163,12 +163,13 @@ def r_vartheta_frequencies(body, z, nodes=4096):
     PHYSICS.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function. The loop
     integrals are sums over Chebyshev nodes between its turning points x1 < x2, which converge exponentially:
 
-        x = cos vartheta,  c(x) = (x - x1)(x2 - x) R(x) (x R for Hyperelastic),  I = loop dx/(sqrt((x-x1)(x2-x)) sqrt R)
-        nu_vartheta = omega/(Lambda I/pi...),  nu_gamma from the loop integral of 2 p_gamma/(1 - x), nu_eta 2 p_eta/(1 + x).
+        c(x) = (x - x1)(x2 - x) R(x) (times x for Hyperelastic),   I[f] = integral of f/sqrt((x-x1)(x2-x) R) from x1 to x2,
+        nu_r = omega/pi,   nu_vartheta = omega/(Lambda I[1]),
+        nu_gamma = nu_vartheta I[2 p_gamma/(1 - x)]/2 pi,   nu_eta = nu_vartheta I[2 p_eta/(1 + x)]/2 pi.
 
     For small p_gamma the pole at x = 1 comes close to x2: it is taken off in closed form. As c(1) = -4 p_gamma^2,
 
-        2 p_gamma loop dx/((1-x) ...) = pi sign(p_gamma) + 2 p_gamma (integral of a smooth function),
+        I[2 p_gamma/(1-x)] = pi sign(p_gamma) + 2 p_gamma (integral of a smooth function),
 
     which is exact for p_gamma -> 0 and keeps all digits; the same at x = -1 for p_eta of the heavy top.
     """
@@ -204,8 +205,8 @@ def r_vartheta_frequencies(body, z, nodes=4096):
             return lead * (x - x3) if top else lead * (1 - x3 / x)  # noqa: B023
 
         root, end = np.sqrt(R(x)), np.sqrt(R(1.0))
-        difference = -lead if top else -lead * x3 / x  # (R(1) - R(x))/(1 - x) is minus/plus this
-        smooth = (-difference if top else difference) / (root * end * (root + end))
+        difference = lead if top else lead * x3 / x  # (R(1) - R(x))/(1 - x)
+        smooth = difference / (root * end * (root + end))  # (1/sqrt R(x) - 1/sqrt R(1))/(1 - x)
         angle = np.pi * smooth.mean()
         turn_gamma = np.pi * sign(pg) + 2 * pg * angle
         if top:

@@ -26,14 +26,14 @@ BURST = 128
 
 @jit(parallel=True)
 def run_fixed(
-    stage, derivative, check, observe, params, observer, drift, kick, a, b, step, total, every, radius, precise,
-    refill, unit, z0, count, memory0, out, status, stop, progress,
+    stage, march, derivative, check, observe, params, observer, drift, kick, a, b, step, total, every, radius, precise,
+    refill, solo, unit, z0, count, memory0, out, status, stop, progress,
 ):  # fmt: skip
     """Advance orbits (columns of z0) to total[orbit] steps of step[orbit], observing every `every` steps.
 
     With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the
     lanes of a block keep the same step number and the domain is checked every BURST steps. `precise` is for stages that work on
-    increments.
+    increments, `solo` for units of one orbit: `march` then takes all steps to the next observation at once.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
@@ -60,15 +60,21 @@ def run_fixed(
                     following += 1
             if lanes == 0:
                 break
-            burst = BURST - n[0] % BURST
+            longest = 64 * BURST if solo else BURST
+            burst = longest - n[0] % longest
             for i in range(lanes):
                 burst = min(burst, total[orbit[i]] - n[i])
             ran, ended = 0, 0
             while ran < burst and ended == 0:
-                advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
-                ran += 1
+                taken = 1
+                if solo:
+                    taken = min(burst - ran, every - n[0] % every)
+                    march(params, drift, kick, h[0], taken, z)
+                else:
+                    advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
+                ran += taken
                 for i in range(lanes):
-                    n[i] += 1
+                    n[i] += taken
                     t[i] = n[i] * h[i]
                 if refill or ran == burst:
                     check(params, lanes, radius, z, code)
@@ -76,7 +82,7 @@ def run_fixed(
                         if code[i] > 0.0:
                             fresh[i] = 0.0
                             ended += 1
-                if every > 0 and n[0] % every == 0:
+                if n[0] % every == 0:
                     ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
             progress[u] += ran * lanes
             i = 0

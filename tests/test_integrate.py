@@ -1,0 +1,433 @@
+"""Orbits against slow twins and SciPy; orders, structure, bitwise promises, outcomes, memory."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from naive import MODELS, energy, label, march, solve, states, step
+
+from fastaff import (
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
+    RK4,
+    SOFRONIOU_SPALETTA10,
+    Anharmonic,
+    Body,
+    Harmonic,
+    HenonHeiles,
+    Hyperelastic,
+    NeoHookean,
+    OrbitError,
+    Splitting,
+    Status,
+    energy_grid,
+    integrate,
+)
+from fastaff.schemes import SCHEMES
+from fastaff.sections import AlphaTurning
+
+every_model = pytest.mark.parametrize("model", MODELS, ids=label)
+FIXED_DOP853 = replace(DOP853, name="DOP853 fixed", errors=(), error_orders=())
+FIXED = [FIXED_DOP853 if s is DOP853 else s for s in SCHEMES.values()]
+every_fixed = pytest.mark.parametrize("scheme", FIXED, ids=label)
+SPLITTINGS = [s for s in FIXED if isinstance(s, Splitting)]
+BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
+FAST = {"time": 2.0, "step": 0.1}
+
+
+def assert_same(one, other, orbits=slice(None)):
+    """Bit for bit, for every array over orbits (last axis)."""
+    for name in ("z", "t", "samples", "energy_error", "status"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[..., orbits], err_msg=name)
+
+
+# --- against the twins -------------------------------------------------------------------------------------------
+
+
+@every_fixed
+@pytest.mark.parametrize("model", [BALL, BODY], ids=label)
+def test_fixed_steps_are_those_of_the_twin(model, scheme):
+    z0 = states(model, 5)
+    path = march(model, scheme, z0, 0.1, 20)
+    run = integrate(model, z0, time=2.0, step=0.1, scheme=scheme, samples=4, energy_tolerance=1.0)
+    np.testing.assert_allclose(run.z, path[-1], rtol=0, atol=2e-14 * 20)
+    np.testing.assert_allclose(run.samples, path[5::5], rtol=0, atol=2e-14 * 20)
+    np.testing.assert_allclose(run.times, [0.5, 1.0, 1.5, 2.0], rtol=1e-15)
+    np.testing.assert_array_equal(run.samples[-1], run.z)
+    assert run.step == 0.1
+    assert (run.status == Status.OK).all()
+
+
+@every_model
+def test_every_model_follows_scipy(model):
+    z0 = states(model, 2, seed=3)
+    run = integrate(model, z0, time=10.0, scheme=SOFRONIOU_SPALETTA10, step=0.02, samples=2)
+    for i in range(2):
+        np.testing.assert_allclose(run.samples[:, :, i], solve(model, z0[:, i], [5.0, 10.0]), rtol=0, atol=2e-11)
+
+
+@every_model
+def test_dop853_follows_scipy(model):
+    z0 = states(model, 2, seed=4)
+    run = integrate(model, z0, time=10.0, scheme=DOP853, rtol=1e-13, atol=1e-13)
+    for i in range(2):
+        np.testing.assert_allclose(run.z[:, i], solve(model, z0[:, i], 10.0)[0], rtol=0, atol=5e-11)
+    assert run.step == np.inf
+    np.testing.assert_array_equal(run.t, 10.0)
+
+
+def test_dop853_samples_by_its_interpolant():
+    """Order 7 interpolant: as good as the steps at small tolerances, at times that are no step ends."""
+    z0 = states(BODY, 2, seed=4)
+    run = integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=1e-13, atol=1e-13, samples=37)
+    np.testing.assert_allclose(run.times, np.arange(1, 38) * 10 / 37, rtol=1e-15)
+    for i in range(2):
+        np.testing.assert_allclose(run.samples[:, :, i], solve(BODY, z0[:, i], run.times), rtol=0, atol=1e-10)
+    plain = integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=1e-13, atol=1e-13)
+    np.testing.assert_array_equal(plain.z, run.z)  # sampling does not touch the steps
+
+
+def test_dop853_error_follows_the_tolerance():
+    """Error per unit step: a hundredth of the tolerance, 30 to 300 times less error."""
+    z0 = states(BODY, 8, seed=5)
+    truth = integrate(BODY, z0, time=10.0, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
+    error = [np.abs(integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=t, atol=t).z - truth).max() for t in (1e-6, 1e-8, 1e-10)]
+    assert 1e-7 < error[0] < 1e-4
+    assert 20 < error[0] / error[1] < 500
+    assert 20 < error[1] / error[2] < 500
+
+
+STEPS = {  # the coarsest of three steps in the ratio sqrt2 for Henon-Heiles and the body: errors between 1e-3 and 1e-12
+    "LEAPFROG": (0.02, 0.02), "YOSHIDA4": (0.05, 0.05), "BLANES_MOAN6": (0.5, 0.2), "KAHAN_LI8": (0.4, 0.28),
+    "SOFRONIOU_SPALETTA10": (0.5, 0.28), "RK4": (0.05, 0.05), "DOP853": (0.28, 0.2),
+}  # fmt: skip
+
+
+@every_fixed
+@pytest.mark.parametrize("model", [BALL, BODY], ids=label)
+def test_order(model, scheme):
+    """The slope of log error against log step is the declared order, for tableaux with a term more: order + O(h)."""
+    z0, time = states(model, 6, seed=7, spread=0.1), 16.0
+    truth = integrate(model, z0, time=time, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
+    coarse = STEPS[scheme.name.split()[0]][model is BODY]
+    counts = [round(time / coarse * f) for f in (1, np.sqrt(2), 2)]
+    errors = [np.abs(integrate(model, z0, time=time, step=time / n, scheme=scheme, energy_tolerance=1.0).z - truth).max() for n in counts]
+    assert 1e-14 < errors[-1] < errors[0] < 2e-3
+    slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert slope == pytest.approx(scheme.order, abs=0.15 if isinstance(scheme, Splitting) else 0.3)
+
+
+def test_the_step_is_the_longest_allowed():
+    """The step used divides the time between samples: 3 steps of 1/3 for a step of 0.4, not 2 of 0.5."""
+    z0 = states(BALL, 3)
+    run = integrate(BALL, z0, time=2.0, step=0.4, samples=2)
+    np.testing.assert_array_equal(run.z, integrate(BALL, z0, time=2.0, step=1 / 3, samples=2).z)
+    np.testing.assert_allclose(run.samples, march(BALL, KAHAN_LI8, z0, 1 / 3, 6)[3::3], rtol=0, atol=1e-13)
+
+
+@every_model
+def test_a_missing_step_is_chosen_for_the_energy(model):
+    """1e-11 for 95 % of the orbits on the trial, hence 1e-10 for half of them later."""
+    run = integrate(model, states(model, 60), time=30.0)
+    assert 0 < run.step < 1
+    assert np.median(run.energy_error) < 1e-10
+    run.raise_if_failed()
+
+
+# --- structure ---------------------------------------------------------------------------------------------------
+
+
+def jacobian(model, z, scheme, h):
+    """dz(h)/dz by sixth-order differences of integrate, all displaced orbits in one call; error about 1e-16/delta."""
+    n, delta = len(z), 5e-3
+    shifts = np.array([1, 2, 3, -1, -2, -3]) * delta
+    weights = np.array([45, -9, 1, -45, 9, -1]) / (60 * delta)
+    start = z[:, None, None] + np.eye(n)[:, :, None] * shifts
+    end = integrate(model, start.reshape(n, -1), time=h, step=h, scheme=scheme, energy_tolerance=1e9).z.reshape(n, n, 6)
+    return end @ weights
+
+
+def symplectic_defect(model, scheme, h):
+    z = states(model, 1, seed=9, spread=0.15)[:, 0]
+    n = len(z) // 2
+    J = jacobian(model, z, scheme, h)
+    omega = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+    return np.abs(J.T @ omega @ J - omega).max()
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=label)
+@pytest.mark.parametrize("model", [BALL, BODY], ids=label)
+def test_a_step_of_a_splitting_is_symplectic(model, scheme):
+    assert symplectic_defect(model, scheme, 0.2) < 1e-10
+
+
+def test_a_step_of_rk4_is_not_symplectic():
+    """So the test above can fail."""
+    assert symplectic_defect(BODY, RK4, 0.2) > 1e-6
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=label)
+@every_model
+def test_splittings_are_reversible(model, scheme):
+    """Forward, momenta flipped, forward again: back at the start to the rounding of 80 steps and its growth."""
+    z0, n = states(model, 4, seed=10, spread=0.2), model.degrees_of_freedom
+    flip = np.repeat([1.0, -1.0], n)[:, None]
+    there = integrate(model, z0, time=4.0, step=0.05, scheme=scheme, energy_tolerance=1.0).z
+    back = flip * integrate(model, flip * there, time=4.0, step=0.05, scheme=scheme, energy_tolerance=1.0).z
+    np.testing.assert_allclose(back, z0, rtol=0, atol=3e-12)
+    assert np.abs(there - z0).max() > 0.1
+
+
+def test_energy_error_of_a_splitting_does_not_grow():
+    z0 = states(BODY, 10, seed=11, spread=0.2)
+
+    def growth(scheme, step):
+        errors = []
+        for time in (50.0, 800.0):
+            run = integrate(BODY, z0, time=time, step=step, scheme=scheme, samples=200, energy_tolerance=1.0)
+            errors.append(run.energy_error)
+        return np.median(errors[1] / errors[0]), np.median(errors[1])
+
+    ratio, size = growth(LEAPFROG, 0.1)
+    assert size > 1e-5
+    assert ratio < 1.5
+    ratio, _ = growth(RK4, 0.1)
+    assert ratio > 5
+
+
+def test_angular_momenta_are_kept_to_rounding():
+    """Splittings keep quadratic invariants: exactly but for rounding, which grows at most like steps * eps."""
+    z0 = states(BODY, 20)
+    z = integrate(BODY, z0, time=100.0, step=0.05).z
+    for i, j in ((0, 1), (2, 3)):
+        before = z0[i] * z0[4 + j] - z0[j] * z0[4 + i]
+        np.testing.assert_allclose(z[i] * z[4 + j] - z[j] * z[4 + i], before, rtol=0, atol=1e-12)
+
+
+def test_energy_error_is_what_it_says():
+    """|E - E0|/(T0 + |V0|), the largest over samples and end."""
+    z0 = states(BODY, 6)
+    run = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, samples=10, energy_tolerance=1.0)
+    scale = BODY.kinetic_energy(*z0[4:]) + np.abs(BODY.potential_energy(*z0[:4]))
+    drift = np.abs(np.array([energy(BODY, z) for z in run.samples]) - energy(BODY, z0)) / scale
+    np.testing.assert_allclose(run.energy_error, drift.max(axis=0), rtol=1e-12)
+    end = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, energy_tolerance=1.0)
+    np.testing.assert_allclose(end.energy_error, drift[-1], rtol=1e-12)
+
+
+# --- bitwise promises --------------------------------------------------------------------------------------------
+
+RUNS = {
+    "fixed": {"time": 3.0, "step": 0.05, "samples": 3},
+    "runge-kutta": {"time": 3.0, "step": 0.05, "samples": 3, "scheme": RK4, "energy_tolerance": 1.0},
+    "adaptive": {"time": 3.0, "samples": 3, "scheme": DOP853},
+}
+every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
+
+
+@every_run
+def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
+    z0 = states(BODY, 300)
+    assert_same(integrate(BODY, z0, threads=1, **options), integrate(BODY, z0, threads=2, **options))
+
+
+@every_run
+def test_any_order_of_the_orbits_gives_the_same_bits(options):
+    z0 = states(BODY, 300)
+    order = np.random.default_rng(1).permutation(300)
+    assert_same(integrate(BODY, z0[:, order], **options), integrate(BODY, z0, **options), order)
+
+
+@every_run
+def test_an_orbit_alone_gives_the_same_bits_as_in_a_crowd(options):
+    z0 = states(BODY, 300)
+    crowd = integrate(BODY, z0, **options)
+    for i in (0, 63, 64, 171, 299):
+        assert_same(integrate(BODY, z0[:, i], **options), crowd, slice(i, i + 1))
+    assert_same(integrate(BODY, z0[:, 10:87], **options), crowd, slice(10, 87))
+
+
+@every_run
+def test_a_lost_orbit_does_not_change_its_neighbours(options):
+    z0 = states(BODY, 200)
+    bad = np.arange(3, 200, 7)
+    mixed = z0.copy()
+    mixed[2, bad] = 1e-3
+    mixed[6, bad] = np.where(np.arange(bad.size) % 2, 1e100, 40.0)  # out of bounds; through the wall
+    run = integrate(BODY, mixed, **options)
+    good = np.setdiff1d(np.arange(200), bad)
+    clean = integrate(BODY, z0[:, good], **options)
+    for name in ("z", "t", "samples", "energy_error", "status"):
+        np.testing.assert_array_equal(getattr(run, name)[..., good], getattr(clean, name), err_msg=name)
+    assert (run.status[bad[1::2]] != Status.OK).all()
+    if options is not RUNS["adaptive"]:
+        assert (run.status[bad] != Status.OK).all()
+
+
+def test_results_do_not_depend_on_the_state_before():
+    """The same call twice; z0 is left alone."""
+    z0 = states(BODY, 10)
+    before = z0.copy()
+    assert_same(integrate(BODY, z0, **FAST), integrate(BODY, z0, **FAST))
+    np.testing.assert_array_equal(z0, before)
+    z0.flags.writeable = False
+    integrate(BODY, z0, **FAST)
+
+
+def test_layout_and_type_of_the_input_do_not_matter():
+    z0 = states(BODY, 10).astype(np.float32).astype(np.float64)
+    plain = integrate(BODY, z0, **FAST)
+    assert_same(integrate(BODY, np.asfortranarray(z0), **FAST), plain)
+    assert_same(integrate(BODY, z0.astype(np.float32), **FAST), plain)
+    assert_same(integrate(BODY, z0.tolist(), **FAST), plain)
+    single = integrate(BODY, z0[:, 0], **FAST)
+    assert single.z.shape == (8, 1)
+    assert single.samples.shape == (0, 8, 1)
+
+
+# --- outcomes ----------------------------------------------------------------------------------------------------
+
+
+def test_harmonic_motion_crosses_zero_area_by_its_closed_form():
+    body = Body(Harmonic(1.3), 0.7)
+    z0, omega = states(body, 50, spread=1.0), np.sqrt(1.3 / 0.7)
+    run = integrate(body, z0, time=7.0, step=0.05, samples=140)
+    t = run.times[:, None, None]
+    q = z0[:4] * np.cos(omega * t) + z0[4:] / (0.7 * omega) * np.sin(omega * t)
+    np.testing.assert_allclose(run.samples[:, :4], q, rtol=0, atol=1e-11)
+    det = (run.samples[:, 0] ** 2 + run.samples[:, 1] ** 2 - run.samples[:, 2] ** 2 - run.samples[:, 3] ** 2) / 2
+    assert (det.min(axis=0) < 0).mean() > 0.5
+    assert (run.status == Status.OK).all()
+
+
+def test_anharmonic_motion_crosses_zero_area():
+    body = Body(Anharmonic())
+    z0 = states(body, 50, spread=0.6)
+    run = integrate(body, z0, time=7.0, step=0.02, scheme=SOFRONIOU_SPALETTA10, samples=140)
+    det = (run.samples[:, 0] ** 2 + run.samples[:, 1] ** 2 - run.samples[:, 2] ** 2 - run.samples[:, 3] ** 2) / 2
+    crosses = det.min(axis=0) < -0.05
+    assert crosses.sum() >= 5
+    assert (run.status == Status.OK).all()
+    i = np.flatnonzero(crosses)[0]
+    np.testing.assert_allclose(run.z[:, i], solve(body, z0[:, i], 7.0)[0], rtol=0, atol=1e-10)
+
+
+def test_a_step_too_long_for_the_wall_is_a_collapse():
+    z0 = np.array([1.5, 0.0, 1.45, 0.0, -3.0, 0.0, 3.0, 0.0])
+    run = integrate(Body(Hyperelastic()), z0, time=0.4, step=0.1, scheme=LEAPFROG)
+    assert run.status[0] == Status.COLLAPSED
+    assert run.energy_error[0] > 1e-6
+    with pytest.raises(OrbitError, match=r"1 COLLAPSED \(left the domain"):
+        run.raise_if_failed()
+    assert "1 COLLAPSED" in run.summary()
+    adaptive = integrate(Body(Hyperelastic()), z0, time=0.4, scheme=DOP853)
+    adaptive.raise_if_failed()
+
+
+def test_an_exponential_escape():
+    """V = -|q|^2/2 grows by e per unit time: beyond 1e6 at t = 14."""
+    model = Body(Harmonic(C=-1.0))
+    z0 = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    for options in ({"step": 0.05}, {"scheme": DOP853}):
+        run = integrate(model, z0, time=100.0, energy_tolerance=1e12, **options)
+        assert run.status[0] == Status.ESCAPED
+        assert 13.8 < run.t[0] < 13.9 + 0.05 * 128
+        assert np.isfinite(run.z).all()
+
+
+def test_unbound_henon_heiles():
+    """Blows up in a finite time: ESCAPED where the check sees it before the numbers end, else NONFINITE."""
+    z0 = np.array([[0.0, 0.0], [1.2, 0.1], [0.0, 0.1], [0.3, 0.1]])
+    fixed = integrate(HenonHeiles(), z0, time=100.0, step=0.01)
+    assert fixed.status[0] in (Status.ESCAPED, Status.NONFINITE)
+    adaptive = integrate(HenonHeiles(), z0, time=100.0, scheme=DOP853)
+    assert adaptive.status[0] in (Status.ESCAPED, Status.STEP_TOO_SMALL)
+    for run in (fixed, adaptive):
+        assert run.status[1] == Status.OK
+        assert run.t[0] < 10 < run.t[1] == 100.0
+
+
+def test_numbers_that_overflow():
+    z0 = states(BODY, 3)
+    z0[4, 1] = 1e200
+    run = integrate(BODY, z0, **FAST)
+    assert run.status[1] in (Status.NONFINITE, Status.ESCAPED)
+    np.testing.assert_array_equal(run.status[[0, 2]], Status.OK)
+    assert run.energy_error[1] > 1
+    assert np.isfinite(run.energy_error[[0, 2]]).all()
+
+
+def test_energy_drift():
+    z0 = states(BODY, 20)
+    run = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG)
+    drifted = run.energy_error > 1e-6
+    assert drifted.any()
+    np.testing.assert_array_equal(run.status, np.where(drifted, Status.ENERGY_DRIFT, Status.OK))
+    strict = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, energy_tolerance=1e-9)
+    assert (strict.status == Status.ENERGY_DRIFT).all()
+    np.testing.assert_array_equal(strict.z, run.z)
+
+
+@pytest.mark.parametrize("samples", [0, 40])
+def test_neo_hookean_at_high_energy_with_too_long_a_step_is_reported(samples):
+    """E = 8 and step 0.04: fixed steps miss the wall. What is called OK must be right, by energy and by the other scheme."""
+    body = Body(NeoHookean(1.0, 2.0))
+    axes = np.linspace(0.05, 3, 12), np.linspace(-3, 3, 13)
+    z0 = energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3, p_gamma=0.2).z0
+    run = integrate(body, z0, time=20.0, step=0.04, samples=samples)
+    assert (run.status != Status.OK).mean() > 0.9
+    assert {Status.COLLAPSED, Status.ENERGY_DRIFT} <= set(run.status)
+    run = integrate(body, z0, time=2.0, step=0.04, samples=samples)
+    assert 3 <= (run.status == Status.OK).sum() <= run.status.size - 3
+    fine = run.status == Status.OK
+    np.testing.assert_allclose(energy(body, run.z[:, fine]), 8.0, atol=1e-6 * 50)
+    assert (body.margin(*run.z[:4, fine]) > 0).all()
+    adaptive = integrate(body, z0, time=2.0, scheme=DOP853, rtol=1e-13, atol=1e-13)
+    adaptive.raise_if_failed()
+    accurate = run.energy_error < 1e-10
+    assert accurate.any()
+    assert np.abs(run.z - adaptive.z)[:, accurate].max() < 1e-5
+
+
+def test_failed_orbits_keep_their_samples_until_then():
+    z0 = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    run = integrate(Body(Harmonic(C=-1.0)), z0, time=40.0, step=0.05, samples=40, energy_tolerance=1e12)
+    seen = np.isfinite(run.samples[:, 0, 0])
+    assert run.status[0] == Status.ESCAPED
+    assert 13 <= seen.sum() <= 21
+    assert not seen[np.argmin(seen) :].any()
+    np.testing.assert_allclose(run.samples[seen][:, 0, 0], np.exp(run.times[seen]), rtol=1e-9)
+
+
+# --- resources ---------------------------------------------------------------------------------------------------
+
+
+def test_memory_does_not_grow_with_the_steps():
+    z0 = states(BALL, 64)
+
+    def peak(time):
+        tracemalloc.start()
+        integrate(BALL, z0, time=time, step=0.05, samples=2, scheme=LEAPFROG, energy_tolerance=1.0)
+        size = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return size
+
+    peak(1.0)
+    assert peak(500.0) < 1.2 * peak(1.0) + 20_000
+
+
+def test_progress_is_reported():
+    seen = []
+    integrate(BALL, states(BALL, 640), time=4000.0, step=0.02, report=seen.append)
+    assert len(seen) >= 1
+    assert all(0 <= x <= 1 for x in seen)
+    assert seen == sorted(seen)
+
+
+def test_one_step_is_the_twins_step_exactly():
+    """The same operations in the same order: equal to the last bits (a fused multiply-add would show here)."""
+    z0 = states(BALL, 9)
+    run = integrate(BALL, z0, time=0.125, step=0.125, scheme=KAHAN_LI8)
+    np.testing.assert_allclose(run.z, step(BALL, KAHAN_LI8, z0, 0.125), rtol=0, atol=3e-16)
