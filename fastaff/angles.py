@@ -55,6 +55,38 @@ class AlphaBeta(NamedTuple):
         )
 
 
+class AreaTrace(NamedTuple):
+    """Loops in (D1 D2, its rate), (r = D1^2 + D2^2, its rate), and the planes a and b; all averaged over time.
+
+    For bodies that separate nowhere and resist changes of area and of shape differently, such as the neo-Hookean one.
+    Beyond the paper.
+    """
+
+    names = ("area", "r", "eta", "gamma")
+    planes = (False, False, True, True)
+    clocks = (0, 0, 0, 0)
+
+    def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
+        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
+        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
+        s, t = a1 * pa1 + a2 * pa2, b1 * pb1 + b2 * pb2
+        zero = 0.0 * A
+        return A - B, zero, s - t, zero, A + B, zero, s + t, zero, a1, a2, pa1, pa2, b1, b2, pb1, pb2
+
+    def rates(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2, da1, da2, db1, db2, dpa1, dpa2, dpb1, dpb2):
+        """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
+        d, z, x, z, r, z, y, z, a1, a2, pa1, pa2, b1, b2, pb1, pb2 = self.signals(a1, a2, b1, b2, pa1, pa2, pb1, pb2)
+        dA, ds = 2 * (a1 * da1 + a2 * da2), da1 * pa1 + da2 * pa2 + a1 * dpa1 + a2 * dpa2
+        dB, dt = 2 * (b1 * db1 + b2 * db2), db1 * pb1 + db2 * pb2 + b1 * dpb1 + b2 * dpb2
+        return (
+            (d, z, x, z, dA - dB, z, ds - dt, z)
+            + (r, z, y, z, dA + dB, z, ds + dt, z)
+            + (a1, a2, pa1, pa2, da1, da2, dpa1, dpa2)
+            + (b1, b2, pb1, pb2, db1, db2, dpb1, dpb2)
+            + (1.0 + z, z)
+        )
+
+
 class RVartheta(NamedTuple):
     """Loops in (r, its rate), (-cos vartheta, its rate in tau), and the planes a/sqrt(r), b/sqrt(r), with the clock dtau = dt/r.
 

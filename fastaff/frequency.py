@@ -27,7 +27,8 @@ class FrequencyMap:
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), the estimate
     |nu(first half) - nu(second half)| of each; method (n, orbits), an index into METHODS: which method gave the value;
-    diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)| over the rows; energy_error, status (orbits,).
+    diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over nu_eta and nu_gamma, whose
+    angles are well defined on every orbit; energy_error, status (orbits,).
     For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them.
     """
 
@@ -92,10 +93,12 @@ def frequency_map(
     interrupted = False
     try:
         work.prepare()
-        work.birkhoff() if method == "birkhoff" else work.naff(np.ones(z.shape[1], bool))
-        if method == "birkhoff" and np.isfinite(fallback):
-            doubtful = (work.error > fallback * np.abs(work.nu).max(axis=0)).any(axis=0)
-            work.naff(doubtful & (work.ensemble.status == Status.OK))
+        if method == "naff":
+            work.naff(np.ones(work.nu.shape, bool))
+        else:
+            work.birkhoff()
+            if np.isfinite(fallback):
+                work.naff((work.error > fallback * np.abs(work.nu).max(axis=0)) & work.reached)
     except KeyboardInterrupt:
         interrupted = True
     result = work.result(tolerance)
@@ -116,6 +119,11 @@ def _checked_angles(angles: Any, body: Any) -> Any:
     if len(chosen.names) != body.degrees_of_freedom:
         raise ValueError(f"angles must have {body.degrees_of_freedom} angles for {type(body).__name__}, got {chosen!r}")
     return chosen
+
+
+def _leading(f: np.ndarray, dt: float, lines: int) -> np.ndarray:
+    """Return the frequency of the largest of `lines` lines of each signal."""
+    return naff(np.ascontiguousarray(f), dt, lines=lines).nu[..., 0]
 
 
 class _Sums:
@@ -209,45 +217,55 @@ class _Work:
                 rates = own[:, 2:5] * np.where(clocks == 1, in_clock, in_time) / (2 * np.pi)
             rates = np.where(self.reached & np.isfinite(rates), rates, 0.0)
             self.nu, self.halves = rates[:, 0], np.array([rates[:, 1], rates[:, 2]])
-            floor = 4e-16 * np.abs(self.nu).max(axis=0)
+            # A numerical orbit follows a slightly different energy: what its drift says counts as error, and so does rounding.
+            drift = np.nan_to_num(energy_error(self.flow.model, self.ensemble), posinf=0.0)
+            floor = (3e-14 + 2 * drift) * np.abs(self.nu).max(axis=0)
             complete = self.reached & ((clocks[:, 0] == 0) | (shared[1] >= 0.999 * self.window))
             self.error = np.where(complete, np.abs(self.halves[0] - self.halves[1]) + floor, np.inf)
 
     def naff(self, chosen: np.ndarray) -> None:
-        """Give the chosen orbits the leading line of each loop where its error is smaller than what is known."""
+        """Give the chosen (angle, orbit) pairs the leading line of their loop where its error is smaller than what is known."""
         observer = observers.signal_samples(self.angles)
         size = min(NAFF_SAMPLES, 2 ** int(np.log2(max(64, self.observations))))
         signals = 4 * self.n
-        where = np.flatnonzero(chosen)
+        where = np.flatnonzero(chosen.any(axis=0))
         for begin in range(0, where.size, CHUNK):
             part = where[begin : begin + CHUNK]
             run = self.flow.ensemble(np.ascontiguousarray(self.z0[:, part]))
             memory, out = np.zeros((observer.rows, part.size)), np.zeros((part.size, size * signals))
             self.flow.advance(run, observer, memory, out, time=self.time, observations=size)
-            s = out.reshape(part.size, size, self.n, 4).transpose(3, 2, 0, 1)
-            centre, kappa = self.centre[:, part, None], self.kappa[:, part, None]
-            f = s[0] + 1j * s[1] - centre - 1j * kappa * (s[2] + 1j * s[3])
-            fine = (run.status == Status.OK) & np.isfinite(f).all(axis=(0, 2)) & (run.time >= self.time * (1 - 1e-12))
-            f[:, ~fine] = 0.0
-            dt = self.time / size
-            self._adopt(part, fine, *(self._leading(g, dt) for g in (f, f[..., : size // 2], f[..., size // 2 :])))
             for name in ("z", "status", "count", "time"):
                 getattr(self.ensemble, name)[..., part] = getattr(run, name)
+            s = out.reshape(part.size, size, self.n, 4).transpose(3, 2, 0, 1)
+            self.reached[part] = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12))
+            self.reached[part] &= np.isfinite(s).all(axis=(0, 1, 3))
+            for k in range(self.n):
+                own = chosen[k, part] & self.reached[part]
+                q, p = s[0, k, own] + 1j * s[1, k, own], s[2, k, own] + 1j * s[3, k, own]
+                if own.any():
+                    centre, kappa = self.centre[k, part[own], None], self.kappa[k, part[own], None]
+                    self._adopt(k, part[own], q - centre - 1j * kappa * p, self.time / size)
             if self.report is not None:
                 self.report((begin + part.size) / where.size)
 
-    @staticmethod
-    def _leading(f: np.ndarray, dt: float) -> np.ndarray:
-        return naff(np.ascontiguousarray(f), dt, lines=3).nu[..., 0]
+    def _adopt(self, k: int, orbits: np.ndarray, f: np.ndarray, dt: float) -> None:
+        """Take over the leading line of each signal f (orbits, samples) whose halves agree better than what is known.
 
-    def _adopt(self, part, fine, whole_window, first, second) -> None:
-        """Take over NAFF values whose half-window error is smaller than the error known so far."""
-        error = np.abs(first - second) + 4e-16 * np.abs(whole_window).max(axis=0)
-        better = fine & (error < self.error[:, part])
-        for target, value in ((self.nu, whole_window), (self.error, error), (self.halves[0], first), (self.halves[1], second)):
-            target[:, part] = np.where(better, value, target[:, part])
-        self.method[:, part] = np.where(better, METHODS.index("naff"), self.method[:, part])
-        self.reached[part] = fine
+        The halves are compared with one line first, which is enough to leave chaotic signals alone.
+        """
+        half = f.shape[1] // 2
+        first, second = _leading(f[:, :half], dt, 1), _leading(f[:, half:], dt, 1)
+        hopeful = np.abs(first - second) < 10 * self.error[k, orbits]
+        f, orbits = f[hopeful], orbits[hopeful]
+        if not orbits.size:
+            return
+        first, second, whole = (_leading(g, dt, 3) for g in (f[:, :half], f[:, half:], f))
+        error = np.abs(first - second) + 4e-16 * np.abs(whole)
+        better = error < self.error[k, orbits]
+        chosen = orbits[better]
+        self.nu[k, chosen], self.error[k, chosen] = whole[better], error[better]
+        self.halves[0, k, chosen], self.halves[1, k, chosen] = first[better], second[better]
+        self.method[k, chosen] = METHODS.index("naff")
 
     def result(self, tolerance: float) -> FrequencyMap:
         """Assemble the map, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for a body."""
@@ -256,7 +274,9 @@ class _Work:
         mark_drift(ensemble, energy, tolerance)
         ensemble.status[(ensemble.status == Status.OK) & ~self.reached] = Status.INTERRUPTED
         names, nu, error, halves, method = self.angles.names, self.nu, self.error, self.halves, self.method
-        diffusion = np.log10(np.abs(halves[0] - halves[1]).max(axis=0) + 1e-18)
+        # A libration of a coupled body may have no angle of its own; those of the planes always exist.
+        sound = np.array(self.angles.planes) if any(self.angles.planes) else np.ones(self.n, bool)
+        diffusion = np.log10(np.abs(halves[0] - halves[1])[sound].max(axis=0) + 1e-18)
         diffusion = np.where(self.reached, diffusion, 0.0)
         eta = gamma = None
         if names[-2:] == ("eta", "gamma"):

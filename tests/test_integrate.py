@@ -266,6 +266,19 @@ def test_a_lost_orbit_does_not_change_its_neighbours(options):
         assert (run.status[bad] != Status.OK).all()
 
 
+@every_run
+def test_a_lost_orbit_is_lost_the_same_alone_and_with_any_threads(options, two_threads):
+    """Status, time and state of orbits that escape or collapse belong to the bitwise promise too."""
+    model, z0 = Body(Harmonic(C=-1.0)), np.array([[1.0, 0, 0, 0, 1, 0, 0, 0], [0.5, 0, 0, 0, 0.1, 0, 0, 0]] * 40).T
+    options = options | {"time": 60.0, "energy_tolerance": 1e12}
+    crowd = integrate(model, z0, threads=2, **options)
+    assert (crowd.status == Status.ESCAPED).all()
+    assert_same(integrate(model, z0, threads=1, **options), crowd)
+    for threads in (1, 2):
+        assert_same(integrate(model, z0[:, 0], threads=threads, **options), crowd, slice(0, 1))
+        assert_same(integrate(model, z0[:, :2], threads=threads, **options), crowd, slice(0, 2))
+
+
 def test_results_do_not_depend_on_the_state_before():
     """The same call twice; z0 is left alone."""
     z0 = states(BODY, 10)
@@ -386,9 +399,7 @@ def test_neo_hookean_at_high_energy_with_too_long_a_step_is_reported(samples):
     assert (body.margin(*run.z[:4, fine]) > 0).all()
     adaptive = integrate(body, z0, time=2.0, scheme=DOP853, rtol=1e-13, atol=1e-13)
     adaptive.raise_if_failed()
-    accurate = run.energy_error < 1e-10
-    assert accurate.any()
-    assert np.abs(run.z - adaptive.z)[:, accurate].max() < 1e-5
+    assert np.abs(run.z - adaptive.z)[:, fine].max() < 1e-4
 
 
 def test_failed_orbits_keep_their_samples_until_then():

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..angles import AlphaBeta, RVartheta
+from ..angles import AlphaBeta, AreaTrace, RVartheta
 
 
 class Harmonic(NamedTuple):
@@ -143,7 +143,7 @@ class NeoHookean(NamedTuple):
     G: float = 1.0
     K: float = 2.0
 
-    angles = AlphaBeta()
+    angles = AreaTrace()
 
     def value(self, A, B):
         """Return V."""

@@ -1,0 +1,35 @@
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: demo test test-all bench peers lint clean
+.DELETE_ON_ERROR:
+
+# An environment is made anew when pyproject.toml changes.
+$(VENV)/.dev: pyproject.toml
+	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'fastaff needs Python 3.11 or newer; name one: make PYTHON=python3.12')"
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev,demo]"
+	touch $@
+
+demo: $(VENV)/.dev  ## the main job: a Poincaré map and a frequency map
+	$(BIN)/fastaff demo --out demo
+
+test: $(VENV)/.dev  ## the default tests
+	$(BIN)/python -m pytest -m "not slow"
+
+test-all: $(VENV)/.dev  ## the slow ones too
+	$(BIN)/python -m pytest
+
+bench: $(VENV)/.dev  ## benchmarks with their errors
+	$(BIN)/python -m pytest bench -s --benchmark-columns=min,median,rounds
+
+peers: $(VENV)/.dev  ## the programs that benchmarks compare with
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[peers]"
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+clean:
+	rm -rf $(VENV) demo build *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .benchmarks

@@ -1,0 +1,197 @@
+"""Results on disk: one .npz file with the arrays and everything needed to compute them again (layer L4)."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import json
+import math
+import os
+import platform
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from .status import summary
+
+FORMAT = 1
+METADATA = "metadata"
+
+
+class Saved(NamedTuple):
+    """What `load` read: arrays by name, and the metadata of `save`."""
+
+    arrays: dict[str, np.ndarray]
+    metadata: dict[str, Any]
+
+
+def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
+    """Write a result and all that made it to an .npz file and return its path.
+
+    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any dataclass of arrays; force:
+    replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`); parameters: anything else
+    worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the result, the rest into the metadata.
+    Returns the path written. Raises TypeError for what is no dataclass or has arrays of objects, OSError as `open` does.
+
+    Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each status, scheme,
+    section and the parameters. The file is complete or absent: it is written under another name and then moved. Needs no
+    pickle to read. Source: the .npy format, NEP 1.
+    """
+    arrays, facts = _take_apart(result)
+    for name, value in parameters.items():
+        if isinstance(value, np.ndarray) and value.ndim:
+            if name in arrays:
+                raise ValueError(f"{name} is an array of the result already; choose another name")
+            arrays[name] = value
+        else:
+            facts[name] = plain(value)
+    for name, array in arrays.items():
+        if array.dtype.hasobject:
+            raise TypeError(f"array {name} must hold numbers, got dtype {array.dtype}")
+    metadata = {**provenance(), "result": type(result).__name__, **facts}
+    if "status" in arrays:
+        metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
+    text = np.array(json.dumps(metadata, allow_nan=False))
+    return _write(Path(path), lambda file: np.savez(file, **arrays, **{METADATA: text}), force)
+
+
+def load(path: Any) -> Saved:
+    """Read a file of `save`: arrays by name and the metadata.
+
+    Raises FileNotFoundError, or ValueError for a file that `save` did not write. Nothing in the file is executed.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            if METADATA not in file:
+                raise ValueError("it has no metadata")
+            metadata = json.loads(str(file[METADATA][()]))
+            return Saved({name: file[name] for name in file.files if name != METADATA}, metadata)
+    except FileNotFoundError:
+        raise
+    except Exception as problem:
+        raise ValueError(f"{path} must be a file written by fastaff.files.save: {problem}") from None
+
+
+def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
+    """Return `stem`, or `stem-2`, `stem-3`, ... so that none of stem + suffix exists."""
+    suffixes = tuple(suffixes)
+    candidate, number = stem, 1
+    while any(candidate.with_name(candidate.name + suffix).exists() for suffix in suffixes):
+        number += 1
+        candidate = stem.with_name(f"{stem.name}-{number}")
+    return candidate
+
+
+def provenance() -> dict[str, Any]:
+    """Return versions, machine, date and command line."""
+    import fastaff
+
+    return {
+        "format": FORMAT,
+        "fastaff": fastaff.__version__,
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cpu": cpu_name(),
+        "cores": cores(),
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]) if sys.argv else "",
+    }
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def cpu_name() -> str:
+    """Return the name of the processor, as far as the system tells it."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as JSON holds it: NamedTuples by class and fields, schemes by name, infinities as text."""
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else str(float(value))
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        fields = {name: plain(entry) for name, entry in zip(value._fields, value, strict=True)}
+        return {"class": type(value).__name__, **fields}
+    if hasattr(value, "name") and hasattr(value, "order") and hasattr(value, "source"):
+        return {"name": value.name, "order": value.order, "source": value.source}
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(entry) for entry in value]
+    return str(value)
+
+
+def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return the arrays and the other fields of a dataclass; tuples of arrays are numbered."""
+    if not dataclasses.is_dataclass(result) or isinstance(result, type):
+        raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
+    arrays: dict[str, np.ndarray] = {}
+    facts: dict[str, Any] = {}
+    for field in dataclasses.fields(result):
+        value = getattr(result, field.name)
+        if isinstance(value, np.ndarray):
+            arrays[field.name] = value
+        elif isinstance(value, tuple) and value and all(isinstance(entry, np.ndarray) for entry in value):
+            arrays.update({f"{field.name}_{k}": entry for k, entry in enumerate(value)})
+        elif value is not None:
+            facts[field.name] = plain(value)
+    return arrays, facts
+
+
+def _write(path: Path, writer: Any, force: bool) -> Path:
+    """Write to a temporary file beside `path`, then move it there; without `force`, to a name that is free."""
+    stem = path.with_suffix("") if path.suffix == ".npz" else path
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=f".{stem.name}-", suffix=".npz", dir=stem.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            writer(file)
+        os.chmod(temporary, 0o666 & ~_umask())
+        if force:
+            target = stem.with_name(stem.name + ".npz")
+            os.replace(temporary, target)
+            return target
+        return _move_without_overwriting(temporary, stem)
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(temporary)
+
+
+def _move_without_overwriting(temporary: str, stem: Path) -> Path:
+    """Move to the first free name; a link fails where another process took the name first."""
+    while True:
+        free = free_stem(stem, [".npz"])
+        target = free.with_name(free.name + ".npz")
+        try:
+            os.link(temporary, target)
+        except FileExistsError:
+            continue
+        except OSError:  # a file system without links
+            os.replace(temporary, target)
+        return target
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

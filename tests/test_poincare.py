@@ -1,0 +1,442 @@
+"""Section crossings against slow twins; every section, pairs inside a step, orders, outcomes, bitwise promises, Ctrl-C."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from naive import energy, label, march, scheme_crossings, solve, solved_crossings, states
+
+from fastaff import (
+    ALPHA_BETA,
+    BLANES_MOAN6,
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
+    R_VARTHETA,
+    RK4,
+    SOFRONIOU_SPALETTA10,
+    TWO_POLAR,
+    AlphaEquals,
+    AlphaTurning,
+    AreaEquals,
+    BetaEquals,
+    BetaTurning,
+    Body,
+    Harmonic,
+    HenonHeiles,
+    Hyperelastic,
+    Linear,
+    OrbitError,
+    Status,
+    energy_grid,
+    poincare_map,
+)
+from fastaff.boundary import energy_scale
+
+BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
+ON_X = Linear((1.0, 0.0, 0.0, 0.0))
+SECTIONS = [
+    AlphaTurning(1), AlphaTurning(-1), BetaTurning(1), BetaTurning(0), AlphaEquals(1.45, 1), AlphaEquals(1.5, 0),
+    BetaEquals(0.3, -1), AreaEquals(1.05, 1), AreaEquals(0.95, -1),
+    Linear((0.0, 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.1), 0.05, 1), Linear((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0), 0.0, -1),
+]  # fmt: skip
+every_section = pytest.mark.parametrize("section", SECTIONS, ids=[str(s) for s in SECTIONS])
+
+
+def assert_same(one, other, orbits=slice(None)):
+    """Bit for bit, for every array over orbits (first axis)."""
+    for name in ("points", "times", "counts", "section_error", "energy_error", "status"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[orbits], err_msg=name)
+
+
+def found(cut, i=0):
+    return cut.times[i, : cut.counts[i]]
+
+
+# --- against the twins -------------------------------------------------------------------------------------------
+
+
+@every_section
+def test_crossings_are_those_of_scipy(section):
+    """Times agree to the error of a tenth-order scheme with step 0.02 and SciPy's dense output."""
+    z0 = states(BODY, 3, seed=2)
+    cut = poincare_map(BODY, z0, section=section, crossings=60, max_time=12.0, step=0.02, scheme=SOFRONIOU_SPALETTA10)
+    assert cut.counts.sum() >= 3
+    for i in range(3):
+        truth = solved_crossings(BODY, z0[:, i], section, 12.0)
+        np.testing.assert_allclose(found(cut, i), truth, rtol=0, atol=2e-9)
+        if truth.size:
+            points = solve(BODY, z0[:, i], [truth[-1], 12.0])[0]
+            np.testing.assert_allclose(cut.points[i, cut.counts[i] - 1], points, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("scheme", [LEAPFROG, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4], ids=label)
+@pytest.mark.parametrize("section", [AlphaTurning(1), BetaEquals(0.3, 0)], ids=str)
+def test_crossings_are_roots_on_fractional_steps_of_the_scheme(scheme, section):
+    z0 = states(BODY, 3, seed=3)
+    cut = poincare_map(
+        BODY, z0, section=section, crossings=50, max_time=8.0, step=0.1, scheme=scheme, energy_tolerance=1.0
+    )
+    for i in range(3):
+        times, points = scheme_crossings(BODY, scheme, z0[:, i], section, 0.1, 8.0)
+        np.testing.assert_allclose(found(cut, i), times, rtol=0, atol=2e-12)
+        np.testing.assert_allclose(cut.points[i, : len(times)], points, rtol=0, atol=2e-12)
+
+
+@pytest.mark.parametrize("direction", [1, -1, 0])
+def test_henon_heiles_on_x(direction):
+    z0 = np.array([[0.0, 0.05], [0.1, -0.2], [0.35, 0.3], [0.05, 0.1]])
+    section = ON_X._replace(direction=direction)
+    cut = poincare_map(BALL, z0, section=section, crossings=40, max_time=60.0, step=0.1, scheme=SOFRONIOU_SPALETTA10)
+    for i in range(2):
+        truth = solved_crossings(BALL, z0[:, i], section, 60.0)
+        truth = truth[truth > 1e-9]  # the first orbit starts on the section
+        np.testing.assert_allclose(found(cut, i), truth, rtol=0, atol=1e-10)
+        assert cut.counts[i] == len(truth) > 5
+    assert (np.sign(cut.points[np.isfinite(cut.times)][:, 2]) == direction).all() or direction == 0
+
+
+def test_a_closed_form():
+    """Harmonic body: a1 = sqrt2 cos(t) crosses 0.7 downwards once a turn, at t = arccos(0.7/sqrt2) + 2 pi k."""
+    z0 = np.array([np.sqrt(2), 0, 0.1, 0, 0, 0.1, 0, 0.2])
+    section = Linear((1, 0, 0, 0, 0, 0, 0, 0), 0.7, -1)
+    cut = poincare_map(Body(Harmonic()), z0, section=section, crossings=5, max_time=100.0, step=0.1, scheme=SOFRONIOU_SPALETTA10)
+    np.testing.assert_allclose(cut.times[0], np.arccos(0.7 / np.sqrt(2)) + 2 * np.pi * np.arange(5), rtol=0, atol=1e-12)
+
+
+# --- accuracy ----------------------------------------------------------------------------------------------------
+
+
+@every_section
+def test_crossings_lie_on_section_and_energy_surface(section):
+    z0 = states(BODY, 100, seed=4)
+    cut = poincare_map(BODY, z0, section=section, crossings=20, max_time=100.0, step=0.02, scheme=SOFRONIOU_SPALETTA10)
+    kept = np.isfinite(cut.times)
+    assert kept.sum() > 300
+    z = cut.points[kept].T
+    values = np.zeros(kept.shape)
+    values[kept] = np.abs(section(z))
+    assert values.max() <= 1e-12
+    np.testing.assert_allclose(values.max(axis=1), cut.section_error, rtol=0, atol=1e-15)
+    drift = np.zeros(kept.shape)
+    start = energy(BODY, z0), energy_scale(BODY, z0)
+    drift[kept] = np.abs(energy(BODY, z) - np.repeat(start[0], cut.counts)) / np.repeat(start[1], cut.counts)
+    assert (drift.max(axis=1) <= cut.energy_error + 1e-16).all()
+    assert np.quantile(cut.energy_error, 0.9) < 1e-11
+
+
+@every_section
+def test_crossings_go_the_right_way(section):
+    """The derivative of the section function along the flow, by a complex step in the state."""
+    cut = poincare_map(BODY, states(BODY, 20, seed=5), section=section, crossings=10, max_time=50.0, step=0.05)
+    z = cut.points[np.isfinite(cut.times)].T
+    flow = np.array([*BODY.velocity(*z[4:]), *BODY.force(*z[:4])])
+    rate = section.value(*(z + 1e-30j * flow)).imag / 1e-30
+    if section.direction:
+        assert (rate * section.direction > 0).all()
+    else:
+        assert 0.3 < (rate > 0).mean() < 0.7
+
+
+@pytest.mark.parametrize(("scheme", "steps"), [(LEAPFROG, (40, 80, 160)), (BLANES_MOAN6, (16, 24, 36)), (RK4, (40, 80, 160))], ids=label)
+def test_crossing_times_converge_with_the_order_of_the_scheme(scheme, steps):
+    """Fractional steps add no error of their own (linear interpolation would show order 2)."""
+    z0, section = states(BODY, 5, seed=7, spread=0.1), BetaEquals(0.08, 1)
+
+    def times(scheme, step):
+        cut = poincare_map(BODY, z0, section=section, crossings=2, max_time=60.0, step=step, scheme=scheme, energy_tolerance=1.0)
+        assert (cut.counts == 2).all()
+        return cut.times
+
+    truth = times(SOFRONIOU_SPALETTA10, 0.02)
+    errors = [np.abs(times(scheme, 4.0 / n) - truth).max() for n in steps]
+    slope = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert errors[-1] > 1e-11
+    assert slope == pytest.approx(scheme.order, abs=0.25)
+
+
+@every_section
+def test_adaptive_sections(section):
+    """DOP853 at 1e-13 against fixed steps: the same crossings."""
+    z0 = states(BODY, 20, seed=6)
+    options = {"section": section, "crossings": 8, "max_time": 20.0}
+    fixed = poincare_map(BODY, z0, step=0.02, scheme=SOFRONIOU_SPALETTA10, **options)
+    adaptive = poincare_map(BODY, z0, scheme=DOP853, rtol=1e-13, atol=1e-13, **options)
+    np.testing.assert_array_equal(adaptive.counts, fixed.counts)
+    np.testing.assert_allclose(adaptive.times, fixed.times, rtol=0, atol=1e-7)
+    assert np.nanmedian(np.abs(adaptive.times - fixed.times)) < 1e-11
+    assert adaptive.section_error.max() < 1e-12
+    assert adaptive.step == np.inf
+
+
+# --- what is counted ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("direction", [1, -1, 0])
+@pytest.mark.parametrize("options", [{"step": 0.05}, {"scheme": DOP853}], ids=["fixed", "adaptive"])
+def test_a_start_on_the_section_is_not_counted(direction, options):
+    axes = np.linspace(0.1, 0.5, 5), np.linspace(-0.4, 0.4, 5)
+    z0 = energy_grid(BODY, energy=2.6, section=AlphaTurning(-1), axes=axes, p_eta=0.3, p_gamma=0.1).z0
+    cut = poincare_map(BODY, z0, section=AlphaTurning(direction), crossings=3, max_time=50.0, **options)
+    assert (cut.counts == 3).all()
+    half = np.pi / np.sqrt(1.1 / 0.8) / 2  # half a dilatation, roughly: alpha turns at each
+    first = {-1: 2 * half, 1: half, 0: half}[direction]
+    np.testing.assert_allclose(np.median(cut.times[:, 0]), first, rtol=0.25)
+    assert cut.times[:, 0].min() > 0.5 * first
+
+
+def test_both_directions_are_the_union():
+    z0 = states(BODY, 10, seed=8)
+    options = {"crossings": 30, "max_time": 15.0, "step": 0.05}
+    up, down, both = (poincare_map(BODY, z0, section=BetaTurning(d), **options) for d in (1, -1, 0))
+    for i in range(10):
+        union = np.sort(np.concatenate([found(up, i), found(down, i)]))
+        np.testing.assert_allclose(found(both, i), union, rtol=0, atol=1e-13)
+        assert abs(int(up.counts[i]) - int(down.counts[i])) <= 1
+
+
+@pytest.mark.parametrize("kind", [AlphaEquals, BetaEquals])
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("depth", [1e-3, 1e-5])
+def test_two_crossings_inside_a_step_are_found(kind, side, depth):
+    """A section just inside an extremum of the radius: crossed twice in a moment, shorter than the step."""
+    z0 = states(BODY, 1, seed=12)[:, 0]
+    path = march(BODY, SOFRONIOU_SPALETTA10, z0, 0.002, 6000)
+    radius = np.hypot(path[:, 0], path[:, 1]) if kind is AlphaEquals else np.hypot(path[:, 2], path[:, 3])
+    inner = side * radius[1:-1]
+    extremum = side * inner[(inner > side * radius[:-2]) & (inner > side * radius[2:])]
+    extremum = extremum[np.argsort(side * extremum)][len(extremum) // 2]  # one of the middle: others cross deeply
+    section = kind(float(extremum - side * depth), 0)
+    cuts = [
+        poincare_map(BODY, z0, section=section, crossings=100, max_time=12.0, step=h, scheme=SOFRONIOU_SPALETTA10)
+        for h in (0.3, 0.1, 0.05, 0.02, 0.002)
+    ]
+    gap = np.diff(found(cuts[-1])).min()
+    assert gap < 0.3 * (1 if depth == 1e-3 else 0.1) * 2
+    for cut in cuts:
+        assert cut.counts[0] == cuts[-1].counts[0] >= 2
+        np.testing.assert_allclose(found(cut), found(cuts[-1]), rtol=0, atol=1e-5)
+        assert cut.section_error[0] < 1e-12
+    one_way = [kind(section.constant, d) for d in (1, -1)]
+    for section in one_way:
+        coarse, fine = (
+            poincare_map(BODY, z0, section=section, crossings=100, max_time=12.0, step=h, scheme=SOFRONIOU_SPALETTA10)
+            for h in (0.3, 0.002)
+        )
+        np.testing.assert_allclose(found(coarse), found(fine), rtol=0, atol=1e-5)
+
+
+def test_a_wanted_pair_is_cut_at_the_wanted_number():
+    """Every number of crossings gives the first of them, whether or not a pair straddles the end."""
+    z0 = states(BODY, 1, seed=12)[:, 0]
+    section = BetaEquals(0.3, 0)
+    whole = poincare_map(BODY, z0, section=section, crossings=20, max_time=60.0, step=0.3, energy_tolerance=1.0)
+    assert whole.counts[0] == 20
+    for wanted in range(1, 20):
+        part = poincare_map(BODY, z0, section=section, crossings=wanted, max_time=60.0, step=0.3, energy_tolerance=1.0)
+        np.testing.assert_array_equal(part.times[0], whole.times[0, :wanted])
+        np.testing.assert_array_equal(part.points[0], whole.points[0, :wanted])
+        assert part.status[0] == Status.OK
+
+
+def test_times_increase_and_end_in_nan():
+    z0 = states(BODY, 60, seed=9)
+    cut = poincare_map(BODY, z0, section=BetaEquals(0.35, 0), crossings=12, max_time=8.0, step=0.1)
+    assert cut.points.shape == (60, 12, 8)
+    assert len(set(cut.counts)) > 2
+    for i in range(60):
+        n = cut.counts[i]
+        assert (np.diff(cut.times[i, :n]) > 0).all()
+        assert (cut.times[i, :n] <= 8.0 + 0.1).all()
+        assert np.isnan(cut.times[i, n:]).all()
+        assert np.isnan(cut.points[i, n:]).all()
+        assert np.isfinite(cut.points[i, :n]).all()
+        assert (cut.status[i] == Status.OK) == (n == 12)
+
+
+def test_many_crossings_beyond_the_spare_records():
+    """Hundreds of crossings of one orbit, the same as in pieces by the twin's count."""
+    cut = poincare_map(BALL, states(BALL, 2), section=ON_X, crossings=400, max_time=1e4, step=0.2)
+    assert (cut.counts == 400).all()
+    np.testing.assert_allclose(np.diff(cut.times, axis=1), 2 * np.pi, rtol=0.25)
+    assert cut.energy_error.max() < 1e-6
+
+
+# --- outcomes ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [{"step": 0.1}, {"scheme": DOP853}], ids=["fixed", "adaptive"])
+def test_an_orbit_that_never_crosses_ends_at_max_time(options):
+    cut = poincare_map(BODY, states(BODY, 3), section=AlphaEquals(50.0), crossings=4, max_time=30.0, **options)
+    assert (cut.status == Status.TOO_FEW_CROSSINGS).all()
+    assert (cut.counts == 0).all()
+    assert np.isnan(cut.points).all()
+    assert (cut.section_error == 0).all()
+    assert "3 TOO_FEW_CROSSINGS (reached max_time" in cut.summary()
+    with pytest.raises(OrbitError, match="TOO_FEW_CROSSINGS"):
+        cut.raise_if_failed()
+
+
+def test_energy_drift_cuts_the_orbit_off():
+    """RK4 loses energy steadily: crossings before the tolerance is exceeded are kept, the others are not."""
+    z0 = states(BODY, 10, seed=7, spread=0.1)
+    options = {"section": AlphaTurning(1), "crossings": 200, "max_time": 2000.0, "step": 0.1, "scheme": RK4}
+    all_of_it = poincare_map(BODY, z0, energy_tolerance=1e9, **options)
+    assert (all_of_it.counts == 200).all()
+    cut = poincare_map(BODY, z0, energy_tolerance=1e-3, **options)
+    drift = np.abs(energy(BODY, np.moveaxis(all_of_it.points, -1, 0)) - energy(BODY, z0)[:, None]) / energy_scale(BODY, z0)[:, None]
+    lost = cut.status == Status.ENERGY_DRIFT
+    assert lost.any()
+    for i in np.flatnonzero(lost):
+        n = cut.counts[i]
+        assert 0 < n < 200
+        assert (drift[i, :n] <= 1e-3).all()
+        assert drift[i, n] > 1e-3
+        np.testing.assert_array_equal(cut.times[i, :n], all_of_it.times[i, :n])
+        assert np.isnan(cut.times[i, n:]).all()
+        assert cut.energy_error[i] > 1e-3
+
+
+def test_escape_is_noticed():
+    z0 = np.array([[0.1, 0.0], [1.2, 0.1], [0.1, 0.3], [0.3, 0.1]])
+    cut = poincare_map(HenonHeiles(), z0, section=ON_X, crossings=5, max_time=200.0, step=0.01)
+    assert cut.status[0] in (Status.ESCAPED, Status.NONFINITE)
+    assert cut.status[1] == Status.OK
+    far = poincare_map(Body(Harmonic(C=-1.0)), [1.0, 0, 0, 0, 1, 0, 0, 0], section=AlphaTurning(), crossings=1, max_time=1e3, step=0.1,
+                       energy_tolerance=1e15)  # fmt: skip
+    assert far.status[0] == Status.ESCAPED
+
+
+def test_collapse_is_noticed():
+    z0 = np.array([1.5, 0.0, 1.45, 0.0, -3.0, 0.0, 3.0, 0.0])
+    cut = poincare_map(Body(Hyperelastic()), z0, section=AlphaTurning(), crossings=5, max_time=50.0, step=0.1, scheme=LEAPFROG)
+    assert cut.status[0] == Status.COLLAPSED
+
+
+# --- bitwise promises --------------------------------------------------------------------------------------------
+
+RUNS = {
+    "fixed": {"step": 0.1}, "runge-kutta": {"step": 0.1, "scheme": RK4, "energy_tolerance": 1.0},
+    "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10}, "adaptive": {"scheme": DOP853},
+}  # fmt: skip
+every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
+CUT = {"section": BetaEquals(0.3, 0), "crossings": 6, "max_time": 12.0}
+
+
+@every_run
+def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
+    z0 = states(BODY, 300)
+    assert_same(poincare_map(BODY, z0, threads=1, **CUT, **options), poincare_map(BODY, z0, threads=2, **CUT, **options))
+
+
+@every_run
+def test_any_order_of_the_orbits_gives_the_same_bits(options):
+    z0 = states(BODY, 300)
+    order = np.random.default_rng(1).permutation(300)
+    assert_same(poincare_map(BODY, z0[:, order], **CUT, **options), poincare_map(BODY, z0, **CUT, **options), order)
+
+
+@every_run
+def test_an_orbit_alone_gives_the_same_bits_as_in_a_crowd(options):
+    z0 = states(BODY, 300)
+    crowd = poincare_map(BODY, z0, **CUT, **options)
+    for i in (0, 63, 64, 171, 299):
+        assert_same(poincare_map(BODY, z0[:, i], **CUT, **options), crowd, slice(i, i + 1))
+
+
+@every_run
+def test_a_lost_orbit_does_not_change_its_neighbours(options):
+    z0 = states(BODY, 200)
+    bad = np.arange(3, 200, 7)
+    mixed = z0.copy()
+    mixed[6, bad] = np.where(np.arange(bad.size) % 2, 1e100, 60.0)
+    cut = poincare_map(BODY, mixed, **CUT, **options)
+    good = np.setdiff1d(np.arange(200), bad)
+    assert_same(poincare_map(BODY, z0[:, good], **CUT, **options), cut, good)
+    assert (cut.status[bad[1::2]] != Status.OK).all()
+
+
+# --- the result --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("chart", [ALPHA_BETA, TWO_POLAR, R_VARTHETA], ids=lambda c: c.name)
+def test_coordinates_in_charts(chart):
+    cut = poincare_map(BODY, states(BODY, 30), section=BetaEquals(0.3, 1), crossings=10, max_time=15.0, step=0.1)
+    q = cut.coordinates(chart)
+    assert q.shape == (8, 30, 10)
+    kept = np.isfinite(cut.times)
+    assert 0 < kept.sum() < kept.size
+    assert np.isnan(q[:, ~kept]).all()
+    np.testing.assert_allclose(chart.to_planes(q[:, kept]), cut.points[kept].T, rtol=0, atol=1e-12)
+    if chart is ALPHA_BETA:
+        np.testing.assert_allclose(q[1][kept], 0.3, rtol=0, atol=1e-12)
+        assert (q[5][kept] > 0).all()
+
+
+def test_sections_are_callable_values():
+    z = states(BODY, 4)
+    assert AlphaTurning()(z).shape == (4,)
+    assert AreaEquals(1.0)(z[:, 0]) == pytest.approx((z[0, 0] ** 2 + z[1, 0] ** 2 - z[2, 0] ** 2 - z[3, 0] ** 2) / 2 - 1.0)
+    assert AlphaEquals(1.0)(z)[1] == pytest.approx(np.hypot(z[0, 1], z[1, 1]) - 1.0)
+    assert Linear((0, 0, 0, 0, 0, 0, 0, 3.0), 0.5)(z)[2] == pytest.approx(3 * z[7, 2] - 0.5)
+    assert AlphaTurning(1) == AlphaTurning(direction=1) != AlphaTurning(-1)
+
+
+# --- interruption ------------------------------------------------------------------------------------------------
+
+INTERRUPT = """
+import os, signal, threading, time
+import numpy as np
+import fastaff
+from fastaff import *
+
+body = Body(Hyperelastic())
+z0 = np.array([1.5, 0.1, 0.2, 0.3, 0.1, 0.2, 0.3, 0.1])[:, None] + 0.01*np.arange(400)/400
+CALL
+sent = []
+def send():
+    sent.append(time.perf_counter()); os.kill(os.getpid(), signal.SIGINT)
+timer = threading.Timer(0.5, send)
+call(1e-1)    # compile or load
+timer.start()
+try:
+    call(1e7)
+except Interrupted as stopped:
+    print("took", time.perf_counter() - sent[0])
+    assert isinstance(stopped, KeyboardInterrupt)
+    partial = stopped.partial
+    assert (partial.status == Status.INTERRUPTED).all(), partial.summary()
+    CHECK
+    print("fine")
+else:
+    print("not stopped")
+# and the session goes on
+assert (integrate(body, z0[:, :3], time=1.0, step=0.1).status == 0).all()
+"""
+
+
+def interrupt(call, check):
+    script = INTERRUPT.replace("CALL", call).replace("CHECK", check)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert "fine" in done.stdout, done.stdout + done.stderr
+    assert float(done.stdout.split()[1]) < 1.0
+
+
+@pytest.mark.parametrize("options", ["step=0.05", "scheme=DOP853"])
+def test_ctrl_c_stops_a_map_and_hands_over_what_there_is(options):
+    interrupt(
+        f"call = lambda scale: poincare_map(body, z0, section=AlphaTurning(), crossings=100_000, max_time=100*scale, {options})",
+        "counts = partial.counts; assert counts.max() > 10, counts; k = counts.argmax()\n"
+        "    assert np.isfinite(partial.points[k, :counts[k]]).all() and np.isnan(partial.times[k, counts[k]:]).all()\n"
+        "    assert partial.section_error.max() < 1e-12",
+    )
+
+
+@pytest.mark.parametrize("options", ["step=0.05", "scheme=DOP853"])
+def test_ctrl_c_stops_integrate(options):
+    interrupt(
+        f"call = lambda scale: integrate(body, z0, time=100*scale, {options})",
+        "assert np.isfinite(partial.z).all() and (partial.t < 1e9).all() and partial.t.max() > 1",
+    )
