@@ -70,7 +70,7 @@ def _compilable(cls: type) -> type:
     """Return `cls`, or where it has no fields, which Numba can't pass, a twin with one unused field."""
     if cls._fields:  # type: ignore[attr-defined]
         return cls
-    twin = namedtuple(cls.__name__, ["unused"])
+    twin = namedtuple("Twin", ["unused"])
     for name, method in _methods(cls):
         setattr(twin, name, method)
     return twin
@@ -190,19 +190,19 @@ _ARGUMENTS = {
 }
 
 
-def model_block(kind: str, value: Any, degrees_of_freedom: int) -> Callable:
+def model_block(kind: str, value: Any, degrees_of_freedom: int) -> Any:
     """Return the compiled block function `kind` of a model, section or set of angles."""
     classes: dict[type, str] = {}
     constructor = _walk(value, [], classes)
     return _compiled(kind, constructor, tuple(classes.items()), _BODIES[kind](degrees_of_freedom), ())
 
 
-def idle_block(kind: str) -> Callable:
+def idle_block(kind: str) -> Any:
     """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
     return _compiled(kind, "0.0", (), "    return\n", ())
 
 
-def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]) -> Callable:
+def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]) -> Any:
     """Return an observer whose text `body` may use `value` (built from params) and the package names of `namespace`."""
     classes: dict[type, str] = {}
     constructor = _walk(value, [], classes)
@@ -210,7 +210,7 @@ def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]
 
 
 @functools.cache
-def _compiled(kind: str, constructor: str, classes: tuple, body: str, namespace: tuple) -> Callable:
+def _compiled(kind: str, constructor: str, classes: tuple, body: str, namespace: tuple) -> Any:
     """Write, execute and compile the text of a block function; once per process for each value type."""
     text = (
         f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, _ in classes)])}\n"

@@ -23,7 +23,6 @@ LANES = 128
 starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
 
 JIT_DISABLED = bool(config.DISABLE_JIT)
-OPTIONS = {"error_model": "numpy", "nogil": True}
 
 
 @functools.cache
@@ -87,7 +86,7 @@ def jit(function: Callable | None = None, *, parallel: bool = False) -> Callable
     if JIT_DISABLED:
         return function
     with _private_cache(cache_directory()) as cache:
-        return numba.njit(function, parallel=parallel, cache=cache, **OPTIONS)
+        return numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy")
 
 
 class BlockFunction(types.WrapperAddressProtocol):
@@ -97,7 +96,7 @@ class BlockFunction(types.WrapperAddressProtocol):
         with _private_cache(cache_directory() if cache else None) as enabled:
             self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
         self._signature = signature
-        self._address = self._compiled.address
+        self._address = int(self._compiled.address)
 
     def __wrapper_address__(self) -> int:
         return self._address
@@ -106,7 +105,7 @@ class BlockFunction(types.WrapperAddressProtocol):
         return self._signature
 
 
-def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable:
+def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable | BlockFunction:
     """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled)."""
     return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache)
 

@@ -30,9 +30,20 @@ class AlphaBeta(NamedTuple):
     Free of small divisors for bodies that separate in (alpha, beta): EQ3.1, EQa of Martens & Slawianowski.
     """
 
-    names = ("alpha", "beta", "eta", "gamma")
-    planes = (False, False, True, True)
-    clocks = (0, 0, 0, 0)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("alpha", "beta", "eta", "gamma")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False, True, True)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over the clock instead of time."""
+        return (0, 0, 0, 0)
 
     def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
@@ -62,9 +73,20 @@ class AreaTrace(NamedTuple):
     Beyond the paper.
     """
 
-    names = ("area", "r", "eta", "gamma")
-    planes = (False, False, True, True)
-    clocks = (0, 0, 0, 0)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("area", "r", "eta", "gamma")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False, True, True)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over the clock instead of time."""
+        return (0, 0, 0, 0)
 
     def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
@@ -93,9 +115,20 @@ class RVartheta(NamedTuple):
     Free of small divisors for bodies that separate in (r, vartheta): EQ2.2h and the heavy top of Martens & Slawianowski.
     """
 
-    names = ("r", "vartheta", "eta", "gamma")
-    planes = (False, False, True, True)
-    clocks = (0, 1, 1, 1)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("r", "vartheta", "eta", "gamma")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False, True, True)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over the clock instead of time."""
+        return (0, 1, 1, 1)
 
     def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
@@ -138,9 +171,20 @@ class RVartheta(NamedTuple):
 class Coordinates2(NamedTuple):
     """Loops in the coordinate planes (x, px), (y, py) of a system of two degrees of freedom; averaged over time."""
 
-    names = ("x", "y")
-    planes = (False, False)
-    clocks = (0, 0)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("x", "y")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over the clock instead of time."""
+        return (0, 0)
 
     def signals(self, x, y, px, py):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""

@@ -40,6 +40,11 @@ def default_threads() -> int:
     return 1 if JIT_DISABLED else numba.get_num_threads()
 
 
+def available_threads() -> int:
+    """Return the largest number of threads that kernels can use in this process."""
+    return 1 if JIT_DISABLED else int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+
+
 def launch(
     kernel: Callable, arguments: tuple, stop: np.ndarray, progress: np.ndarray, work: float, threads: int,
     report: Report | None,
@@ -162,38 +167,46 @@ class Flow:
 
         The observer sees `observations` equidistant states, or every step where that is 0.
         """
+        run = self._advance_adaptive if self.adaptive else self._advance_fixed
+        run(ensemble, observer, memory, out, time, observations, refill, report)
+
+    def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
+        """Advance with step control; lanes are always refilled, so `refill` changes nothing."""
+        stop, (_, derivative, check) = np.zeros(1, np.int64), self._blocks()
+        _, _, a, b = self._tables()
+        orbits = ensemble.z.shape[1]
+        unit = self._unit(orbits)
+        progress = np.zeros(math.ceil(orbits / unit), np.int64)
+        errors, dense = self.scheme.error_array, self.scheme.dense_array  # type: ignore[union-attr]
+        arguments = (
+            derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
+            self.rtol, self.atol, time, time / observations if observations else 0.0, self.radius, unit,
+            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, ensemble.count, stop,
+            progress,
+        )  # fmt: skip
+        launch(run_adaptive, arguments, stop, progress, 0.0, self.threads, report)
+
+    def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
+        """Advance with equal steps; `count` of the ensemble is the number of steps done."""
         stop, (stage, derivative, check) = np.zeros(1, np.int64), self._blocks()
         drift, kick, a, b = self._tables()
-        orbits, params = ensemble.z.shape[1], parameters(self.model)
-        unit = self._unit(orbits) if refill or self.adaptive else min(LANES, self._unit(orbits))
-        progress = np.zeros(math.ceil(orbits / unit), np.int64)
-        if self.adaptive:
-            cadence = time / observations if observations else 0.0
-            steps = np.zeros(orbits, np.int64)
-            arguments = (
-                derivative, check, observer.function, params, observer.parameters, a, b, self.scheme.error_array,
-                self.scheme.dense_array, float(self.scheme.order), self.rtol, self.atol, time, cadence, self.radius, unit,
-                ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, steps, stop,
-                progress,
-            )  # fmt: skip
-            launch(run_adaptive, arguments, stop, progress, 0.0, self.threads, report)
-            return
-        every = 1
-        h = self.step
+        orbits, every, h, steps = ensemble.z.shape[1], 1, self.step, self.steps(time)
         if observations:
-            every = max(1, self.steps(time / observations))
-            h = time / (observations * every)
-        total = np.full(orbits, self.steps(time) if not observations else observations * every, np.int64)
+            every = self.steps(time / observations)
+            steps = observations * every
+            h = time / steps
+        unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         march = model_block("march", self.model, self.model.degrees_of_freedom) if solo else idle_block("march")
+        progress = np.zeros(math.ceil(orbits / unit), np.int64)
+        total = np.full(orbits, steps, np.int64)
         arguments = (
-            stage, march, derivative, check, observer.function, params, observer.parameters, drift, kick, a, b,
-            np.full(orbits, h), total, every, self.radius, self.precise, refill, solo, unit, ensemble.z, ensemble.count, memory, out,
-            ensemble.status, stop, progress,
+            stage, march, derivative, check, observer.function, parameters(self.model), observer.parameters, drift, kick, a, b,
+            np.full(orbits, h), total, every, self.radius, self.precise, refill, solo, unit, ensemble.z, ensemble.count, memory,
+            out, ensemble.status, stop, progress,
         )  # fmt: skip
-        work = float((total - ensemble.count).sum())
         try:
-            launch(run_fixed, arguments, stop, progress, work, self.threads, report)
+            launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)
         finally:
             ensemble.time[:] = ensemble.count * h
 
@@ -218,8 +231,8 @@ def make_flow(
     checked_model(model)
     checked_scheme(scheme)
     count = default_threads() if threads is None else whole("threads", threads, 1)
-    if not JIT_DISABLED and count > numba.config.NUMBA_NUM_THREADS:
-        raise ValueError(f"threads must be at most {numba.config.NUMBA_NUM_THREADS} here, got {count}")
+    if count > available_threads():
+        raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
     size = math.inf if step is None else positive("step", step)
     flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
     if flow.adaptive or step is not None:
@@ -231,7 +244,8 @@ def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int 
     """Return the flow with the longest step 0.4/(2^(k/2) omega) whose energy error stays below `error` on a sample of orbits.
 
     omega is `natural_rate`; the error is the 95th percentile over up to `orbits` of the given ones after a time 20/omega, so the
-    cost is small beside a map's. Where no step down to 0.4/(64 omega) reaches it (a low order, a steep wall) the step of least error is taken.
+    cost is small beside a map's. Where no step down to 0.4/(64 omega) reaches it (a low order, a steep wall) the step of least
+    error is taken.
     """
     sample = np.ascontiguousarray(z0[:, :: max(1, z0.shape[1] // orbits)])
     observer = observers.nothing()

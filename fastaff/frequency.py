@@ -110,7 +110,7 @@ def frequency_map(
 
 
 def _checked_angles(angles: Any, body: Any) -> Any:
-    chosen = getattr(body, "angles", None) if angles is None else angles
+    chosen: Any = getattr(body, "angles", None) if angles is None else angles
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
             f"angles must be a value of fastaff.angles such as AlphaBeta(), got {chosen!r}; "
@@ -143,7 +143,10 @@ class _Work:
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
-        self.observations = max(16, 2 * flow.steps(time / 2)) if not flow.adaptive else max(64, int(16 * time * natural_rate(flow.model, z0)))
+        if flow.adaptive:
+            self.observations = max(64, int(16 * time * natural_rate(flow.model, z0)))
+        else:
+            self.observations = max(16, 2 * flow.steps(time / 2))
         self.nu = np.zeros((self.n, self.orbits))
         self.halves = np.zeros((2, self.n, self.orbits))
         self.error = np.full((self.n, self.orbits), np.inf)

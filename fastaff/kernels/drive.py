@@ -164,7 +164,7 @@ def observe_dense(
 
 @jit(parallel=True)
 def run_adaptive(
-    derivative, check, observe, params, observer, a, b, errors, dense, order, rtol, atol, end_time, cadence, radius, unit,
+    derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time, cadence, radius, unit,
     z0, time0, step0, ticks0, memory0, out, status, steps, stop, progress,
 ):  # fmt: skip
     """Advance orbits from time0 to end_time with step control of each orbit's own, the lanes always refilled.

@@ -19,11 +19,18 @@ class Body(NamedTuple):
     potential: Any
     mu: float = 1.0
 
-    degrees_of_freedom = 4
-    coordinates = ("a1", "a2", "b1", "b2")
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 4."""
+        return 4
 
     @property
-    def angles(self):
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the first 4 rows of z."""
+        return "a1", "a2", "b1", "b2"
+
+    @property
+    def angles(self) -> Any:
         """Angle variables natural to the potential."""
         return self.potential.angles
 
@@ -72,9 +79,20 @@ class HenonHeiles(NamedTuple):
 
     lam: float = 1.0
 
-    degrees_of_freedom = 2
-    coordinates = ("x", "y")
-    angles = Coordinates2()
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 2."""
+        return 2
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the first 2 rows of z."""
+        return "x", "y"
+
+    @property
+    def angles(self) -> Coordinates2:
+        """Angle variables natural to this system."""
+        return Coordinates2()
 
     def velocity(self, px, py):
         """Return dq/dt = p."""

@@ -21,7 +21,10 @@ class Harmonic(NamedTuple):
 
     C: float = 1.0
 
-    angles = AlphaBeta()
+    @property
+    def angles(self) -> AlphaBeta:
+        """Angle variables natural to this potential."""
+        return AlphaBeta()
 
     def value(self, A, B):
         """Return V."""
@@ -49,7 +52,10 @@ class Anharmonic(NamedTuple):
 
     C: float = 1.0
 
-    angles = AlphaBeta()
+    @property
+    def angles(self) -> AlphaBeta:
+        """Angle variables natural to this potential."""
+        return AlphaBeta()
 
     def value(self, A, B):
         """Return V."""
@@ -77,7 +83,10 @@ class Hyperelastic(NamedTuple):
 
     C: float = 1.0
 
-    angles = RVartheta()
+    @property
+    def angles(self) -> RVartheta:
+        """Angle variables natural to this potential."""
+        return RVartheta()
 
     def value(self, A, B):
         """Return V."""
@@ -108,7 +117,10 @@ class HeavyTop(NamedTuple):
     C: float = 1.0
     A: float = 1.0
 
-    angles = RVartheta()
+    @property
+    def angles(self) -> RVartheta:
+        """Angle variables natural to this potential."""
+        return RVartheta()
 
     def value(self, A, B):
         """Return V."""
@@ -143,7 +155,10 @@ class NeoHookean(NamedTuple):
     G: float = 1.0
     K: float = 2.0
 
-    angles = AreaTrace()
+    @property
+    def angles(self) -> AreaTrace:
+        """Angle variables natural to this potential."""
+        return AreaTrace()
 
     def value(self, A, B):
         """Return V."""
