@@ -70,7 +70,7 @@ def _compilable(cls: type) -> type:
     """Return `cls`, or where it has no fields, which Numba can't pass, a twin with one unused field."""
     if cls._fields:  # type: ignore[attr-defined]
         return cls
-    twin = namedtuple("Twin", ["unused"])
+    twin: type = namedtuple("twin", ["unused"])
     for name, method in _methods(cls):
         setattr(twin, name, method)
     return twin

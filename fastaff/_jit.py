@@ -16,7 +16,9 @@ from typing import Any
 
 import numba
 from numba import types
-from numba.core import config
+from numba.core import config as _config
+
+config: Any = _config  # its options are set at run time, unknown to type checkers
 
 LANES = 128
 """Orbits in a lane block. A constant of the compiled code: a state block is a flat array whose row r
@@ -96,7 +98,7 @@ class BlockFunction(types.WrapperAddressProtocol):
         with _private_cache(cache_directory() if cache else None) as enabled:
             self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
         self._signature = signature
-        self._address = int(self._compiled.address)
+        self._address: Any = self._compiled.address
 
     def __wrapper_address__(self) -> int:
         return self._address

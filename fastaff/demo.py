@@ -103,7 +103,7 @@ def run(
 
     Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean body,
     2 C for the hyperelastic one). At this energy of the neo-Hookean body (G = 1, K = 2) the chains of islands of the
-    resonances 3:2, 4:3, 7:5 stand in a sea of chaos that covers about a third of the section; at 1.2 there is hardly any chaos,
+    resonances 3:2, 4:3, 10:7 stand in a sea of chaos that covers about a third of the section; at 1.2 there is hardly any chaos,
     at 1.8 little else. Cost: about 40 s on two cores, and about 40 s of compilation the first time.
     """
     size, folder = QUICK if quick else FULL, Path(out_dir)
@@ -229,7 +229,8 @@ def numbers(p: Portrait) -> list[str]:
     return lines
 
 
-LINES = ((2, 0, -3), (3, 0, -4), (5, 0, -6), (5, 0, -7), (5, 0, -8), (7, 0, -10), (7, 0, -11), (9, 0, -13))
+LINES = ((2, 0, -3), (3, 0, -4), (5, 0, -6), (7, 0, -10))
+"""The resonances m:n, as (n, 0, -m), on which orbits of the neo-Hookean map stand; `numbers` counts them."""
 
 
 def _plane(p: Portrait) -> tuple[str, str]:
@@ -313,6 +314,6 @@ def _caption(chaotic: Portrait, integrable: Portrait) -> str:
         r"librations, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm s}=m\,\nu_{\rm b}$, "
         r"with islands on them and gaps or chaos beside them. "
         rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and" "\n"
-        rf"{np.count_nonzero(~b.shown)} in (f) whose librations could not be told apart (near a periodic orbit, or chaotic). "
+        rf"{np.count_nonzero(~b.shown)} in (f) that are too close to a periodic orbit to show both librations. "
         rf"Colour scale clipped at 5 % and 95 % of the top row. Largest energy error {max(a.map.energy_error.max(), b.map.energy_error.max()):.0e}."
     )

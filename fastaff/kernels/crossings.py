@@ -98,8 +98,13 @@ def split_pairs(
 ):
     """Halve the bracket of each suspected pair at the extremum of the section function; other lanes are untouched.
 
-    Golden sections, until a point of the other sign is found or the extremum is known to rounding.
+    Golden sections, until a point of the other sign is found or the extremum is known to rounding. Returns how many there are.
     """
+    pairs = 0
+    for i in range(lanes):
+        pairs += 1 if kind[i] >= LOWER else 0
+    if pairs == 0:
+        return pairs
     low, high, inner, found = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     tau, value, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     for i in range(lanes):
@@ -141,6 +146,7 @@ def split_pairs(
             x2[i] = inner[i]
         elif kind[i] == UPPER:
             x1[i] = inner[i]
+    return pairs
 
 
 @jit(parallel=True)
@@ -150,7 +156,8 @@ def locate(
 ):  # fmt: skip
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
-    All lanes iterate together, each in its own bracket, until the bracket is as narrow as the step's resolution. A
+    All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the step, is as
+    small as rounding. A
     suspected pair is first split at the extremum of the section function; where that has no other sign, or the wrong
     direction, the record becomes empty. Afterwards a record holds time, kind, section function, energy slot and state.
     """
@@ -162,20 +169,22 @@ def locate(
         start, z, work, k = np.zeros(size), np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
         x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
         f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-        kind, live, resolution = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+        kind, live, resolution, flat = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
         for i in range(lanes):
             o = where[first + i]
             kind[i], x1[i], x2[i] = records[o, 1], records[o, 2], records[o, 3]
             for r in range(rows):
                 start[r * LANES + i] = records[o, RECORD + r]
-        split_pairs(
+        pairs = split_pairs(
             stage, derivative, section, params, section_params, drift, kick, a, b,
             rows, lanes, start, kind, x1, x2, z, k, work,
         )  # fmt: skip
-        fractional(
-            stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, x1, z, k, work, f1,
-        )  # fmt: skip
+        section(section_params, lanes, start, f1)
+        if pairs > 0:
+            fractional(
+                stage, derivative, section, params, section_params, drift, kick, a, b,
+                rows, lanes, start, x1, z, k, work, f1,
+            )  # fmt: skip
         fractional(
             stage, derivative, section, params, section_params, drift, kick, a, b,
             rows, lanes, start, x2, z, k, work, f2,
@@ -184,7 +193,7 @@ def locate(
             if kind[i] >= LOWER and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
                 kind[i] = NOTHING
             live[i] = 1.0 if kind[i] != NOTHING and f1[i] * f2[i] < 0.0 else 0.0
-            resolution[i] = 1.2e-16 * abs(x2[i] - x1[i])
+            resolution[i], flat[i] = 1.2e-16 * abs(x2[i] - x1[i]), 1.2e-16 * abs(f2[i] - f1[i])
             x3[i], f3[i] = x1[i], f1[i]
             tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]) if live[i] > 0.0 else 0.5)
         active, sweeps = lanes, 0
@@ -204,7 +213,7 @@ def locate(
                     x2[i], f2[i] = x1[i], f1[i]
                 x1[i], f1[i] = tau[i], f[i]
                 width = abs(x2[i] - x1[i])
-                if f[i] == 0.0 or width <= 2.0 * resolution[i]:
+                if abs(f[i]) <= flat[i] or width <= 2.0 * resolution[i]:
                     live[i] = 0.0
                     continue
                 active += 1
