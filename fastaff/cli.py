@@ -448,7 +448,7 @@ class Progress:
             self.bar.stop()
 
 
-def _compiled(what: str, first: Any) -> None:
+def _compiled(what: str, first: Any, announce: bool = True) -> None:
     """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the compiler."""
     failure: list[BaseException] = []
     finished = threading.Event()
@@ -467,8 +467,9 @@ def _compiled(what: str, first: Any) -> None:
         signal.signal(signal.SIGINT, _leave_the_compiler)
     try:
         threading.Thread(target=work, daemon=True).start()
-        if not finished.wait(0.5) and (_is_cold() or not finished.wait(1.5)):
-            _say(f"compiling once (about {COMPILE_SECONDS[what]} s; `fastaff warmup` does it beforehand)")
+        if announce and not finished.wait(0.5) and (_is_cold() or not finished.wait(1.5)):
+            how_long = f"about {COMPILE_SECONDS[what]} s" if _is_cold() else "a few seconds, for a new model or section"
+            _say(f"compiling once ({how_long})")
         while not finished.wait(0.1):
             pass
     finally:
@@ -564,7 +565,9 @@ def poincare(
     path = _saved(stem, result, output, {**facts, **extra, "wall_time": seconds, "interrupted": False})
     if not output.no_figure:
         figure, ax = _figure()
-        drawn = plot.plot_section(result, ax=ax, values=extra.get("diffusion"), boundary=edge)
+        values = extra.get("diffusion")
+        norm = None if values is None else plot.diffusion_scale(values)
+        drawn = plot.plot_section(result, ax=ax, values=values, boundary=edge, norm=norm)
         _finish(figure, ax, body, surface, section, f"{_counted(result.status)}; {drawn.missing} not drawn", stem, facts)
     _report_files(path, stem, output)
     return 0
@@ -636,18 +639,20 @@ def _draw_frequencies(result, grid, starts, body, surface, section, max_order, s
     figure, ax = _figure(panels=1 if starts.orbits is not None else 2)
     axes = [ax] if starts.orbits is not None else list(ax)
     if len(axes) == 2:
-        plot.plot_diffusion_grid(grid, np.where(result.status == 0, result.diffusion, np.nan), ax=axes[0], colorbar=False)
+        values = np.where(result.status == 0, result.diffusion, np.nan)
+        plot.plot_diffusion_grid(grid, values, ax=axes[0], norm=plot.diffusion_scale(values), colorbar=False)
     first, second = result.names[:2]
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
-    lines: list = []
-    if plane:
-        ratio = plot.frequency(result, x)
-        fine = np.isfinite(ratio) & (result.status == 0)
-        low, high = np.quantile(ratio[fine], [0.01, 0.99]) if fine.any() else (0.0, 1.0)
-        least = max(3, result.status.size // 200)
-        candidates = plot.resonances_between(low - 1e-3, high + 1e-3, max_order)
-        lines = [k for k in candidates if plot.on_line(result, k, x=x, y=y, tolerance=1e-6) >= least]
+    ratio = plot.frequency(result, f"{second}/{first}")
+    fine = np.isfinite(ratio) & (result.status == 0)
+    low, high = np.quantile(ratio[fine], [0.01, 0.99]) if fine.any() else (0.0, 1.0)
+    least = max(3, result.status.size // 200)
+    lines = []
+    for n, _, m in plot.resonances_between(low - 1e-3, high + 1e-3, max_order):
+        line = (n, 0, m) if plane else (m, n, 0)
+        if plot.on_line(result, line, x=x, y=y, tolerance=1e-6) >= least:
+            lines.append(line)
     drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines)
     _finish(figure, axes[-1], body, surface, section, f"{_counted(result.status)}; {drawn.missing} not drawn", stem, facts)
 
@@ -724,9 +729,10 @@ def warmup() -> int:
     total = 0.0
     for name, job in jobs.items():
         start = clock.perf_counter()
-        _compiled("frequency-map", job) if threading.current_thread() is threading.main_thread() else job()
-        total += clock.perf_counter() - start
-        print(f"{name:<22}{clock.perf_counter() - start:6.1f} s")
+        _compiled("frequency-map", job, announce=False)
+        seconds = clock.perf_counter() - start
+        total += seconds
+        print(f"{name:<22}{seconds:6.1f} s", flush=True)
     print(f"{'together':<22}{total:6.1f} s, kept in {cache_directory()}")
     return 0
 
@@ -839,15 +845,33 @@ def _finish(figure, ax, body, surface, section, text, stem, facts) -> None:
         values += f", mu = {body.mu:g}"
         where += rf", $p_\eta$ = {surface.p_eta:g}, $p_\gamma$ = {surface.p_gamma:g}"
     figure.suptitle(f"{type(inner).__name__} ({values}), {where}", fontsize=11)
-    figure.supxlabel(f"section {section!r}; {text}; units: those of the parameters", fontsize=7.5, color="0.3")
+    figure.supxlabel(f"section {_in_words(section)}; {text}; {_units(inner, body)}", fontsize=7.5, color="0.3")
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     figure.savefig(stem.with_name(stem.name + ".png"), metadata={"Title": "fastaff", "Description": json.dumps({**provenance(), **kept})})
+
+
+def _in_words(section: Any) -> str:
+    turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
+    name = type(section).__name__
+    if name == "Linear":
+        return f"{'x' if section.normal[0] else 'y'} = {section.offset:g}, {turn}"
+    if name.endswith("Turning"):
+        return rf"$p_\{name.removesuffix('Turning').lower()}$ = 0, {turn}"
+    left = {"AlphaEquals": r"$\alpha$", "BetaEquals": r"$\beta$", "AreaEquals": "$D_1D_2$"}[name]
+    return f"{left} = {section.constant:g}, {turn}"
+
+
+def _units(inner: Any, body: Any) -> str:
+    stiffness = inner._fields[0]
+    if inner is body or inner[0] != 1 or body.mu != 1:
+        return "units: those of the parameters"
+    return rf"units: {stiffness} = $\mu$ = 1"
 
 
 def _counted(status: np.ndarray) -> str:
     from .status import summary
 
-    return ", ".join(f"{count} {outcome.name}" for outcome, count in summary(status).items())
+    return "orbits: " + ", ".join(f"{count} {outcome.name}" for outcome, count in summary(status).items())
 
 
 def _finished(result: Any, seconds: float) -> str:

@@ -20,11 +20,25 @@ from .kernels import rotation as rotation_kernels
 
 @dataclass(frozen=True)
 class Observer:
-    """A block function for the drivers, its parameters and the rows of memory that an orbit needs."""
+    """What to keep of running orbits: the value and the text of a block function, and the rows of memory that an orbit needs.
 
-    function: Callable
-    parameters: np.ndarray
+    The text may use `value`, the arguments of an observer (see `_blocks`) and the package's kernels in `names`.
+    """
+
+    value: Any
+    text: str
+    names: tuple[tuple[str, Callable], ...]
     rows: int
+
+    @property
+    def function(self) -> Any:
+        """The compiled block function."""
+        return observer_block(self.value, self.text, self.names)
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """The parameters that the block function gets."""
+        return parameters(self.value)
 
 
 class _Nothing(NamedTuple):
@@ -47,20 +61,24 @@ class _Rotation(NamedTuple):
     time: float
 
 
+class _Together(NamedTuple):
+    first: Any
+    second: Any
+
+
 def _coordinates(rows: int, array: str = "z") -> str:
     return ", ".join(f"{array}[{r * LANES} + i]" for r in range(rows))
 
 
 def nothing() -> Observer:
     """Keep nothing but the end state."""
-    return Observer(observer_block(_Nothing(), "    return 0\n", ()), np.zeros(1), 1)
+    return Observer(_Nothing(), "    return 0\n", (), 1)
 
 
 def samples(rows: int) -> Observer:
     """Keep the phase point (rows numbers) at each observation."""
     body = f"    sample({rows}, lanes, orbit, fresh, z, memory, out)\n    return 0\n"
-    block = observer_block(_Nothing(), body, (("sample", rotation_kernels.sample),))
-    return Observer(block, np.zeros(1), rows + 1)
+    return Observer(_Nothing(), body, (("sample", rotation_kernels.sample),), rows + 1)
 
 
 def crossings(section: Any, wanted: int, degrees_of_freedom: int) -> Observer:
@@ -72,8 +90,7 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int) -> Observer:
         f"        memory[i] = value.section.value({_coordinates(rows)})\n"
         f"    return detect(value.direction, value.wanted, {rows}, lanes, orbit, fresh, t, z, memory, out, done)\n"
     )
-    block = observer_block(value, body, (("detect", crossing_kernels.detect),))
-    return Observer(block, parameters(value), crossing_kernels.MEMORY + rows)
+    return Observer(value, body, (("detect", crossing_kernels.detect),), crossing_kernels.MEMORY + rows)
 
 
 def _with_signals(angles: Any, action: str, names: tuple, rows: int) -> Observer:
@@ -84,8 +101,7 @@ def _with_signals(angles: Any, action: str, names: tuple, rows: int) -> Observer
         f"    for i in range(lanes):\n        {signals} = value.angles.signals({_coordinates(2 * n)})\n"
         f"    {action}\n    return 0\n"
     )
-    value = _Signals(angles)
-    return Observer(observer_block(value, body, names), parameters(value), rows)
+    return Observer(_Signals(angles), body, names, rows)
 
 
 def extents(angles: Any) -> Observer:
@@ -116,7 +132,40 @@ def rotation(angles: Any, model: Any, time: float) -> Observer:
     )
     value = _Rotation(angles, model, time)
     rows = 8 * n + 2 + rotation_kernels.SHARED + rotation_kernels.WEIGHTS + rotation_kernels.PER_ANGLE * n
-    return Observer(observer_block(value, body, (("rotate", rotation_kernels.rotate),)), parameters(value), rows)
+    return Observer(value, body, (("rotate", rotation_kernels.rotate),), rows)
+
+
+def together(first: Observer, second: Observer, columns: int) -> Observer:
+    """Make one observer of two: a single pass over the orbits serves both.
+
+    Memory and `out` hold those of the first, then those of the second; `columns` is the width of the first one's `out`. An
+    orbit is done when both are done with it; the rows after their memory keep which are.
+    """
+    split, rows = first.rows, first.rows + second.rows
+    scratch = rows * LANES
+    both = _Together(first.value, second.value)
+    text, names = "", {**dict(first.names), **dict(second.names)}
+    for number, part in enumerate((first, second)):
+        text += f"    def part{number}(value, lanes, orbit, fresh, t, z, memory, out, done):\n"
+        text += "".join(f"    {line}\n" for line in part.text.splitlines())
+    text += "    ended = 0\n"
+    for number, (field, memory, out) in enumerate(
+        (("first", f"memory[: {split * LANES}]", f"out[:, :{columns}]"),
+         ("second", f"memory[{split * LANES} : {scratch}]", f"out[:, {columns}:]"))
+    ):  # fmt: skip
+        done, fresh = scratch + number * LANES, scratch + 2 * LANES
+        text += (
+            f"    finished, seen = memory[{done} : {done + LANES}], memory[{fresh} : {fresh + LANES}]\n"
+            "    for i in range(lanes):\n        seen[i] = fresh[i] * (1.0 - finished[i])\n"
+            f"    part{number}(value.{field}, lanes, orbit, seen, t, z, {memory}, {out}, finished)\n"
+        )
+    text += (
+        "    for i in range(lanes):\n"
+        f"        if memory[{scratch} + i] > 0.0 and memory[{scratch + LANES} + i] > 0.0:\n"
+        "            done[i] = 1.0\n            ended += 1\n"
+        "    return ended\n"
+    )
+    return Observer(both, text, tuple(names.items()), rows + 3)
 
 
 def _letters(letter: str, count: int) -> str:

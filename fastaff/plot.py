@@ -77,6 +77,14 @@ def clipped(values: Any) -> Any:
     return Normalize(low, high if high > low else low + 0.5)
 
 
+def diffusion_scale(values: Any) -> Any:
+    """Return `clipped(values)` with its upper end at -6 or above, so that rounding noise of regular orbits does not look like chaos."""
+    from matplotlib.colors import Normalize
+
+    scale = clipped(values)
+    return Normalize(min(scale.vmin, -8.0), max(scale.vmax, -6.0))
+
+
 def edge(body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800) -> Edge:
     """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
 
@@ -245,7 +253,7 @@ def plot_frequency_map(
     """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
 
     Parameters: x, y: names or ratios such as "beta/alpha", by default those of the second and third row (gamma for a body) to the first;
-    values: colours (orbits,), by default the map's diffusion; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0,
+    values: colours (orbits,), by default the map's diffusion on a `diffusion_scale`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0,
     where X and Y are ratios to one frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
     Returns Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n above the
     frame, the others by their equation; a label without room is left out, its line is drawn.
@@ -262,7 +270,7 @@ def plot_frequency_map(
     order = np.random.default_rng(0).permutation(np.flatnonzero(good))
     area = size if size is not None else float(np.clip(24000 / max(order.size, 1), 1.2, 16.0))
     points = ax.scatter(
-        X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, cmap=colour_map(), norm=norm or clipped(c), zorder=2
+        X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, cmap=colour_map(), norm=norm or _scale(c, values), zorder=2
     )
     if limits is not None:
         ax.set(xlim=limits[0], ylim=limits[1])
@@ -272,6 +280,10 @@ def plot_frequency_map(
     drawn, labels = _draw_lines(ax, lines, x, y)
     bar = ax.figure.colorbar(points, ax=ax, label=label, extend="both") if colorbar else None
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
+
+
+def _scale(c: np.ndarray, given: Any) -> Any:
+    return diffusion_scale(c) if given is None else clipped(c)
 
 
 def _fraction(name: str) -> str:

@@ -142,7 +142,7 @@ def test_crossings_go_the_right_way(section):
 @pytest.mark.parametrize(("scheme", "steps"), [(LEAPFROG, (40, 80, 160)), (BLANES_MOAN6, (16, 24, 36)), (RK4, (40, 80, 160))], ids=label)
 def test_crossing_times_converge_with_the_order_of_the_scheme(scheme, steps):
     """Fractional steps add no error of their own (linear interpolation would show order 2)."""
-    z0, section = states(BODY, 5, seed=7, spread=0.1), BetaEquals(0.08, 1)
+    z0, section = states(BODY, 5, seed=7, spread=0.1), Linear((0, 0, 1, 0, 0, 0, 0, 0), 0.01, 1)
 
     def times(scheme, step):
         cut = poincare_map(BODY, z0, section=section, crossings=2, max_time=60.0, step=step, scheme=scheme, energy_tolerance=1.0)
@@ -284,18 +284,19 @@ def test_energy_drift_cuts_the_orbit_off():
     options = {"section": AlphaTurning(1), "crossings": 200, "max_time": 2000.0, "step": 0.1, "scheme": RK4}
     all_of_it = poincare_map(BODY, z0, energy_tolerance=1e9, **options)
     assert (all_of_it.counts == 200).all()
-    cut = poincare_map(BODY, z0, energy_tolerance=1e-3, **options)
     drift = np.abs(energy(BODY, np.moveaxis(all_of_it.points, -1, 0)) - energy(BODY, z0)[:, None]) / energy_scale(BODY, z0)[:, None]
+    tolerance = float(np.median(drift[:, 100]))
+    cut = poincare_map(BODY, z0, energy_tolerance=tolerance, **options)
     lost = cut.status == Status.ENERGY_DRIFT
     assert lost.any()
     for i in np.flatnonzero(lost):
         n = cut.counts[i]
         assert 0 < n < 200
-        assert (drift[i, :n] <= 1e-3).all()
-        assert drift[i, n] > 1e-3
+        assert (drift[i, :n] <= tolerance).all()
+        assert drift[i, n] > tolerance
         np.testing.assert_array_equal(cut.times[i, :n], all_of_it.times[i, :n])
         assert np.isnan(cut.times[i, n:]).all()
-        assert cut.energy_error[i] > 1e-3
+        assert cut.energy_error[i] > tolerance
 
 
 def test_escape_is_noticed():
@@ -398,10 +399,10 @@ sent = []
 def send():
     sent.append(time.perf_counter()); os.kill(os.getpid(), signal.SIGINT)
 timer = threading.Timer(0.5, send)
-call(1e-1)    # compile or load
+call(10.0)    # compile or load
 timer.start()
 try:
-    call(1e7)
+    call(BIG)   # some 10 s
 except Interrupted as stopped:
     print("took", time.perf_counter() - sent[0])
     assert isinstance(stopped, KeyboardInterrupt)
@@ -416,27 +417,29 @@ assert (integrate(body, z0[:, :3], time=1.0, step=0.1).status == 0).all()
 """
 
 
-def interrupt(call, check):
-    script = INTERRUPT.replace("CALL", call).replace("CHECK", check)
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+def interrupt(call, big, check):
+    script = INTERRUPT.replace("CALL", call).replace("BIG", str(big)).replace("CHECK", check)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout, done.stdout + done.stderr
     assert float(done.stdout.split()[1]) < 1.0
 
 
-@pytest.mark.parametrize("options", ["step=0.05", "scheme=DOP853"])
+@pytest.mark.parametrize("options", ["step=0.01", "scheme=DOP853"], ids=["fixed", "adaptive"])
 def test_ctrl_c_stops_a_map_and_hands_over_what_there_is(options):
     interrupt(
-        f"call = lambda scale: poincare_map(body, z0, section=AlphaTurning(), crossings=100_000, max_time=100*scale, {options})",
-        "counts = partial.counts; assert counts.max() > 10, counts; k = counts.argmax()\n"
+        f"call = lambda time: poincare_map(body, z0, section=AlphaTurning(), crossings=4000, max_time=time, {options})",
+        2e4,
+        "counts = partial.counts; assert 4000 > counts.max() > 10, counts; k = counts.argmax()\n"
         "    assert np.isfinite(partial.points[k, :counts[k]]).all() and np.isnan(partial.times[k, counts[k]:]).all()\n"
         "    assert partial.section_error.max() < 1e-12",
     )
 
 
-@pytest.mark.parametrize("options", ["step=0.05", "scheme=DOP853"])
-def test_ctrl_c_stops_integrate(options):
+@pytest.mark.parametrize(("options", "time"), [("step=0.05", 1e5), ("scheme=DOP853", 2e4)], ids=["fixed", "adaptive"])
+def test_ctrl_c_stops_integrate(options, time):
     interrupt(
-        f"call = lambda scale: integrate(body, z0, time=100*scale, {options})",
-        "assert np.isfinite(partial.z).all() and (partial.t < 1e9).all() and partial.t.max() > 1",
+        f"call = lambda time: integrate(body, z0, time=time, {options})",
+        time,
+        f"assert np.isfinite(partial.z).all() and (partial.t < {time}).all() and partial.t.max() > 1",
     )
