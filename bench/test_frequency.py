@@ -1,0 +1,68 @@
+"""Frequencies of the integrable bodies against dE/dJ by quadrature, and orbits per second. Run: pytest bench/test_frequency.py -s"""
+
+from __future__ import annotations
+
+import time
+
+import naive
+import numpy as np
+import pytest
+
+from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, NeoHookean, frequency_map
+
+ORBITS, TIME = 1000, 200 * np.pi
+CASES = [(Harmonic(), 0.1), (Anharmonic(), 0.02), (Hyperelastic(), 0.01), (HeavyTop(1.0, 0.5), 0.01)]
+
+
+def random_orbits(body: Body, orbits: int, seed: int = 1) -> np.ndarray:
+    """Return bound orbits with normal random coordinates and momenta, at least 0.5 inside the potential's margin.
+
+    A heavy top is bound where its angular momentum Lambda of R^4 is large enough to keep it from r = 0.
+    """
+    z = np.random.default_rng(seed).standard_normal((8, 8 * orbits))
+    A, B = (z[:2] ** 2).sum(axis=0), (z[2:4] ** 2).sum(axis=0)
+    inside = body.potential.margin(A, B) > 0.5
+    if isinstance(body.potential, HeavyTop):
+        radial = (z[:4] * z[4:]).sum(axis=0)
+        kinetic = (A + B) * (z[4:] ** 2).sum(axis=0) - radial**2 + 2 * body.mu * body.potential.A * (A - B) / (A + B)
+        inside &= kinetic > 2.2 * body.mu * abs(body.potential.A)
+    return np.ascontiguousarray(z[:, inside][:, :orbits])
+
+
+@pytest.mark.parametrize(("potential", "step"), CASES, ids=[type(p).__name__ for p, _ in CASES])
+def test_against_quadrature(benchmark, potential, step):
+    """1000 random bound orbits over 200 periods pi of the radial motion: the share within 1e-11 of dE/dJ."""
+    body = Body(potential)
+    z0 = random_orbits(body, ORBITS)
+    truth = naive.frequencies(body, z0)
+    options = {"time": TIME, "scheme": SOFRONIOU_SPALETTA10, "step": step}
+    frequency_map(body, z0[:, :8], **options)
+    start = time.perf_counter()
+    found = frequency_map(body, z0, **options)
+    elapsed = time.perf_counter() - start
+    values = np.array([*found.nu[:2], found.nu_eta, found.nu_gamma])
+    scale = np.abs(truth).max(axis=0)
+    error = (np.abs(values - truth) / scale).max(axis=0)
+    flagged = (found.error / scale).max(axis=0) > 1e-11
+    good = error <= 1e-11
+    benchmark.pedantic(frequency_map, args=(body, z0), kwargs={**options, "fallback": np.inf}, rounds=2)
+    benchmark.extra_info.update(good=good.mean(), unflagged=int((~good & ~flagged).sum()))
+    print(
+        f"\n{type(potential).__name__}, step {step}: {good.mean():.1%} of {ORBITS} within 1e-11 of dE/dJ, median error "
+        f"{np.median(error):.0e}; {int((~good & flagged).sum())} of the others flagged by their error estimate, "
+        f"{int((~good & ~flagged).sum())} not (largest {error[~good & ~flagged].max(initial=0):.0e}); {elapsed:.2f} s; {found.summary()}"
+    )
+
+
+def test_chaotic_map(benchmark):
+    """Orbits per second of a Birkhoff map of the neo-Hookean body at E = 3 or so."""
+    body = Body(NeoHookean())
+    z0 = random_orbits(body, 4096)
+
+    def run():
+        return frequency_map(body, z0, time=500.0, step=0.04, fallback=np.inf)
+
+    run()
+    result = benchmark.pedantic(run, rounds=3)
+    rate = 4096 / benchmark.stats["min"]
+    print(f"\nneo-Hookean: {rate:.0f} orbits/s over T = 500 at step 0.04; {result.summary()}")

@@ -1,0 +1,271 @@
+"""The command line and the files it writes."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import fastaff
+from fastaff import cli, demo, files
+
+pytest.importorskip("cyclopts")
+pytest.importorskip("matplotlib")
+
+SURFACE = ["--energy", "1.5", "--p-eta", "0.3", "--p-gamma", "0.2"]
+
+
+@dataclasses.dataclass
+class Result:
+    """The smallest thing that can be saved."""
+
+    status: np.ndarray
+    points: np.ndarray
+    section: object
+    scheme: object
+    step: float
+
+
+def small() -> Result:
+    return Result(np.array([0, 0, 5]), np.arange(6.0).reshape(3, 2), fastaff.AlphaEquals(1.5), fastaff.KAHAN_LI8, np.inf)
+
+
+# Files
+
+
+def test_round_trip_keeps_arrays_bitwise_and_all_parameters(tmp_path):
+    body = fastaff.Body(fastaff.NeoHookean(G=1.0, K=3.0), 2.0)
+    result = small()
+    result.points[0, 0] = np.nan
+    path = files.save(tmp_path / "a.npz", result, model=body, seed=7, threads=2, z0=np.eye(2), wall_time=0.5)
+    arrays, metadata = files.load(path)
+    assert path.name == "a.npz"
+    assert arrays["points"].tobytes() == result.points.tobytes()
+    assert arrays["z0"].tobytes() == np.eye(2).tobytes()
+    assert metadata["model"] == {"class": "Body", "potential": {"class": "NeoHookean", "G": 1.0, "K": 3.0}, "mu": 2.0}
+    assert metadata["section"] == {"class": "AlphaEquals", "constant": 1.5, "direction": 1}
+    assert metadata["scheme"]["name"] == "KAHAN_LI8"
+    assert metadata["step"] == "inf"
+    assert metadata["seed"] == 7
+    assert metadata["status_counts"] == {"OK": 2, "TOO_FEW_CROSSINGS": 1}
+    assert metadata["fastaff"] == fastaff.__version__
+    for name in ("numpy", "numba", "python", "platform", "cpu", "cores", "date", "command"):
+        assert metadata[name]
+
+
+def test_save_never_overwrites_unless_told(tmp_path):
+    first = files.save(tmp_path / "a", small(), seed=1)
+    second = files.save(tmp_path / "a", small(), seed=2)
+    assert [first.name, second.name] == ["a.npz", "a-2.npz"]
+    assert files.load(first).metadata["seed"] == 1
+    assert files.save(tmp_path / "a", small(), seed=3, force=True) == first
+    assert files.load(first).metadata["seed"] == 3
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a-2.npz", "a.npz"]
+
+
+def test_a_failed_save_leaves_nothing_behind(tmp_path):
+    bad = small()
+    bad.points = np.array([object()])
+    with pytest.raises(TypeError, match="points must hold numbers"):
+        files.save(tmp_path / "a", bad)
+    with pytest.raises(TypeError, match="result must be"):
+        files.save(tmp_path / "a", [1, 2])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_load_refuses_other_files(tmp_path):
+    np.savez(tmp_path / "plain.npz", a=np.zeros(2))
+    (tmp_path / "text.npz").write_text("hello")
+    np.savez(tmp_path / "pickled.npz", metadata=np.array([{"a": 1}], dtype=object))
+    for name in ("plain", "text", "pickled"):
+        with pytest.raises(ValueError, match="must be a file written by fastaff"):
+            files.load(tmp_path / f"{name}.npz")
+    with pytest.raises(FileNotFoundError):
+        files.load(tmp_path / "absent.npz")
+
+
+# Wrong input: one line, exit code 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["poincare"], "--energy is required"),
+        (["poincare", "--energy", "-1"], "does not reach"),
+        (["poincare", "--energy", "abc"], "--energy"),
+        (["poincare", *SURFACE, "--model", "neohokean"], "Did you mean neo-hookean?"),
+        (["poincare", *SURFACE, "--C", "2"], "--C is not a parameter of neo-hookean"),
+        (["poincare", *SURFACE, "--scheme", "KAHANLI"], "Did you mean KAHAN_LI8?"),
+        (["poincare", *SURFACE, "--section", "alpha-turnig"], "Did you mean alpha-turning?"),
+        (["poincare", *SURFACE, "--section", "alpha=wide"], "needs a number"),
+        (["poincare", *SURFACE, "--section", "x=0"], "does not suit"),
+        (["poincare", *SURFACE, "--direction", "2"], "--direction must be"),
+        (["poincare", *SURFACE, "--grid", "0x3"], "--grid must be"),
+        (["poincare", *SURFACE, "--grid", "3x3", "--orbits", "4"], "not both"),
+        (["poincare", *SURFACE, "--range1", "2:1"], "LOW:HIGH"),
+        (["poincare", *SURFACE, "--crossings", "0"], "crossings must be at least 1"),
+        (["poincare", *SURFACE, "--out", "/nowhere/at/all"], "does not exist"),
+        (["poincare", *SURFACE, "--sction", "x"], "Did you mean --section?"),
+        (["poincar"], "Did you mean"),
+        (["frequency-map", *SURFACE, "--time", "-4"], "time must be positive"),
+        (["frequency-map", *SURFACE, "--method", "nafff"], "Did you mean naff?"),
+    ],
+)
+def test_wrong_input_is_one_clear_line(arguments, said, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(arguments) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_extras_are_named(monkeypatch, capsys):
+    monkeypatch.setattr(cli, "cyclopts", None)
+    assert cli.main(["demo"]) == 2
+    assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [[], ["poincare"], ["frequency-map"], ["demo"], ["warmup"], ["doctor"]])
+def test_help(command, capsys):
+    assert cli.main([*command, "--help"]) == 0
+    assert "Usage: fastaff" in capsys.readouterr().out
+
+
+def test_help_describes_every_option(capsys):
+    cli.main(["poincare", "--help"])
+    text = capsys.readouterr().out
+    for option in ("--model", "--energy", "--p-eta", "--section", "--grid", "--range1", "--crossings", "--max-time", "--out", "--lam"):
+        assert option in text
+    assert "--no-no-" not in text
+
+
+# Computing
+
+
+def test_poincare_command(tmp_path, capsys):
+    assert cli.main(["poincare", *SURFACE, "--grid", "6x6", "--crossings", "8", "--out", str(tmp_path / "s")]) == 0
+    captured = capsys.readouterr()
+    arrays, metadata = files.load(tmp_path / "s.npz")
+    orbits = arrays["status"].size
+    assert arrays["points"].shape == (orbits, 8, 8)
+    assert arrays["diffusion"].shape == (orbits,)
+    assert arrays["z0"].shape == (8, orbits)
+    assert metadata["model"]["potential"]["class"] == "NeoHookean"
+    assert metadata["energy"] == 1.5
+    assert metadata["p_gamma"] == 0.2
+    assert metadata["crossings"] == 8
+    assert metadata["max_time"] > 0
+    assert metadata["step"] > 0
+    assert metadata["interrupted"] is False
+    assert metadata["wall_time"] > 0
+    assert "crossings/s" in captured.err
+    assert (tmp_path / "s.png").stat().st_size > 10_000
+    assert b"NeoHookean" in (tmp_path / "s.png").read_bytes()
+
+
+def test_batches_do_not_change_a_bit(tmp_path, monkeypatch):
+    common = ["poincare", *SURFACE, "--orbits", "150", "--seed", "3", "--crossings", "5", "--no-figure", "--no-diffusion", "--threads", "1"]
+    assert cli.main([*common, "--out", str(tmp_path / "a")]) == 0
+    monkeypatch.setattr(cli, "BATCH_SECONDS", 1e9)
+    assert cli.main([*common, "--out", str(tmp_path / "b")]) == 0
+    one, two = (files.load(tmp_path / f"{name}.npz").arrays for name in "ab")
+    for name in one:
+        assert one[name].tobytes() == two[name].tobytes(), name
+
+
+def test_frequency_map_command(tmp_path):
+    run = ["frequency-map", "--model", "hyperelastic", "--energy", "3.5", "--p-eta", "0.3", "--p-gamma", "0.2", "--grid", "5x5", "--time", "150"]
+    assert cli.main([*run, "--out", str(tmp_path / "f")]) == 0
+    arrays, metadata = files.load(tmp_path / "f.npz")
+    assert metadata["names"] == ["r", "vartheta", "phi", "psi"]
+    # The paper's nu_r = sqrt(C/mu)/pi; about 50 periods fit in the time, enough for 8 digits.
+    np.testing.assert_allclose(arrays["nu"][0], 1 / np.pi, rtol=1e-8)
+    assert (tmp_path / "f.png").exists()
+
+
+@pytest.mark.parametrize("section", ["beta-turning", "alpha=1.4", "beta=0.5", "area=1"])
+def test_every_section(section, tmp_path):
+    run = ["poincare", *SURFACE, "--section", section, "--orbits", "4", "--crossings", "3", "--no-diffusion"]
+    assert cli.main([*run, "--out", str(tmp_path / "s")]) == 0
+    assert files.load(tmp_path / "s.npz").arrays["counts"].max() == 3
+
+
+def test_henon_heiles(tmp_path):
+    run = ["poincare", "--model", "henon-heiles", "--energy", "0.1", "--orbits", "5", "--crossings", "4", "--no-diffusion"]
+    assert cli.main([*run, "--out", str(tmp_path / "s")]) == 0
+    assert files.load(tmp_path / "s.npz").metadata["model"] == {"class": "HenonHeiles", "lam": 1.0}
+
+
+def test_existing_results_get_a_number(tmp_path):
+    run = ["poincare", *SURFACE, "--orbits", "3", "--crossings", "2", "--no-diffusion", "--no-figure", "--out", str(tmp_path / "s")]
+    assert cli.main(run) == cli.main(run) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["s-2.npz", "s.npz"]
+
+
+def test_doctor(capsys):
+    assert cli.main(["doctor"]) == 0
+    out = capsys.readouterr().out
+    for word in ("numba", "cores", "cache", "writable", "self-check  passed"):
+        assert word in out
+
+
+CHILD = """
+import pathlib
+from fastaff import cli
+draw = cli.Progress.__call__
+def watched(self, orbits):
+    draw(self, orbits)
+    if orbits >= 300:
+        pathlib.Path("under-way").touch()
+cli.Progress.__call__ = watched
+cli.main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
+def test_ctrl_c_keeps_finished_orbits(tmp_path):
+    run = ["poincare", *SURFACE, "--grid", "90x90", "--crossings", "1500", "--no-diffusion", "--out", "long"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", CHILD, *run], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 120
+    while not (tmp_path / "under-way").exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    start = time.perf_counter()
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    seconds = time.perf_counter() - start
+    assert process.returncode == 130, said
+    assert seconds < 2.5, "a second, and room for a busy machine"
+    assert "Traceback" not in said
+    arrays, metadata = files.load(tmp_path / "long.npz")
+    finished = int((arrays["status"] == 0).sum())
+    assert f"kept {finished} finished of" in said
+    assert 0 < finished < arrays["z0"].shape[1]
+    assert metadata["interrupted"] is True
+    assert np.isfinite(arrays["points"][arrays["status"] == 0]).all()
+    assert not (tmp_path / "long.png").exists()
+    assert not list(tmp_path.glob(".*")), "no temporary file is left"
+
+
+def test_demo(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(demo, "QUICK", demo.Size(orbits=6, crossings=6, cells=(6, 5), time=60.0))
+    assert cli.main(["demo", "--quick", "--out", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "crossings/s" in out
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert len(names) == 5
+    assert "fastaff-demo.png" in names
+    for path in tmp_path.glob("*.npz"):
+        metadata = files.load(path).metadata
+        assert metadata["seed"] == demo.SEED
+        assert metadata["p_eta"] == demo.P_ETA
+        json.dumps(metadata, allow_nan=False)

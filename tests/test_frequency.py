@@ -1,0 +1,405 @@
+"""Frequency maps against closed forms, dE/dJ by quadrature, and angles unwrapped by hand; error estimates, diffusion, promises.
+
+The truth of EQ2.2h and the heavy top is `naive.r_vartheta_frequencies`, checked here against the 20-digit reference of the project.
+"""
+
+import subprocess
+import sys
+import tracemalloc
+
+import numpy as np
+import pytest
+from naive import frequencies, label, sign, solve, states, turns
+
+from fastaff import (
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
+    SOFRONIOU_SPALETTA10,
+    AlphaTurning,
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    HenonHeiles,
+    Hyperelastic,
+    NeoHookean,
+    Status,
+    energy_grid,
+    frequency_map,
+    from_matrix,
+)
+from fastaff.angles import AlphaBeta
+from fastaff.frequency import METHODS
+
+SEPARABLE_AB = [Body(Harmonic(1.3), 0.7), Body(Anharmonic(0.9), 1.4)]
+SEPARABLE_RV = [Body(Hyperelastic(1.0), 1.0), Body(HeavyTop(1.0, 0.5), 1.0)]
+BODY, BALL = SEPARABLE_RV[0], HenonHeiles(0.9)
+PERIODS = 200 * np.pi  # about 200 dilatations for C = mu = 1
+PRECISE = {"step": 0.02, "scheme": SOFRONIOU_SPALETTA10}
+
+
+def rows(f):
+    """The two librations, eta and gamma."""
+    return np.array([*f.nu[:2], f.nu_eta, f.nu_gamma])
+
+
+def relative(f, truth):
+    """Largest error of each orbit, relative to its fastest frequency."""
+    return (np.abs(rows(f) - truth) / np.abs(truth).max(axis=0)).max(axis=0)
+
+
+def moving(body, orbits, seed):
+    """Random bound orbits without a nearly vanishing angular momentum; those have tests of their own."""
+    z = states(body, 2 * orbits, seed)
+    spins = np.abs([z[0] * z[5] - z[1] * z[4], z[2] * z[7] - z[3] * z[6]])
+    return np.ascontiguousarray(z[:, spins.min(axis=0) > 1e-3][:, :orbits])
+
+
+# shared/reference_numbers.json, table d_classical (mpmath quadrature at 40 digits; C = mu = 1, A = 0.5):
+# x y z u, p_x p_y p_z p_u; then nu_r or nu_alpha, nu_vartheta or nu_beta, nu_phi, nu_psi
+POINTS = (
+    ((1.3, 0.2, -0.1, 0.8), (0.3, -0.4, 0.5, 0.2)),
+    ((1.0, 0.5, -0.3, 1.4), (-0.2, 0.6, 0.1, -0.5)),
+    ((1.7, -0.2, 0.5, 0.8), (0.2, -0.9, -0.3, -0.4)),
+)
+LIBRATION = 0.31830988618379067154
+REFERENCE = {
+    Harmonic(): (
+        (LIBRATION, LIBRATION, 0.15915494309189533577, 0.0),
+        (LIBRATION, LIBRATION, -0.15915494309189533577, 0.0),
+        (LIBRATION, LIBRATION, 0.0, -0.15915494309189533577),
+    ),
+    Anharmonic(): (
+        (LIBRATION, LIBRATION, 0.11573159247222921162, 0.043423350619666124145),
+        (LIBRATION, LIBRATION, -0.11162639216315601897, -0.047528550928739316799),
+        (LIBRATION, LIBRATION, -0.049389496610530005353, -0.10976544648136533042),
+    ),
+    Hyperelastic(): (
+        (LIBRATION, 0.43310631540450606680, 0.14324822812309199101, 0.072674021217335999060),
+        (LIBRATION, 0.44684892444546547336, -0.13916269262706489412, -0.078587541024214583502),
+        (LIBRATION, 0.48351122512896520210, -0.085055932018638540893, -0.13532404425669438526),
+    ),
+    HeavyTop(1.0, 0.5): (
+        (LIBRATION, 0.13928719665643554007, 0.084162497813912671869, -0.065656794013653051613),
+        (LIBRATION, 0.27179704981362459310, -0.14476612603601616510, 0.020246313190522229580),
+        (LIBRATION, 0.31569571506030090303, 0.010586928999729569527, -0.15761346039988382364),
+    ),
+}
+every_reference = pytest.mark.parametrize("potential", REFERENCE, ids=label)
+
+
+def reference_points():
+    return np.array([from_matrix(np.reshape(phi, (2, 2)), np.reshape(p, (2, 2))) for phi, p in POINTS]).T
+
+
+@every_reference
+def test_the_naive_truth_is_the_reference(potential):
+    nu = frequencies(Body(potential), reference_points())
+    phi_psi = np.array([nu[0], nu[1], (nu[2] + nu[3]) / 2, (nu[3] - nu[2]) / 2])
+    np.testing.assert_allclose(phi_psi, np.transpose(REFERENCE[potential]), rtol=0, atol=2e-15)
+
+
+@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
+def test_the_naive_truth_is_the_turning_of_the_planes(body):
+    """Mean rates of the unwrapped angles over a long time: the boundary terms fall like 1/time."""
+    z0 = moving(body, 3, 20)
+    truth = frequencies(body, z0)
+    for i in range(3):
+        np.testing.assert_allclose(turns(body, z0[:, i], 400.0, 0.1), truth[2:, i], rtol=0, atol=1.0 / 400)
+
+
+@every_reference
+@pytest.mark.parametrize("method", METHODS)
+def test_frequencies_of_the_reference_points(potential, method):
+    """The third point of the heavy top is close to a resonance of its own (beat of 900): it has the larger tolerance."""
+    f = frequency_map(Body(potential), reference_points(), time=2000.0, method=method, **PRECISE)
+    np.testing.assert_allclose(f.nu, np.transpose(REFERENCE[potential]), rtol=0, atol=2e-12)
+    assert (f.status == Status.OK).all()
+    assert f.names[2:] == ("phi", "psi")
+    assert f.names[:2] == (("alpha", "beta") if potential in (Harmonic(), Anharmonic()) else ("r", "vartheta"))
+    np.testing.assert_allclose(f.omega, 2 * np.pi * f.nu, rtol=1e-15)
+
+
+# --- a population of random orbits -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("body", SEPARABLE_AB, ids=label)
+def test_closed_form_frequencies(body):
+    z0 = moving(body, 200, 1)
+    f = frequency_map(body, z0, time=PERIODS, **PRECISE)
+    assert relative(f, frequencies(body, z0)).max() < 1e-11
+    f.raise_if_failed()
+
+
+def population(body, orbits):
+    """95 % at 1e-11 within 200 periods; the others are flagged by their error estimate. Returns errors and estimates."""
+    z0 = moving(body, orbits, 2)
+    truth = frequencies(body, z0)
+    f = frequency_map(body, z0, time=PERIODS, fallback=np.inf, **PRECISE)
+    error = relative(f, truth)
+    estimate = f.error.max(axis=0) / np.abs(truth).max(axis=0)
+    assert (f.status == Status.OK).all()
+    assert (error < 1e-11).mean() >= 0.95
+    assert (estimate[error > 1e-11] > 1e-11).all()
+    assert (f.method == METHODS.index("birkhoff")).all()
+    return error, estimate
+
+
+@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
+def test_random_orbits(body, record_property):
+    error, estimate = population(body, 200)
+    covered = (error <= estimate + 1e-14).mean()  # 1e-14: rounding of the truth
+    record_property("covered", covered)
+    assert covered >= 0.95
+    assert np.median(error) < 1e-13
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
+def test_a_thousand_random_orbits(body):
+    error, estimate = population(body, 1000)
+    assert (error <= estimate + 1e-14).mean() >= 0.95
+    assert np.quantile(error / np.maximum(estimate, 1e-14), 0.99) < 10
+
+
+@pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)
+def test_naff_agrees(body):
+    z0 = moving(body, 20, 3)
+    truth = frequencies(body, z0)
+    f = frequency_map(body, z0, time=PERIODS, method="naff", **PRECISE)
+    error = relative(f, truth)
+    assert np.median(error) < 1e-11
+    estimate = f.error.max(axis=0) / np.abs(truth).max(axis=0)
+    assert (error[error > 1e-9] < 10 * estimate[error > 1e-9]).all()
+    assert (f.method == METHODS.index("naff")).all()
+
+
+@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
+def test_adaptive_runs_agree(body):
+    z0 = moving(body, 10, 4)
+    f = frequency_map(body, z0, time=PERIODS, scheme=DOP853, rtol=1e-13, atol=1e-13)
+    error = relative(f, frequencies(body, z0))
+    assert np.median(error) < 1e-10
+    assert (error < 1e-11 + f.error.max(axis=0) * 10).mean() >= 0.9
+
+
+def test_error_falls_with_the_step_by_the_order():
+    """The frequencies of a splitting are those of a modified Hamiltonian: off by h^order."""
+    z0 = moving(SEPARABLE_AB[1], 20, 5)
+    truth = frequencies(SEPARABLE_AB[1], z0)
+    steps = 0.2, 0.1, 0.05
+    errors = [np.median(relative(frequency_map(SEPARABLE_AB[1], z0, time=300.0, step=h, scheme=LEAPFROG, energy_tolerance=1.0), truth)) for h in steps]
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(2, abs=0.1)
+
+
+# --- angular momenta near zero -----------------------------------------------------------------------------------
+
+
+def with_momenta(p_eta, p_gamma):
+    """A moving body at alpha = 1.5, beta = 0.3 with these angular momenta; in general position about the axes."""
+    alpha, beta, c, s = 1.5, 0.3, np.cos(0.4), np.sin(0.4)
+    radial, across = np.array([0.2, 0.25]), np.array([p_eta / alpha, p_gamma / beta])
+    a = [alpha * c, alpha * s, radial[0] * c - across[0] * s, radial[0] * s + across[0] * c]
+    b = [beta * c, beta * s, radial[1] * c - across[1] * s, radial[1] * s + across[1] * c]
+    return np.array([*a[:2], *b[:2], *a[2:], *b[2:]])
+
+
+MOMENTA = [(0.4, 0.1), (0.4, -0.1), (-0.4, 0.1), (-0.4, -0.1), (0.3, 1e-3), (0.3, -1e-6), (0.3, 1e-9), (0.0, 0.2), (0.3, 0.0), (0.0, 0.0)]
+
+
+@pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)
+def test_signs_and_smallness_of_angular_momenta(body):
+    """The senses of turning are those of the momenta; p_gamma -> 0 is no singularity of nu_gamma (half a libration a turn).
+
+    Exactly 0 (to rounding of z0) has no sense of turning: there only the size is asked for.
+    """
+    z0 = np.array([with_momenta(*pair) for pair in MOMENTA]).T
+    truth = frequencies(body, z0)
+    f = frequency_map(body, z0, time=PERIODS, **PRECISE)
+    nu = rows(f)
+    free = np.array(MOMENTA).T == 0.0
+    for k in (2, 3):
+        nu[k] = np.where(free[k - 2], np.abs(nu[k]), nu[k])
+        truth[k] = np.where(free[k - 2], np.abs(truth[k]), truth[k])
+    np.testing.assert_allclose(nu, truth, rtol=0, atol=1e-11)
+    moving_gamma = np.abs(np.array(MOMENTA)[:, 1]) > 0
+    np.testing.assert_array_equal(np.sign(f.nu_gamma)[moving_gamma], sign(np.array(MOMENTA)[moving_gamma, 1]))
+    np.testing.assert_allclose(f.nu[2:], [(f.nu_eta + f.nu_gamma) / 2, (f.nu_gamma - f.nu_eta) / 2], rtol=0, atol=1e-16)
+
+
+def test_reflection_reverses_the_planes():
+    z0 = moving(BODY, 10, 6)
+    mirror = np.array([1, -1, 1, -1] * 2)[:, None]
+    one, other = (frequency_map(BODY, z, time=200.0, step=0.05) for z in (z0, z0 * mirror))
+    np.testing.assert_allclose(other.nu_eta, -one.nu_eta, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(other.nu_gamma, -one.nu_gamma, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(other.nu[:2], one.nu[:2], rtol=0, atol=1e-13)
+
+
+# --- not separable -----------------------------------------------------------------------------------------------
+
+
+def neo_hookean(energy, cells):
+    body = Body(NeoHookean(1.0, 2.0))
+    axes = np.linspace(0.05, 1.5, cells), np.linspace(-1.5, 1.5, cells)
+    return body, energy_grid(body, energy=energy, section=AlphaTurning(-1), axes=axes, p_eta=0.3, p_gamma=0.2).z0
+
+
+def test_diffusion_tells_chaos_from_order():
+    """E = 1 is mostly regular, E = 3 mostly chaotic (PHYSICS.md section 8): six orders of magnitude apart."""
+    medians = []
+    for energy in (0.3, 4.0):
+        body, z0 = neo_hookean(energy, 9)
+        f = frequency_map(body, z0, time=600.0, step=0.02, energy_tolerance=1e-4)
+        kept = f.status == Status.OK
+        assert kept.sum() > 10
+        medians.append(np.median(f.diffusion[kept]))
+    regular, chaotic = medians
+    assert regular < -9
+    assert chaotic > -4
+    assert (f.diffusion[kept] < 1).all()
+
+
+def test_diffusion_is_the_change_of_the_frequencies_between_the_halves():
+    """Halves by hand: maps over the first half from z0 and over the second from SciPy's state in between."""
+    body, z0 = neo_hookean(0.3, 3)
+    z0 = z0[:, :2]
+    f = frequency_map(body, z0, time=400.0, fallback=np.inf, **PRECISE)
+    middle = np.array([solve(body, z, 200.0)[0] for z in z0.T]).T
+    first, second = (frequency_map(body, z, time=200.0, fallback=np.inf, **PRECISE) for z in (z0, middle))
+    change = np.abs(rows(first) - rows(second)).max(axis=0)
+    assert (f.diffusion <= np.log10(change + 1e-12) + 3).all()
+    assert (f.diffusion > -18.01).all()
+
+
+def test_henon_heiles_small_motion():
+    """Two frequencies near 1/2 pi, shifted by the amplitude squared: against zero crossings of SciPy's orbit."""
+    z0 = np.array([0.05, 0.08, 0.1, -0.03])
+    f = frequency_map(BALL, z0, time=3000.0, step=0.1)
+    assert f.names == ("x", "y")
+    assert f.nu_eta is None
+    assert f.nu.shape == (2, 1)
+    shift = np.abs(f.nu - 1 / (2 * np.pi)) * 2 * np.pi
+    assert (shift > 1e-4).all()
+    assert (shift < 0.05).all()
+    naff = frequency_map(BALL, z0, time=3000.0, step=0.1, method="naff")
+    np.testing.assert_allclose(f.nu, naff.nu, rtol=0, atol=1e-9)
+
+
+# --- methods -----------------------------------------------------------------------------------------------------
+
+
+def test_the_fallback_is_named_and_better():
+    """A time of 20 dilatations leaves Birkhoff averages unfinished: NAFF takes over, and says so."""
+    z0 = moving(BODY, 40, 7)
+    plain = frequency_map(BODY, z0, time=60.0, step=0.05, fallback=np.inf)
+    rescued = frequency_map(BODY, z0, time=60.0, step=0.05, fallback=1e-9)
+    assert (plain.method == METHODS.index("birkhoff")).all()
+    taken = rescued.method == METHODS.index("naff")
+    assert taken.any()
+    assert (rescued.error <= plain.error).all()
+    np.testing.assert_array_equal(rescued.nu[:2][~taken[:2]], plain.nu[:2][~taken[:2]])
+    truth = frequencies(BODY, z0)
+    assert np.median(relative(rescued, truth)) < np.median(relative(plain, truth))
+
+
+def test_other_angles_may_be_chosen():
+    """The averages over time of the planes' angles are the same frequencies, found with more effort."""
+    z0 = moving(BODY, 5, 8)
+    f = frequency_map(BODY, z0, time=3000.0, angles=AlphaBeta(), step=0.1)
+    truth = frequencies(BODY, z0)
+    assert f.names == ("alpha", "beta", "phi", "psi")
+    np.testing.assert_allclose(f.nu_eta, truth[2], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(f.nu_gamma, truth[3], rtol=0, atol=1e-6)
+
+
+def test_lost_orbits_have_a_status_and_no_frequencies():
+    z0 = np.array([[0.05, 1.2, 0.05], [0.08, 0.1, 0.05], [0.1, 0.5, 0.1], [0.0, 0.3, 0.1]])
+    f = frequency_map(HenonHeiles(), z0, time=200.0, step=0.05)
+    assert f.status[1] in (Status.ESCAPED, Status.NONFINITE)
+    np.testing.assert_array_equal(f.status[[0, 2]], Status.OK)
+    assert (f.error[:, 1] == np.inf).all()
+    assert np.isfinite(f.nu).all()
+    alone = frequency_map(HenonHeiles(), z0[:, [0, 2]], time=200.0, step=0.05)
+    np.testing.assert_array_equal(f.nu[:, [0, 2]], alone.nu)
+
+
+def test_energy_drift_is_marked():
+    f = frequency_map(BODY, moving(BODY, 10, 9), time=50.0, step=0.2, scheme=LEAPFROG)
+    np.testing.assert_array_equal(f.status == Status.ENERGY_DRIFT, f.energy_error > 1e-6)
+    assert (f.status == Status.ENERGY_DRIFT).any()
+
+
+# --- promises ----------------------------------------------------------------------------------------------------
+
+RUNS = {
+    "birkhoff": {"step": 0.1, "scheme": KAHAN_LI8}, "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
+    "naff": {"step": 0.1, "method": "naff"}, "adaptive": {"scheme": DOP853},
+}  # fmt: skip
+every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
+
+
+def assert_same(one, other, orbits=slice(None)):
+    for name in ("nu", "error", "diffusion", "method", "energy_error", "status", "nu_eta", "nu_gamma"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[..., orbits], err_msg=name)
+
+
+@every_run
+def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
+    z0 = states(BODY, 150)
+    assert_same(frequency_map(BODY, z0, time=40.0, threads=1, **options), frequency_map(BODY, z0, time=40.0, threads=2, **options))
+
+
+@every_run
+def test_any_order_and_company_of_the_orbits_gives_the_same_bits(options):
+    z0 = states(BODY, 150)
+    crowd = frequency_map(BODY, z0, time=40.0, **options)
+    order = np.random.default_rng(1).permutation(150)
+    assert_same(frequency_map(BODY, z0[:, order], time=40.0, **options), crowd, order)
+    for i in (0, 64, 149):
+        assert_same(frequency_map(BODY, z0[:, i], time=40.0, **options), crowd, slice(i, i + 1))
+
+
+def test_memory_does_not_grow_with_time():
+    z0 = states(BODY, 32)
+
+    def peak(time):
+        tracemalloc.start()
+        frequency_map(BODY, z0, time=time, step=0.1, fallback=np.inf)
+        size = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return size
+
+    peak(10.0)
+    assert peak(2000.0) < 1.2 * peak(10.0) + 20_000
+
+
+INTERRUPT = """
+import os, signal, threading, time
+import numpy as np
+from fastaff import *
+body = Body(Hyperelastic())
+z0 = np.array([1.5, 0.1, 0.2, 0.3, 0.1, 0.2, 0.3, 0.1])[:, None] + 0.01*np.arange(400)/400
+sent = []
+def send():
+    sent.append(time.perf_counter()); os.kill(os.getpid(), signal.SIGINT)
+frequency_map(body, z0, time=20.0, step=0.1, fallback=np.inf)
+threading.Timer(0.5, send).start()
+try:
+    frequency_map(body, z0, time=1e5, step=0.1, fallback=np.inf)
+except Interrupted as stopped:
+    print("took", time.perf_counter() - sent[0])
+    partial = stopped.partial
+    assert (partial.status == Status.INTERRUPTED).all(), partial.summary()
+    assert np.isfinite(partial.nu).all() and (partial.error == np.inf).all()
+else:
+    print("not stopped")
+"""
+
+
+def test_ctrl_c_stops_a_frequency_map():
+    done = subprocess.run([sys.executable, "-c", INTERRUPT], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "took" in done.stdout, done.stdout
+    assert float(done.stdout.split()[1]) < 1.0

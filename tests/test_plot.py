@@ -1,0 +1,154 @@
+"""Figures: what they draw, where the section ends, which resonances are labelled."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fastaff
+from fastaff import plot
+
+matplotlib = pytest.importorskip("matplotlib")
+from matplotlib.figure import Figure  # noqa: E402
+
+NEO = fastaff.Body(fastaff.NeoHookean())
+SURFACE = {"energy": 1.5, "p_eta": 0.3, "p_gamma": 0.2}
+
+
+@pytest.fixture
+def ax():
+    figure = Figure()
+    yield figure.subplots()
+    figure.canvas.draw()
+
+
+def section_map(orbits=3, crossings=5):
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0.5, 1.0, (orbits, crossings, 8))
+    counts = np.full(orbits, crossings)
+    counts[-1] = 0
+    points[-1] = np.nan
+    return fastaff.SectionMap(
+        points, np.where(np.isnan(points[..., 0]), np.nan, 1.0), counts, np.zeros(orbits), np.zeros(orbits),
+        np.array([0] * (orbits - 1) + [5]), fastaff.AlphaTurning(), fastaff.KAHAN_LI8, 0.01,
+    )  # fmt: skip
+
+
+def frequency_map(ratio, gamma):
+    """A map of a body whose second libration is `ratio` times the first."""
+    nu = np.array([np.ones_like(ratio), ratio, gamma / 2, gamma / 2])
+    zero = np.zeros(ratio.size)
+    return fastaff.FrequencyMap(
+        ("alpha", "beta", "phi", "psi"), nu, 0 * nu, np.linspace(-9, -2, ratio.size), np.zeros(nu.shape, np.int8), zero,
+        zero.astype(int), zero, gamma, 100.0, fastaff.KAHAN_LI8, 0.01,
+    )  # fmt: skip
+
+
+SECTIONS = [
+    fastaff.AlphaTurning(+1), fastaff.BetaTurning(-1), fastaff.AlphaEquals(1.4), fastaff.BetaEquals(0.5), fastaff.AreaEquals(1.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("section", SECTIONS, ids=repr)
+def test_edge_is_where_the_energy_grid_ends(section):
+    edge = plot.edge(NEO, section, **SURFACE)
+    assert edge.momentum[[0, -1]] == pytest.approx(0.0, abs=1e-4)
+    middle = slice(40, -40, 40)
+    for u, p in zip(edge.coordinate[middle], edge.momentum[middle]):
+        inside = fastaff.energy_grid(NEO, section=section, axes=([u], [0.99 * p]), **SURFACE)
+        assert inside.cell.size == 1
+        with pytest.raises(ValueError, match="reaches no cell"):
+            fastaff.energy_grid(NEO, section=section, axes=([u], [1.01 * p]), **SURFACE)
+
+
+def test_edge_of_henon_heiles_is_the_well_not_the_valleys():
+    edge = plot.edge(fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), energy=1 / 8)
+    # y^2/2 - y^3/3 = 1/8: the well between y = -0.4340 and 0.6731 (roots of the cubic).
+    roots = np.sort(np.roots([-1 / 3, 1 / 2, 0, -1 / 8]).real)
+    assert (edge.coordinate[0], edge.coordinate[-1]) == pytest.approx((roots[0], roots[1]), abs=1e-9)
+    assert edge.momentum.max() == pytest.approx(0.5, abs=1e-5)
+    with pytest.raises(ValueError, match="does not bound"):
+        plot.edge(fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), energy=1.0)
+
+
+def test_plot_section(ax):
+    found = section_map()
+    drawn = plot.plot_section(found, ax=ax, values=[-8.0, -2.0, -5.0], boundary=plot.edge(NEO, fastaff.AlphaTurning(), **SURFACE))
+    assert drawn.missing == 1
+    assert len(drawn.points.get_offsets()) == 10
+    assert drawn.points.get_rasterized()
+    assert drawn.colorbar.extend == "both"
+    assert len(drawn.lines) == 1
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\beta$", r"$p_{\beta}$")
+
+
+def test_plot_section_without_values_and_other_coordinates(ax):
+    drawn = plot.plot_section(section_map(), ax=ax, x="alpha", y="p_alpha")
+    assert drawn.colorbar is None
+    assert ax.get_xlabel() == r"$\alpha$"
+
+
+def test_plot_section_refuses(ax):
+    with pytest.raises(ValueError, match="x and y must be among"):
+        plot.plot_section(section_map(), ax=ax, x="radius")
+    with pytest.raises(ValueError, match="values must have shape"):
+        plot.plot_section(section_map(), ax=ax, values=np.zeros(7))
+
+
+def test_resonances_between():
+    assert plot.resonances_between(1.2, 1.6, 7) == [(2, 0, -3), (3, 0, -4)]
+    assert all(1.2 < -m / n < 1.6 for n, _, m in plot.resonances_between(1.2, 1.6, 20))
+
+
+def test_plot_frequency_map_labels_the_line_that_orbits_stand_on(ax):
+    ratio = np.concatenate([np.full(30, 1.5), np.linspace(1.25, 1.7, 41)])
+    found = frequency_map(ratio, np.linspace(0.6, 0.7, ratio.size))
+    drawn = plot.plot_frequency_map(found, ax=ax, lines=[(2, 0, -3), (3, 0, -4), (0, 3, -2), (1, 0, -9)])
+    assert [text.get_text() for text in drawn.labels][0] == "3:2"
+    assert r"$3\nu_{\gamma}=2\nu_{\alpha}$" in [text.get_text() for text in drawn.labels]
+    assert len(drawn.lines) == 3, "a line outside of the frame is not drawn"
+    assert drawn.lines[0].get_xdata()[0] == 1.5
+    assert plot.on_line(found, (2, 0, -3), x="beta/alpha", y="gamma/alpha", tolerance=1e-9) >= 30
+    assert drawn.missing == 0
+
+
+def test_labels_do_not_overlap(ax):
+    ratio = np.linspace(1.1, 1.9, 200)
+    drawn = plot.plot_frequency_map(frequency_map(ratio, 0.6 + 0 * ratio), ax=ax, lines=plot.resonances_between(1.1, 1.9, 25))
+    ax.figure.canvas.draw()
+    boxes = sorted((t.get_window_extent() for t in drawn.labels), key=lambda box: box.x0)
+    assert len(boxes) > 5
+    assert all(a.x1 < b.x0 for a, b in zip(boxes, boxes[1:]))
+
+
+def test_frequency_names():
+    found = frequency_map(np.array([1.5]), np.array([0.7]))
+    assert plot.frequency(found, "gamma/alpha") == pytest.approx(0.7)
+    with pytest.raises(ValueError, match="frequency must be one of"):
+        plot.frequency(found, "delta")
+
+
+def test_plot_diffusion_grid(ax):
+    grid = fastaff.energy_grid(NEO, section=fastaff.AlphaTurning(), axes=(np.linspace(0.1, 1.2, 9), np.linspace(-1.6, 1.6, 7)), **SURFACE)
+    values = np.linspace(-9, -2, grid.cell.size)
+    values[0] = np.nan
+    drawn = plot.plot_diffusion_grid(grid, values, ax=ax)
+    assert drawn.missing == 1
+    assert drawn.points.get_array().count() == grid.cell.size - 1
+    assert drawn.points.get_rasterized()
+    with pytest.raises(ValueError, match="values must have shape"):
+        plot.plot_diffusion_grid(grid, values[1:], ax=ax)
+
+
+def test_colours_are_told_apart_by_lightness():
+    colours = plot.colour_map()(np.linspace(0, 1, 50))[:, :3]
+    lightness = colours @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) > 0).all()
+    assert lightness[-1] < 0.85, "the last colour is seen on white"
+
+
+def test_scales():
+    scale = plot.clipped(np.append(np.linspace(-10, -2, 101), np.nan))
+    assert (scale.vmin, scale.vmax) == (-10.0, -2.0)
+    noise = plot.diffusion_scale(np.linspace(-16, -14, 50))
+    assert noise.vmax == -6.0
