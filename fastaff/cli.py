@@ -1,7 +1,8 @@
 """The command line: `fastaff poincare`, `frequency-map`, `demo`, `warmup`, `doctor` (layer L5).
 
-Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Orbits run in batches of a fraction of a
-second, which is what lets Ctrl-C stop at once; orbits do not know of each other, so batches do not change a bit of them.
+Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Orbits run
+in batches of a fraction of a second, which is what lets Ctrl-C stop at once; orbits do not know of each other, so batches do
+not change a bit of them.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ try:
     import rich
     from cyclopts import Group, Parameter
 except ImportError:  # `main` says so in one line
-    cyclopts = rich = None
+    cyclopts = rich = None  # type: ignore[assignment]
 
-    def Group(*_: Any, **__: Any) -> None:  # noqa: N802
+    def Group(*_: Any, **__: Any) -> None:  # type: ignore[no-redef]
         """Stand in for cyclopts."""
 
-    def Parameter(*_: Any, **__: Any) -> Any:  # noqa: N802
+    def Parameter(*_: Any, **__: Any) -> Any:  # type: ignore[no-redef]
         """Stand in for cyclopts."""
         return lambda options: options
 
@@ -235,7 +236,7 @@ class Starts:
         if self.orbits is not None and self.orbits < 1:
             raise Wrong(f"--orbits must be at least 1, got {self.orbits}")
         ranges = [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
-        where = {"energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
+        where: dict[str, Any] = {"energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
         edge = None
         try:
             edge = plot.edge(body, section, **where)
@@ -495,11 +496,11 @@ def _is_cold() -> bool:
 
 def poincare(
     *,
-    options: Model = Model(),  # noqa: B008
-    surface: Surface = Surface(),  # noqa: B008
-    starts: Starts = Starts(),  # noqa: B008
-    run: Run = Run(),  # noqa: B008
-    output: Output = Output(),  # noqa: B008
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    starts: Starts = Starts(),
+    run: Run = Run(),
+    output: Output = Output(),
     crossings: Annotated[int, Parameter(group=HOW)] = 500,
     max_time: Annotated[float | None, Parameter(group=HOW)] = None,
     no_diffusion: Annotated[bool, Parameter(group=HOW)] = False,
@@ -524,17 +525,17 @@ def poincare(
 
     body = options.build()
     section = surface.build(body)
-    grid, edge, z0 = starts.build(body, section, surface, "20x20")
+    _, edge, z0 = starts.build(body, section, surface, "20x20")
     stem = output.stem("fastaff-poincare")
     _needs_matplotlib(output)
-    fixed = {"section": section, "crossings": crossings}
+    fixed: dict[str, Any] = {"section": section, "crossings": crossings}
     if max_time is not None:
         fixed["max_time"] = max_time
-    span = {} if no_diffusion else {"method": "naff"}
+    span: dict[str, Any] = {} if no_diffusion else {"method": "naff"}
 
     def smallest() -> None:
         scheme, step = fastaff.scheme_named(run.scheme.replace("-", "_")), run.step or 0.02
-        few = {"scheme": scheme, "step": step, "threads": run.threads}
+        few: dict[str, Any] = {"scheme": scheme, "step": step, "threads": run.threads}
         fastaff.poincare_map(body, z0[:, :1], section=section, crossings=1, max_time=max_time or 20.0, **few)
         if span:
             fastaff.frequency_map(body, z0[:, :1], time=5.0, **span, **few)
@@ -575,11 +576,11 @@ def poincare(
 
 def frequencies(
     *,
-    options: Model = Model(),  # noqa: B008
-    surface: Surface = Surface(),  # noqa: B008
-    starts: Starts = Starts(),  # noqa: B008
-    run: Run = Run(),  # noqa: B008
-    output: Output = Output(),  # noqa: B008
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    starts: Starts = Starts(),
+    run: Run = Run(),
+    output: Output = Output(),
     time: Annotated[float, Parameter(group=HOW)] = 1000.0,
     method: Annotated[str, Parameter(group=HOW)] = "birkhoff",
     max_order: Annotated[int, Parameter(group=WRITTEN)] = 7,
@@ -609,7 +610,8 @@ def frequencies(
     fixed = {"time": fastaff.boundary.positive("time", time), "method": method}
 
     def smallest() -> None:
-        few = {"scheme": fastaff.scheme_named(run.scheme.replace("-", "_")), "step": run.step or 0.02, "threads": run.threads}
+        scheme = fastaff.scheme_named(run.scheme.replace("-", "_"))
+        few: dict[str, Any] = {"scheme": scheme, "step": run.step or 0.02, "threads": run.threads}
         fastaff.frequency_map(body, z0[:, :1], time=5.0, method=method, **few)
         if method == "birkhoff":
             fastaff.frequency_map(body, z0[:, :1], time=5.0, method="naff", **few)
@@ -748,13 +750,14 @@ def doctor() -> int:
     facts = files.provenance()
     folder = cache_directory()
     size = sum(f.stat().st_size for f in cache_root().rglob("*") if f.is_file()) / 2**20 if folder else 0.0
+    writable = "writable" if folder else "NOT WRITABLE (set FASTAFF_CACHE_DIR)"
     rows = [
         ("fastaff", f"{facts['fastaff']}, {Path(fastaff.__file__).parent}"),
         ("Python", f"{facts['python']}, {sys.executable}"),
         *((name, _version(name)) for name in ("numba", "numpy", "scipy", "matplotlib", "cyclopts", "rich")),
         ("machine", f"{platform.platform()}, {facts['cpu']}"),
         ("cores", f"{facts['cores']} for this process; {default_threads()} threads unless told otherwise"),
-        ("cache", f"{folder or cache_root()}: {'writable' if folder else 'NOT WRITABLE (set FASTAFF_CACHE_DIR)'}, {size:.0f} MiB with older versions"),
+        ("cache", f"{folder or cache_root()}: {writable}, {size:.0f} MiB with older versions"),
     ]  # fmt: skip
     for name, text in rows:
         print(f"{name:<12}{text}")
@@ -768,7 +771,8 @@ def doctor() -> int:
     start = clock.perf_counter()
     _compiled("poincare", check)
     fine = error[0] < 1e-11
-    print(f"{'self-check':<12}{'passed' if fine else 'FAILED'}: a harmonic orbit returns after 2 pi to {error[0]:.1e}, in {clock.perf_counter() - start:.1f} s")
+    verdict, seconds = "passed" if fine else "FAILED", clock.perf_counter() - start
+    print(f"{'self-check':<12}{verdict}: a harmonic orbit returns after 2 pi to {error[0]:.1e}, in {seconds:.1f} s")
     return 0 if fine else 1
 
 
@@ -879,7 +883,8 @@ def _finished(result: Any, seconds: float) -> str:
     rate = f"{orbits / seconds:,.0f} orbits/s"
     if hasattr(result, "counts"):
         rate += f", {result.counts.sum() / seconds:,.0f} crossings/s"
-    return f"{orbits} orbits{_crossings(result)} in {seconds:.1f} s: {rate}; {result.summary()}; largest energy error {result.energy_error.max():.1e}"
+    drift = f"largest energy error {result.energy_error.max():.1e}"
+    return f"{orbits} orbits{_crossings(result)} in {seconds:.1f} s: {rate}; {result.summary()}; {drift}"
 
 
 def _report_files(path: Path, stem: Path, output: Output) -> None:

@@ -29,7 +29,8 @@ class FrequencyMap:
     """Fundamental frequencies of orbits.
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), the estimate
-    3 |nu(first half) - nu(second half)| of each, with what rounding and the energy error add; method (n, orbits), an index into METHODS: which method gave the value;
+    3 |nu(first half) - nu(second half)| of each, with what rounding and the energy error add; method (n, orbits), an index
+    into METHODS: which method gave the value;
     diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over nu_eta and nu_gamma, whose
     angles are well defined on every orbit; energy_error, status (orbits,).
     For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them.

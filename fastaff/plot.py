@@ -88,7 +88,8 @@ def diffusion_scale(values: Any) -> Any:
 def edge(body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800) -> Edge:
     """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
 
-    Parameters as in `energy_grid`. Returns Edge; where the part falls apart, the outermost ends. Raises ValueError where the
+    Parameters as in `energy_grid`. Returns Edge; where the part falls apart, the outermost ends; on AreaEquals the direction forbids a
+    little more on one side. Raises ValueError where the
     energy reaches nothing or the part is not bounded, TypeError for a section without a grid.
     Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
     """
@@ -238,11 +239,11 @@ def resonances_between(low: float, high: float, max_order: int) -> list[tuple[in
     return sorted(found, key=lambda k: k[0] - k[2])
 
 
-def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float) -> int:
-    """Count the orbits with |k1 X + k2 Y + k0| < tolerance for the line (k1, k2, k0) of a frequency map's plane."""
+def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:
+    """Count the orbits, of those shown, with |k1 X + k2 Y + k0| < tolerance for the line (k1, k2, k0) of a map's plane."""
     X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
     with np.errstate(all="ignore"):
-        return int(np.count_nonzero(np.abs(line[0] * X + line[1] * Y + line[2]) < tolerance))
+        return int(np.count_nonzero((np.abs(line[0] * X + line[1] * Y + line[2]) < tolerance) & shown))
 
 
 def plot_frequency_map(
@@ -252,9 +253,9 @@ def plot_frequency_map(
 ) -> Artists:  # fmt: skip
     """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
 
-    Parameters: x, y: names or ratios such as "beta/alpha", by default those of the second and third row (gamma for a body) to the first;
-    values: colours (orbits,), by default the map's diffusion on a `diffusion_scale`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0,
-    where X and Y are ratios to one frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
+    Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body, else
+    the two rows; values: colours (orbits,), by default the map's diffusion on a `diffusion_scale`; lines: integers
+    (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
     Returns Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n above the
     frame, the others by their equation; a label without room is left out, its line is drawn.
     """

@@ -182,7 +182,7 @@ def test_batches_do_not_change_a_bit(tmp_path, monkeypatch):
 
 
 def test_frequency_map_command(tmp_path):
-    run = ["frequency-map", "--model", "hyperelastic", "--energy", "3.5", "--p-eta", "0.3", "--p-gamma", "0.2", "--grid", "5x5", "--time", "150"]
+    run = ["frequency-map", "--model", "hyperelastic", "--energy", "3.5", *SURFACE[2:], "--grid", "5x5", "--time", "150"]
     assert cli.main([*run, "--out", str(tmp_path / "f")]) == 0
     arrays, metadata = files.load(tmp_path / "f.npz")
     assert metadata["names"] == ["r", "vartheta", "phi", "psi"]

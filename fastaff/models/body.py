@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..angles import Coordinates2
+from ..angles import AreaTrace, Coordinates2
 
 
 class Body(NamedTuple):
@@ -31,8 +31,8 @@ class Body(NamedTuple):
 
     @property
     def angles(self) -> Any:
-        """Angle variables natural to the potential."""
-        return self.potential.angles
+        """Angle variables natural to the potential: its own `angles`, else loops in area and trace."""
+        return getattr(self.potential, "angles", AreaTrace())
 
     def velocity(self, pa1, pa2, pb1, pb2):
         """Return dq/dt = p/mu."""
