@@ -235,7 +235,7 @@ class Starts:
             raise Wrong("give --grid or --orbits, not both")
         if self.orbits is not None and self.orbits < 1:
             raise Wrong(f"--orbits must be at least 1, got {self.orbits}")
-        ranges = [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
+        ranges: list[Any] = [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
         where: dict[str, Any] = {"energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
         edge = None
         try:
@@ -595,7 +595,7 @@ def frequencies(
     time
         Time over which frequencies are averaged, best 100 periods or more. [1000]
     method
-        birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff]
+        birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff; always naff for neo-hookean]
     max_order
         Largest m + n of the resonances m:n to look for. [7]
     """
@@ -607,12 +607,18 @@ def frequencies(
     method = _named("--method", method.lower(), ("birkhoff", "naff"))
     stem = output.stem("fastaff-frequency-map")
     _needs_matplotlib(output)
-    fixed = {"time": fastaff.boundary.positive("time", time), "method": method}
+    fixed: dict[str, Any] = {"time": fastaff.boundary.positive("time", time), "method": method}
+    inner = getattr(body, "potential", body)
+    if isinstance(inner, fastaff.NeoHookean):  # its librations mix; only these loops tell them apart
+        from .demo import NormalModes
+
+        method = fixed["method"] = "naff"
+        fixed["angles"] = NormalModes()
 
     def smallest() -> None:
         scheme = fastaff.scheme_named(run.scheme.replace("-", "_"))
         few: dict[str, Any] = {"scheme": scheme, "step": run.step or 0.02, "threads": run.threads}
-        fastaff.frequency_map(body, z0[:, :1], time=5.0, method=method, **few)
+        fastaff.frequency_map(body, z0[:, :1], **{**fixed, "time": 5.0}, **few)
         if method == "birkhoff":
             fastaff.frequency_map(body, z0[:, :1], time=5.0, method="naff", **few)
 
@@ -627,15 +633,21 @@ def frequencies(
     compute = _with(fastaff.frequency_map, body, {**fixed, **choices})
     result = Batches("frequencies", z0, compute, choices["threads"], keep).run()
     seconds = clock.perf_counter() - start
+    shown = np.ones(result.status.size, bool)
+    if "angles" in fixed:
+        from .demo import sorted_out, told_apart
+
+        result = sorted_out(result)
+        shown = told_apart(result)
     _say(_finished(result, seconds))
     path = _saved(stem, result, output, {**facts, "wall_time": seconds, "interrupted": False})
     if not output.no_figure:
-        _draw_frequencies(result, grid, starts, body, surface, section, max_order, stem, facts)
+        _draw_frequencies(result, shown, grid, starts, body, surface, section, max_order, stem, facts)
     _report_files(path, stem, output)
     return 0
 
 
-def _draw_frequencies(result, grid, starts, body, surface, section, max_order, stem, facts) -> None:
+def _draw_frequencies(result, shown, grid, starts, body, surface, section, max_order, stem, facts) -> None:
     from . import plot
 
     figure, ax = _figure(panels=1 if starts.orbits is not None else 2)
@@ -647,15 +659,15 @@ def _draw_frequencies(result, grid, starts, body, surface, section, max_order, s
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
     ratio = plot.frequency(result, f"{second}/{first}")
-    fine = np.isfinite(ratio) & (result.status == 0)
+    fine = np.isfinite(ratio) & (result.status == 0) & shown
     low, high = np.quantile(ratio[fine], [0.01, 0.99]) if fine.any() else (0.0, 1.0)
     least = max(3, result.status.size // 200)
     lines = []
     for n, _, m in plot.resonances_between(low - 1e-3, high + 1e-3, max_order):
         line = (n, 0, m) if plane else (m, n, 0)
-        if plot.on_line(result, line, x=x, y=y, tolerance=1e-6) >= least:
+        if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=shown) >= least:
             lines.append(line)
-    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines)
+    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=shown)
     _finish(figure, axes[-1], body, surface, section, f"{_counted(result.status)}; {drawn.missing} not drawn", stem, facts)
 
 

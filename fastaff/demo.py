@@ -39,9 +39,20 @@ class NormalModes(NamedTuple):
     breathing: float = 1.8
     shear: float = -4.5
 
-    names = ("breathing", "shear", "eta", "gamma")
-    planes = (False, False, True, True)
-    clocks = (0, 0, 0, 0)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("breathing", "shear", "eta", "gamma")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False, True, True)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over a clock instead of time: none."""
+        return (0, 0, 0, 0)
 
     def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
@@ -83,13 +94,28 @@ class Portrait:
 
     @property
     def shown(self) -> np.ndarray:
-        """Orbits (orbits,) whose librations were told apart: nu_1 near the median of all and nu_2/nu_1 neither 1 nor 2.
+        """Orbits (orbits,) drawn in the plane of frequencies."""
+        return told_apart(self.map)
 
-        Close to a periodic orbit only one libration is left, and both loops show it or its harmonic.
-        """
-        ratio = plot.frequency(self.map, f"{self.map.names[1]}/{self.map.names[0]}")
-        near = np.abs(self.map.nu[0] / np.median(self.map.nu[0]) - 1.0) < 0.2
-        return (self.map.status == Status.OK) & near & (ratio > 1.001) & (ratio < 1.999)
+
+def told_apart(found: FrequencyMap) -> np.ndarray:
+    """Return where (orbits,) the two librations were told apart: nu_1 near the median of all and nu_2/nu_1 neither 1 nor 2.
+
+    Close to a periodic orbit only one libration is left, and both loops show it or its harmonic.
+    """
+    ratio = plot.frequency(found, f"{found.names[1]}/{found.names[0]}")
+    near = np.abs(found.nu[0] / np.median(found.nu[0]) - 1.0) < 0.2
+    return (found.status == Status.OK) & near & (ratio > 1.001) & (ratio < 1.999)
+
+
+def sorted_out(found: FrequencyMap) -> FrequencyMap:
+    """Return a map over NormalModes in which the shear is the shear.
+
+    Where both librations are weak in its loop, the leading line is their difference; the sum restores it.
+    """
+    nu = found.nu.copy()
+    nu[1] += np.where((nu[1] > 0) & (nu[1] < nu[0]), nu[0], 0.0)
+    return replace(found, nu=nu)
 
 
 def run(
@@ -212,10 +238,7 @@ def _map(body: Any, z0: np.ndarray, angles: Any, size: Size, threads: int | None
     if angles is None:
         return frequency_map(body, z0, time=size.time, fallback=float("inf"), threads=threads, report=report)
     found = frequency_map(body, z0, time=size.time, method="naff", angles=angles, threads=threads, report=report)
-    nu = found.nu.copy()
-    # Where both librations are weak in the loop of the shear, the leading line is their difference; the sum restores it.
-    nu[1] += np.where((nu[1] > 0) & (nu[1] < nu[0]), nu[0], 0.0)
-    return replace(found, nu=nu)
+    return sorted_out(found)
 
 
 def numbers(p: Portrait) -> list[str]:
@@ -271,7 +294,8 @@ def draw(chaotic: Portrait, integrable: Portrait) -> Any:
 def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> None:
     plot.plot_section(p.section, ax=axes[0], values=p.diffusion, boundary=p.edge, norm=norm, colorbar=False, size=0.5)
     plot.plot_diffusion_grid(p.grid, p.map.diffusion, ax=axes[1], norm=norm, colorbar=False)
-    axes[1].axhline(P_GAMMA, color="0.1", lw=0.9, ls=(0, (5, 3)))
+    axes[1].axhline(P_GAMMA, color="0.1", lw=1.5)
+    axes[1].axhline(P_GAMMA, color="white", lw=0.9, ls=(0, (5, 4)))
     axes[1].set_ylim(0.0, None)
     x, y = _plane(p)
     limits = tuple(_padded(plot.frequency(p.map, name)[p.shown]) for name in (x, y))

@@ -59,7 +59,7 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     if "status" in arrays:
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
     text = np.array(json.dumps(metadata, allow_nan=False))
-    return _write(Path(path), lambda file: np.savez(file, **arrays, **{METADATA: text}), force)
+    return _write(Path(path), {**arrays, METADATA: text}, force)
 
 
 def load(path: Any) -> Saved:
@@ -158,14 +158,14 @@ def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     return arrays, facts
 
 
-def _write(path: Path, writer: Any, force: bool) -> Path:
+def _write(path: Path, arrays: dict[str, Any], force: bool) -> Path:
     """Write to a temporary file beside `path`, then move it there; without `force`, to a name that is free."""
     stem = path.with_suffix("") if path.suffix == ".npz" else path
     stem.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(prefix=f".{stem.name}-", suffix=".npz", dir=stem.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            writer(file)
+            np.savez(file, **arrays)
         os.chmod(temporary, 0o666 & ~_umask())
         if force:
             target = stem.with_name(stem.name + ".npz")

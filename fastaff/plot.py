@@ -22,6 +22,7 @@ from .status import Status
 SYMBOLS = {
     "alpha": r"\alpha", "beta": r"\beta", "eta": r"\eta", "gamma": r"\gamma", "phi": r"\varphi", "psi": r"\psi",
     "vartheta": r"\vartheta", "D1": "D_1", "D2": "D_2", "breathing": r"\mathrm{b}", "shear": r"\mathrm{s}",
+    "area": r"\mathrm{area}",
 }  # fmt: skip
 PALE_END = 0.93
 DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
@@ -255,7 +256,8 @@ def plot_frequency_map(
 
     Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body, else
     the two rows; values: colours (orbits,), by default the map's diffusion on a `diffusion_scale`; lines: integers
-    (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
+    (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
+    k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
     Returns Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n above the
     frame, the others by their equation; a label without room is left out, its line is drawn.
     """

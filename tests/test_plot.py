@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -105,7 +107,7 @@ def test_plot_frequency_map_labels_the_line_that_orbits_stand_on(ax):
     ratio = np.concatenate([np.full(30, 1.5), np.linspace(1.25, 1.7, 41)])
     found = frequency_map(ratio, np.linspace(0.6, 0.7, ratio.size))
     drawn = plot.plot_frequency_map(found, ax=ax, lines=[(2, 0, -3), (3, 0, -4), (0, 3, -2), (1, 0, -9)])
-    assert [text.get_text() for text in drawn.labels][0] == "3:2"
+    assert drawn.labels[0].get_text() == "3:2"
     assert r"$3\nu_{\gamma}=2\nu_{\alpha}$" in [text.get_text() for text in drawn.labels]
     assert len(drawn.lines) == 3, "a line outside of the frame is not drawn"
     assert drawn.lines[0].get_xdata()[0] == 1.5
@@ -119,7 +121,7 @@ def test_labels_do_not_overlap(ax):
     ax.figure.canvas.draw()
     boxes = sorted((t.get_window_extent() for t in drawn.labels), key=lambda box: box.x0)
     assert len(boxes) > 5
-    assert all(a.x1 < b.x0 for a, b in zip(boxes, boxes[1:]))
+    assert all(a.x1 < b.x0 for a, b in itertools.pairwise(boxes))
 
 
 def test_frequency_names():

@@ -1,0 +1,147 @@
+"""The pieces of a frequency: the window, the signals and rates of the angles, and the loops that never pass their centre."""
+
+import numpy as np
+import pytest
+from naive import energy, march, slope, states
+
+from fastaff import SOFRONIOU_SPALETTA10, Body, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
+from fastaff.angles import AlphaBeta, Coordinates2, RVartheta
+from fastaff.kernels import rotation
+
+BODY = Body(HeavyTop(1.0, 0.5), 1.2)
+CASES = [(AlphaBeta(), BODY), (RVartheta(), BODY), (Coordinates2(), HenonHeiles())]
+every_angles = pytest.mark.parametrize(("angles", "model"), CASES, ids=lambda v: type(v).__name__)
+weight = getattr(rotation.weight, "py_func", rotation.weight)
+
+
+def formula(x):
+    return np.exp(rotation.SHARPNESS * (np.sqrt(1 - x**2) - 1))
+
+
+def test_weight_is_its_formula():
+    """The Taylor series and seven squarings: 128 roundings of 1 + u at most."""
+    x = np.concatenate([np.linspace(-0.999999, 0.999999, 20001), [-1 + 1e-12, 1 - 1e-12, 0.0]])
+    ours = np.array([weight(float(t)) for t in x])
+    np.testing.assert_allclose(ours, formula(x), rtol=2e-14)
+    compiled = np.array([rotation.weight(float(t)) for t in x[::50]])
+    np.testing.assert_allclose(compiled, formula(x[::50]), rtol=2e-14)
+
+
+@pytest.mark.parametrize("x", [1.0, -1.0, 1.0 + 1e-15, -1.5, 40.0, -1e300])
+def test_weight_is_zero_outside_its_window(x):
+    assert weight(x) == 0.0
+
+
+def test_the_window_damps_lines_as_it_says():
+    """A line further than beta/pi cycles per window from zero is damped by e^-beta, about 1e-13."""
+    n = 40_000
+    x = 2 * (np.arange(1, n) / n) - 1
+    w = formula(x)
+    for cycles in np.linspace(rotation.SHARPNESS / np.pi * 1.02, 60, 300):
+        assert abs((w * np.exp(1j * np.pi * cycles * x)).sum()) < 3e-13 * w.sum()
+    assert abs((w * np.exp(1j * np.pi * 5 * x)).sum()) > 1e-6 * w.sum()
+
+
+@every_angles
+def test_rates_are_the_derivatives_of_the_signals(angles, model):
+    """Complex steps along the motion; the last two rows are the clock's rate and its derivative."""
+    n = model.degrees_of_freedom
+    z = states(model, 40)
+    dz = slope(model, z)
+    signals, h = np.array(angles.signals(*z)), 1e-30
+    derivative = np.array([s.imag / h for s in map(np.asarray, angles.signals(*(z + 1j * h * dz)))])
+    found = angles.rates(*z, *dz)
+    assert len(found) == 8 * n + 2
+    table = np.array([row + 0 * z[0] for row in found[:-2]]).reshape(n, 8, -1)
+    np.testing.assert_allclose(table[:, :4].reshape(4 * n, -1), signals, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(table[:, 4:].reshape(4 * n, -1), derivative, rtol=1e-11, atol=1e-12)
+    clock = angles.rates(*(z + 1j * h * dz), *dz)[-2]
+    np.testing.assert_allclose(found[-1] + 0 * z[0], np.asarray(clock).imag / h + 0 * z[0], rtol=1e-12, atol=1e-13)
+    assert (np.asarray(found[-2]) > 0).all()
+
+
+@every_angles
+def test_rates_by_plain_differences_along_an_orbit(angles, model):
+    """Signals along a fine orbit; central differences, error h^4."""
+    z0, n, h = states(model, 1, seed=5)[:, 0], model.degrees_of_freedom, 1e-3
+    path = march(model, SOFRONIOU_SPALETTA10, z0, h, 400)
+    signals = np.array(angles.signals(*path.T))
+    difference = (8 * (signals[:, 3:-1] - signals[:, 1:-3]) - (signals[:, 4:] - signals[:, :-4])) / (12 * h)
+    rates = np.array([r + 0 * path[:, 0] for r in angles.rates(*path.T, *slope(model, path.T))[:-2]]).reshape(n, 8, -1)
+    np.testing.assert_allclose(rates[:, 4:].reshape(4 * n, -1)[:, 2:-2], difference, rtol=0, atol=1e-8)
+
+
+def loops(angles, path, kappa=1.0):
+    """f_k = Q - c - i kappa P along a path (times, 2n), with centre and scale from the whole of it."""
+    s = np.array(angles.signals(*path.T)).reshape(len(angles.names), 4, -1)
+    Q, P = s[:, 0] + 1j * s[:, 1], s[:, 2] + 1j * s[:, 3]
+    f = []
+    for k, plane in enumerate(angles.planes):
+        width = [np.ptp(x) for x in s[k]]
+        scale = kappa * max(width[0], width[1]) / max(width[2], width[3])
+        centre = 0.0 if plane else (s[k, 0].max() + s[k, 0].min()) / 2
+        turning = np.mean((Q[k].conj() * P[k]).imag) if plane else 0.0
+        f.append(Q[k] - centre - 1j * scale * (-1.0 if turning < 0 else 1.0) * P[k])
+    return np.array(f)
+
+
+def winding(f):
+    return np.angle(f[:, 1:] / f[:, :-1]).sum(axis=1)
+
+
+@pytest.mark.parametrize("angles", [AlphaBeta(), RVartheta()], ids=lambda v: type(v).__name__)
+@pytest.mark.parametrize("kappa", [0.3, 1.0, 3.0])
+def test_the_loop_of_a_plane_turns_as_the_plane_does(angles, kappa):
+    """|f|^2 = |Q|^2 + kappa^2 |P|^2 + 2 |kappa L| > 0: no zero between kappa = 0 and kappa, so the same mean rate.
+
+    The angles differ by less than half a turn for ever, whatever kappa; the sign of L is that of the plane's momentum.
+    """
+    for seed in range(4):
+        z0 = states(BODY, 1, seed=seed)[:, 0]
+        path = march(BODY, SOFRONIOU_SPALETTA10, z0, 0.05, 3000)
+        f = loops(angles, path, kappa)
+        for k, (i, j) in ((2, (0, 1)), (3, (2, 3))):
+            L = path[0, i] * path[0, 4 + j] - path[0, j] * path[0, 4 + i]
+            plane = path[:, i] + 1j * path[:, j]
+            turned = np.angle(plane[1:] / plane[:-1]).sum()
+            assert abs(winding(f)[k] - turned) <= np.pi + 1e-6
+            assert np.sign(turned) == np.sign(L)
+            assert np.abs(f[k]).min() > 0.0
+
+
+def test_librations_turn_the_positive_way():
+    """q = cos, p = -sin has a positive rate: alpha, beta, r, vartheta, x and y all count upwards."""
+    for angles, model in CASES:
+        z0 = states(model, 1, seed=3)[:, 0]
+        path = march(model, SOFRONIOU_SPALETTA10, z0, 0.05, 1200)
+        turned = winding(loops(angles, path))
+        librations = [k for k, plane in enumerate(angles.planes) if not plane]
+        assert (turned[librations] > 2 * np.pi).all()
+
+
+def test_the_clock_of_r_vartheta_closes_the_vartheta_motion():
+    """In dtau = dt/r the loop of vartheta is one periodic curve: its radius depends on its phase alone."""
+    body = Body(Hyperelastic(1.0))
+    z0 = states(body, 1, seed=8)[:, 0]
+    path = march(body, SOFRONIOU_SPALETTA10, z0, 0.01, 20_000)
+    x, y = np.array(RVartheta().signals(*path.T))[[4, 6]]
+    f = x - (x.max() + x.min()) / 2 + 1j * y
+    phase, radius = np.angle(f), np.abs(f)
+    order = np.argsort(phase)
+    jumps = np.abs(np.diff(radius[order])) / np.maximum(np.diff(phase[order]), 1e-12)
+    assert np.median(jumps) < 5
+    assert np.quantile(np.abs(np.diff(radius[order])), 0.99) < 0.01 * np.ptp(radius) + 1e-6
+    # while over time the loop of AlphaBeta is not: many radii to a phase
+    A, s = np.array(AlphaBeta().signals(*path.T))[[4, 6]]
+    g = A - (A.max() + A.min()) / 2 - 1j * s
+    order = np.argsort(np.angle(g))
+    assert np.quantile(np.abs(np.diff(np.abs(g)[order])), 0.99) > 0.05 * np.ptp(np.abs(g))
+
+
+def test_models_name_angles_of_their_size():
+    for model in (BODY, Body(NeoHookean()), HenonHeiles()):
+        angles = model.angles
+        assert len(angles.names) == len(angles.planes) == len(angles.clocks) == model.degrees_of_freedom
+        z = states(model, 3)
+        assert np.isfinite(energy(model, z)).all()
+        assert len(angles.signals(*z)) == 4 * model.degrees_of_freedom
