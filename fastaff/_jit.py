@@ -16,7 +16,9 @@ from typing import Any
 
 import numba
 from numba import types
+from numba.core import cgutils
 from numba.core import config as _config
+from numba.extending import intrinsic
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
 
@@ -89,6 +91,58 @@ def jit(function: Callable | None = None, *, parallel: bool = False) -> Callable
         return function
     with _private_cache(cache_directory()) as cache:
         return numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy")
+
+
+def _element(context, builder, array_type, array, index):
+    """Address of array[index]."""
+    view = context.make_array(array_type)(context, builder, array)
+    return cgutils.get_item_pointer(context, builder, array_type, view, [index], wraparound=False)
+
+
+@intrinsic
+def _atomic_read(typingcontext, array, index):
+    def generate(context, builder, signature, arguments):
+        address = _element(context, builder, signature.args[0], *arguments)
+        return builder.load_atomic(address, "monotonic", 8)
+
+    return array.dtype(array, index), generate
+
+
+@intrinsic
+def _atomic_write(typingcontext, array, index, value):
+    def generate(context, builder, signature, arguments):
+        address = _element(context, builder, signature.args[0], *arguments[:2])
+        builder.store_atomic(arguments[2], address, "monotonic", 8)
+        return context.get_dummy_value()
+
+    return types.void(array, index, array.dtype), generate
+
+
+@jit
+def read_now(array, index):
+    """Read array[index] (int64) from memory at this very moment.
+
+    Kernels promise LLVM that nobody else writes to their arrays, so a plain read of a flag that another thread sets is moved
+    out of the loop that polls it.
+    """
+    return _atomic_read(array, index)
+
+
+@jit
+def write_now(array, index, value):
+    """Write array[index] (int64) to memory at this very moment, for another thread to see."""
+    _atomic_write(array, index, value)
+
+
+if JIT_DISABLED:
+
+    def read_now(array, index):  # noqa: F811
+        """Read array[index]."""
+        return array[index]
+
+    def write_now(array, index, value):  # noqa: F811
+        """Write array[index]."""
+        array[index] = value
 
 
 class BlockFunction(types.WrapperAddressProtocol):

@@ -144,5 +144,6 @@ def energies(model: Any, z: np.ndarray) -> np.ndarray:
 def energy_scale(model: Any, z: np.ndarray) -> np.ndarray:
     """Return T + |V| of each phase point, what energy errors are relative to."""
     n = model.degrees_of_freedom
-    scale = model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
+    with np.errstate(all="ignore"):
+        scale = model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
     return np.where(scale > 0, scale, 1.0)

@@ -351,7 +351,10 @@ class Batches:
         try:
             with Progress(self.title, self.z0.shape[1]) as progress:
                 self._all(progress)
-        except KeyboardInterrupt as stopped:
+        except (KeyboardInterrupt, Exception) as stopped:
+            if not self.interrupted and not isinstance(stopped, KeyboardInterrupt):
+                raise
+            # Whatever the batch under way came to after Ctrl-C, the finished ones are kept.
             partial = getattr(stopped, "partial", None)
             with self._saving:
                 self._leave([*self.parts, *([partial] if partial is not None else [])])

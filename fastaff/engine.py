@@ -56,7 +56,7 @@ def launch(
 
     def run() -> None:
         if not JIT_DISABLED:
-            numba.set_num_threads(min(threads, progress.size))  # a second thread for one unit would only wait
+            numba.set_num_threads(max(1, min(threads, progress.size)))  # a second thread for one unit would only wait
             numba.set_parallel_chunksize(1)
         kernel(*arguments)
 
@@ -132,7 +132,8 @@ class Flow:
         """Start orbits from z0 (2n, orbits), which is taken over."""
         started = Ensemble(z0, energies(self.model, z0), energy_scale(self.model, z0))
         n = self.model.degrees_of_freedom
-        slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
+        with np.errstate(all="ignore"):
+            slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
         started.ahead[:] = self.step if math.isfinite(self.step) else np.maximum(guess, 1e-6)
@@ -214,6 +215,8 @@ class Flow:
         self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None
     ) -> None:  # fmt: skip
         """Turn the records numbered `where` into crossings of the section, in place."""
+        if not where.size:
+            return
         stop, (stage, derivative, _) = np.zeros(1, np.int64), self._blocks()
         progress = np.zeros(math.ceil(where.size / LANES), np.int64)
         value = model_block("value", section, self.model.degrees_of_freedom)
@@ -267,8 +270,9 @@ def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int 
 def natural_rate(model: Any, z: np.ndarray) -> float:
     """Return a typical angular frequency of the orbits: the median of sqrt(|dq/dt| |dp/dt|/(|q| |p|)), omega for an oscillator."""
     n = model.degrees_of_freedom
-    q, p, dq, dp = (np.sqrt((np.array(x) ** 2).sum(axis=0)) for x in (z[:n], z[n:], model.velocity(*z[n:]), model.force(*z[:n])))
     with np.errstate(all="ignore"):
+        parts = z[:n], z[n:], model.velocity(*z[n:]), model.force(*z[:n])
+        q, p, dq, dp = (np.sqrt((np.array(x) ** 2).sum(axis=0)) for x in parts)
         rates = np.sqrt(dq / p * dp / q)
     rates = rates[np.isfinite(rates) & (rates > 0)]
     return float(np.median(rates)) if rates.size else 1.0

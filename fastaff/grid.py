@@ -41,7 +41,7 @@ def energy_grid(
 ) -> Grid:
     """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
 
-    Parameters: axes: two arrays of coordinates, (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha)
+    Parameters: body; energy; section: a value of `fastaff.sections`; axes: two arrays of coordinates, (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha)
     for BetaTurning and BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system
     of two degrees of freedom; p_eta, p_gamma: the angular momenta of the planes (bodies only).
     Returns Grid; cells that the energy does not reach are in `forbidden` and have no orbit.

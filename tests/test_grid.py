@@ -142,7 +142,7 @@ def test_henon_heiles(normal, offset, direction):
     assert grid.names == (("y", "p_y"), ("x", "p_x"))[i]
 
 
-@pytest.mark.parametrize(("section", "axes"), [SECTIONS[1], SECTIONS[5], SECTIONS[9]], ids=str)
+@pytest.mark.parametrize(("section", "axes"), [SECTIONS[1], SECTIONS[5], SECTIONS[9]], ids=["turning", "alpha", "area"])
 def test_a_map_from_a_grid_stays_on_its_section(section, axes):
     """The grid is where the map lives: same energy, same section, first return not at once."""
     body, energy = BODIES[2]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from .._jit import LANES, jit
+from .._jit import LANES, jit, read_now, write_now
 from .stepping import advance
 
 RECORD = 4
@@ -165,7 +165,7 @@ def locate(
     size = rows * LANES
     for block in prange((count + LANES - 1) // LANES):
         first = block * LANES
-        lanes = min(LANES, count - first) if stop[0] == 0 else 0
+        lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
         start, z, work, k = np.zeros(size), np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
         x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
         f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
@@ -233,7 +233,7 @@ def locate(
             records[o, 2] = f[i]
             for r in range(rows):
                 records[o, RECORD + r] = z[r * LANES + i]
-        progress[block] += lanes
+        write_now(progress, block, lanes)
 
 
 @jit

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from .._jit import LANES, jit
+from .._jit import LANES, jit, read_now, write_now
 from ..status import STEP_TOO_SMALL_CODE
 from .stepping import (
     advance,
@@ -46,7 +46,7 @@ def run_fixed(
         t, h, code, done, fresh = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
         n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
         lanes = 0
-        while stop[0] == 0:
+        while read_now(stop, 0) == 0:
             if refill or lanes == 0:
                 while lanes < LANES and following < end:
                     if status[following] == 0 and count[following] < total[following]:
@@ -68,7 +68,7 @@ def run_fixed(
             while ran < burst and ended == 0:
                 taken = 1
                 if solo:
-                    taken = min(burst - ran, every - n[0] % every)
+                    taken = min(burst - ran, every - n[0] % every, BURST - n[0] % BURST)
                     march(params, drift, kick, h[0], taken, z)
                 else:
                     advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
@@ -76,7 +76,7 @@ def run_fixed(
                 for i in range(lanes):
                     n[i] += taken
                     t[i] = n[i] * h[i]
-                if refill or ran == burst:
+                if refill or ran == burst or n[0] % BURST == 0:
                     check(params, lanes, radius, z, code)
                     for i in range(lanes):
                         if code[i] > 0.0:
@@ -84,7 +84,7 @@ def run_fixed(
                             ended += 1
                 if n[0] % every == 0:
                     ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
-            progress[u] += ran * lanes
+            write_now(progress, u, progress[u] + ran * lanes)
             i = 0
             while i < lanes:
                 o = orbit[i]
@@ -184,7 +184,7 @@ def run_adaptive(
         code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
         ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
         lanes = 0
-        while stop[0] == 0:
+        while read_now(stop, 0) == 0:
             loaded = 0
             while lanes < LANES and following < end:
                 if status[following] == 0 and time0[following] < end_time:
@@ -243,7 +243,7 @@ def run_adaptive(
                 steps[orbit[i]] += 1
             if cadence == 0.0:
                 ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
-            progress[u] += lanes
+            write_now(progress, u, progress[u] + lanes)
             i = 0
             while i < lanes:
                 o = orbit[i]

@@ -1,0 +1,189 @@
+"""The shape of the code (DESIGN.md section 4): arrows between modules point down, imports are light, names are documented."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fastaff
+
+ROOT = Path(fastaff.__file__).parent
+FILES = sorted(ROOT.rglob("*.py"))
+LAYERS = {
+    "_jit": 0, "_blocks": 0, "status": 0,
+    "models": 1, "charts": 1, "schemes": 1, "_dop853": 1, "sections": 1, "angles": 1,
+    "kernels": 2, "observers": 2.3,
+    "boundary": 2.5, "engine": 2.5,
+    "integrate": 3, "poincare": 3, "frequency": 3, "grid": 3, "naff": 3, "chaos": 3, "tori": 3, "resonance": 3, "quantum": 3,
+    "jobs": 4, "files": 4,
+    "plot": 5, "cli": 5, "demo": 5, "__main__": 5,
+}  # fmt: skip
+HEAVY = {"scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
+
+
+def module_of(path):
+    """Dotted name below the package of a file: kernels.drive."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path):
+    """Dotted names below the package that a file imports, anywhere in its text."""
+    package = module_of(path).split(".") if path.name == "__init__.py" else module_of(path).split(".")[:-1]
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            for name in node.names:
+                if name.name.split(".")[0] == "fastaff":
+                    yield name.name.removeprefix("fastaff").lstrip(".")
+        elif isinstance(node, ast.ImportFrom):
+            if node.level:
+                base = package[: len(package) - node.level + 1]
+            elif (node.module or "").split(".")[0] == "fastaff":
+                base = []
+            else:
+                continue
+            module = (node.module or "").removeprefix("fastaff").lstrip(".") if not node.level else (node.module or "")
+            parts = [*base, *filter(None, module.split("."))]
+            for name in node.names:
+                whole = ".".join([*parts, name.name])
+                yield whole if is_module(whole) else ".".join(parts)
+
+
+def is_module(name):
+    path = ROOT.joinpath(*name.split("."))
+    return path.with_suffix(".py").is_file() or path.is_dir()
+
+
+ARROWS = [(module_of(path), target) for path in FILES for target in imports(path)]
+
+
+def layer(module):
+    return LAYERS[module.split(".")[0]]
+
+
+def test_every_module_has_a_layer():
+    modules = {module_of(path).split(".")[0] for path in FILES} - {""}
+    assert modules <= set(LAYERS), f"give {modules - set(LAYERS)} a layer"
+    assert len(ARROWS) > 30
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p != ROOT / "__init__.py"], ids=module_of)
+def test_no_arrow_points_up(path):
+    source = module_of(path)
+    upward = [target for target in imports(path) if target and layer(target) > layer(source)]
+    assert not upward, f"{source} (layer {layer(source)}) imports {upward}"
+    assert layer(source) >= 4 or "" not in imports(path), f"{source} imports the whole package"
+
+
+def test_kernels_see_no_models_and_no_python():
+    allowed = {"_jit", "status", "kernels"}
+    for source, target in ARROWS:
+        if source.startswith("kernels."):
+            assert target.split(".")[0] in allowed, f"{source} imports {target}"
+
+
+def test_modules_import_one_another_without_circles():
+    seen = {}
+
+    def visit(module, path):
+        assert module not in path, f"circle: {' -> '.join([*path, module])}"
+        if module not in seen:
+            seen[module] = True
+            for source, target in ARROWS:
+                if source == module and target and target != module:
+                    visit(target, [*path, module])
+
+    for path in FILES:
+        if path.name != "__init__.py":
+            visit(module_of(path), [])
+
+
+def test_only_jit_configures_numba():
+    for path in FILES:
+        text = path.read_text()
+        if module_of(path) in ("_jit", "_blocks", "engine"):
+            continue
+        names = {
+            node.attr for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "numba"
+        }  # fmt: skip
+        assert not names & {"njit", "jit", "cfunc", "vectorize", "guvectorize", "config"}, module_of(path)
+    assert "fastmath" not in "".join(p.read_text() for p in FILES)
+
+
+def run(code):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_importing_the_package_is_light():
+    """What Numba loads by itself (it looks for SciPy) and nothing heavy more; no kernel compiled."""
+    ours, numbas = (set(run(f"import sys, {name}; print(*sys.modules)").split()) for name in ("fastaff", "numba"))
+    assert not {m.split(".")[0] for m in ours - numbas} & HEAVY
+    assert "numba" in ours
+    compiled = run(
+        "import fastaff, sys, numba\n"
+        "from numba.core.registry import CPUDispatcher\n"
+        "print(sum(bool(v.signatures) for m in list(sys.modules.values()) if m.__name__.startswith('fastaff')"
+        " for v in vars(m).values() if isinstance(v, CPUDispatcher)))"
+    )
+    assert int(compiled) == 0
+
+
+PUBLIC = [(name, getattr(fastaff, name)) for name in fastaff.__all__]
+FUNCTIONS = [(name, value) for name, value in PUBLIC if inspect.isfunction(value)]
+
+
+def test_the_list_of_names_is_sorted_and_true():
+    names = fastaff.__all__
+    assert len(set(names)) == len(names)
+    assert names == sorted(names, key=lambda n: (not n.isupper(), not n[0].isupper(), n))
+    tree = ast.parse((ROOT / "__init__.py").read_text())
+    logic = [n for n in tree.body if not isinstance(n, (ast.Expr, ast.ImportFrom, ast.Assign, ast.FunctionDef))]
+    assert not logic
+
+
+@pytest.mark.parametrize(("name", "value"), PUBLIC, ids=[name for name, _ in PUBLIC])
+def test_every_public_name_is_documented(name, value):
+    """A docstring of its own; a source for what has one: functions, models, charts, schemes."""
+    if isinstance(value, (fastaff.Splitting, fastaff.RungeKutta)):
+        assert any(c.isdigit() for c in value.source)  # name and year
+        return
+    doc = value.__doc__ if inspect.isfunction(value) or inspect.isclass(value) else type(value).__doc__
+    assert doc
+    assert not doc.startswith(f"{name}("), "the docstring that NamedTuple or dataclass writes"
+    models = ("Anharmonic", "Body", "Harmonic", "HeavyTop", "HenonHeiles", "Hyperelastic", "NeoHookean", "AlphaTurning", "BetaTurning", "AreaEquals")
+    if (inspect.isfunction(value) and name != "scheme_named") or name in models:
+        assert "Source:" in doc
+
+
+@pytest.mark.parametrize(("name", "function"), FUNCTIONS, ids=[name for name, _ in FUNCTIONS])
+def test_public_functions_say_what_they_raise_and_take(name, function):
+    assert "Raises" in function.__doc__ or "raises" in function.__doc__
+    shared = set(inspect.signature(fastaff.integrate).parameters) if "as in `integrate`" in function.__doc__ else set()
+    for parameter in inspect.signature(function).parameters:
+        assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
+    kinds = {p.kind for p in inspect.signature(function).parameters.values()}
+    assert inspect.Parameter.VAR_KEYWORD not in kinds
+
+
+@pytest.mark.parametrize("path", FILES, ids=[module_of(p) or "fastaff" for p in FILES])
+def test_modules_have_one_subject(path):
+    """At most 400 lines (kernels/lines.py, the NAFF of one subject, 600), and a docstring."""
+    lines = len(path.read_text().splitlines())
+    assert lines <= (600 if module_of(path) == "kernels.lines" else 400)
+    assert ast.get_docstring(ast.parse(path.read_text()))
+
+
+def test_every_function_has_a_docstring():
+    """Public ones everywhere; kernels too."""
+    missing = []
+    for path in FILES:
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_") and not ast.get_docstring(node):
+                missing.append(f"{module_of(path)}.{node.name}")
+    assert not missing

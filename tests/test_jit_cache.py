@@ -1,0 +1,377 @@
+"""The compile cache is used, and never stale: each test runs fresh processes with a cache folder of its own.
+
+Numba stamps a cached function with the content of its own file only; an edit anywhere else would return old numbers
+without a word. The folders start as copies of this process's cache, so the engine itself is not compiled again.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from naive import states
+
+import fastaff
+from fastaff import DOP853, HenonHeiles, Linear, _jit, frequency_map, integrate, poincare_map
+
+pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
+TESTS, PACKAGE = Path(__file__).parent, Path(fastaff.__file__).parent
+
+
+@pytest.fixture(scope="module")
+def seed():
+    """Folder of this process's cache, with the engine in it: what follows is compiled here at most once."""
+    model, z0 = HenonHeiles(), states(HenonHeiles(), 2)
+    integrate(model, z0, time=1.0, step=0.1)
+    integrate(model, z0, time=1.0, scheme=DOP853)
+    poincare_map(model, z0, section=Linear((1, 0, 0, 0)), crossings=1, max_time=10.0, step=0.1)
+    frequency_map(model, z0, time=20.0, step=0.1, method="naff")
+    if _jit.cache_directory() is None:
+        pytest.skip("no cache folder can be written here")
+    return _jit.cache_directory()
+
+
+@pytest.fixture
+def cache(seed, tmp_path):
+    """A copy of the cache for one test."""
+    folder = tmp_path / "cache"
+    shutil.copytree(seed, folder / seed.name, ignore=shutil.ignore_patterns(".probe*", "*.tmp"))
+    return folder
+
+
+def python(code, cache, *, path=(), stdin=False, **env):
+    """Run a fresh process; return its standard output and error."""
+    places = os.pathsep.join(map(str, (*path, TESTS, PACKAGE.parent)))
+    environment = os.environ | {"FASTAFF_CACHE_DIR": str(cache), "PYTHONPATH": places, "PYTHONDONTWRITEBYTECODE": "1"} | env
+    command = [sys.executable, "-P", "-W", "always", *(["-"] if stdin else ["-c", code])]  # -P: not from the current folder
+    done = subprocess.run(command, input=code if stdin else None, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr
+
+
+def contents(cache):
+    """Every file with its time of change."""
+    return {p: p.stat().st_mtime_ns for p in cache.rglob("*") if p.is_file()}
+
+
+BUILTIN = """
+from fastaff import *
+z = integrate(HenonHeiles(LAM), [0.1, 0.2, 0.3, 0.1], time=1.0, step=0.1, scheme=LEAPFROG, energy_tolerance=1.0).z
+print([float(x).hex() for x in z[:, 0]])
+"""
+
+
+def test_a_second_process_compiles_nothing(cache):
+    first, _ = python(BUILTIN.replace("LAM", "0.9"), cache)
+    before = contents(cache)
+    second, _ = python(BUILTIN.replace("LAM", "0.9"), cache)
+    assert contents(cache) == before
+    assert second == first
+
+
+def test_parameters_are_no_reason_to_compile(cache):
+    first, _ = python(BUILTIN.replace("LAM", "0.9"), cache)
+    before = contents(cache)
+    other, _ = python(BUILTIN.replace("LAM", "0.4"), cache)
+    assert contents(cache) == before
+    assert other != first
+
+
+# --- a user's model ----------------------------------------------------------------------------------------------
+
+MODEL = """
+from typing import NamedTuple
+HEADER
+
+class Spring(NamedTuple):
+    k: float = 1.0
+    degrees_of_freedom = 1
+    coordinates = ("x",)
+
+    def velocity(self, p):
+        return p,
+
+    def force(self, xDEFAULT):
+        return -STIFFNESS*x,
+
+    def kinetic_energy(self, p):
+        return p*p/2
+
+    def potential_energy(self, xDEFAULT):
+        return STIFFNESS*x*x/2
+
+    def margin(self, x):
+        return 1.0 + 0.0*x
+"""
+USE = """
+import warnings
+warnings.simplefilter("ignore")
+from springs import Spring
+from fastaff import integrate
+run = integrate(Spring(1.0), [1.0, 0.0], time=1.0, step=0.05)
+print(float(run.z[0, 0]), float(run.energy_error[0]))
+"""
+
+
+def write(folder, header="", stiffness="4.0*self.k", default=""):
+    folder.mkdir(exist_ok=True)
+    text = MODEL.replace("HEADER", header).replace("STIFFNESS", stiffness).replace("DEFAULT", default)
+    (folder / "springs.py").write_text(text)
+
+
+def position(cache, folder):
+    """x(1) of the spring in a fresh process; the energy, computed uncompiled, must agree with the motion."""
+    x, error = map(float, python(USE, cache, path=[folder])[0].split())
+    assert error < 1e-9
+    return x
+
+
+def cos(x):
+    """cos to the accuracy of the run."""
+    import math
+
+    return pytest.approx(math.cos(x), abs=1e-9)
+
+
+def test_an_edited_model_gives_new_numbers(cache, tmp_path):
+    folder = tmp_path / "user"
+    write(folder)
+    assert position(cache, folder) == cos(2)
+    before = contents(cache)
+    assert position(cache, folder) == cos(2)
+    assert contents(cache) == before
+    write(folder, stiffness="9.0*self.k")
+    assert position(cache, folder) == cos(3)
+    write(folder)
+    assert position(cache, folder) == cos(2)
+
+
+@pytest.mark.parametrize(
+    ("header", "stiffness", "default", "other"),
+    [
+        ("RATE = CONSTANT", "RATE*self.k", "", ""),
+        ("from constants import RATE", "RATE*self.k", "", "RATE = CONSTANT"),
+        ("import constants", "constants.RATE*self.k", "", "RATE = CONSTANT"),
+        ("from constants import RATES", "RATES[1]*self.k", "", "RATES = (0.0, CONSTANT)"),
+        ("from constants import rate", "rate(self.k)", "", "from numba import njit\n@njit\ndef rate(k):\n    return CONSTANT*k"),
+        ("from constants import rate", "rate(self.k)", "", "from numba import njit\nR = CONSTANT\n@njit\ndef rate(k):\n    return R*k"),
+        (
+            "from constants import rate", "rate(self.k)", "",
+            "from numba import njit\ndef make(r):\n    @njit\n    def rate(k):\n        return r*k\n    return rate\nrate = make(CONSTANT)",
+        ),
+        ("from constants import RATE", "rate*self.k", ", rate=RATE", "RATE = CONSTANT"),
+    ],
+    ids=["own-global", "imported-number", "module", "tuple", "function", "function-global", "closure", "default-argument"],
+)  # fmt: skip
+def test_a_changed_constant_gives_new_numbers(cache, tmp_path, header, stiffness, default, other):
+    """Whatever way the number takes into the method, in whatever file it is."""
+    folder = tmp_path / "user"
+    for rate, frequency in (("4.0", 2), ("9.0", 3)):
+        write(folder, header.replace("CONSTANT", rate), stiffness, default)
+        (folder / "constants.py").write_text(other.replace("CONSTANT", rate) + "\n")
+        assert position(cache, folder) == cos(frequency)
+
+
+@pytest.mark.parametrize("stdin", [False, True], ids=["-c", "stdin"])
+def test_a_model_typed_at_a_prompt_is_compiled_and_not_cached(cache, stdin):
+    python(BUILTIN.replace("LAM", "0.9"), cache)
+    before = contents(cache)
+    for stiffness, frequency in (("4.0*self.k", 2), ("9.0*self.k", 3)):
+        model = MODEL.replace("HEADER", "").replace("STIFFNESS", stiffness).replace("DEFAULT", "")
+        out, _ = python(model + USE.replace("from springs import Spring", ""), cache, stdin=stdin)
+        assert float(out.split()[0]) == cos(frequency)
+    assert set(contents(cache)) == set(before)
+
+
+def test_a_model_redefined_in_one_session(cache):
+    """As in a notebook: the class of the same name has new numbers at once."""
+    code = ["import warnings; warnings.simplefilter('ignore')", "from fastaff import integrate"]
+    for stiffness in ("4.0*self.k", "9.0*self.k"):
+        code.append(MODEL.replace("HEADER", "").replace("STIFFNESS", stiffness).replace("DEFAULT", ""))
+        code.append("print(float(integrate(Spring(), [1.0, 0.0], time=1.0, step=0.05).z[0, 0]))")
+    out, _ = python("\n".join(code), cache)
+    assert [float(x) for x in out.split()] == [cos(2), cos(3)]
+
+
+VARIETY = """
+import warnings
+warnings.simplefilter("ignore")
+import numpy as np
+from variety import *
+from naive import energy, march, scheme_crossings
+from fastaff import *
+
+def check(model, z0, section=None):
+    z0 = np.array(z0)
+    run = integrate(model, z0, time=2.0, step=0.1, energy_tolerance=1.0)
+    twin = march(model, KAHAN_LI8, z0, 0.1, 20)[-1]
+    assert np.abs(run.z[:, 0] - twin).max() < 1e-12, (model, run.z[:, 0], twin)
+    if section is not None:
+        cut = poincare_map(model, z0, section=section, crossings=3, max_time=30.0, step=0.1, energy_tolerance=1.0)
+        times, points = scheme_crossings(model, KAHAN_LI8, z0, section, 0.1, 20.0)
+        assert cut.counts[0] == 3 and np.abs(cut.times[0] - times[:3]).max() < 1e-11, (cut.times, times)
+    print("fine")
+
+check(Bare(), [0.5, 0.1], Through(0.2, 0))
+check(Weighted((1.0, 2.5)), [0.5, -0.2, 0.1, 0.3], Through(0.1, 1))
+check(Weighted((3.0, 0.5)), [0.5, -0.2, 0.1, 0.3])
+check(Body(Quartic(1.0, (0.3, 0.2))), [1.4, 0.1, 0.2, 0.0, 0.1, 0.2, 0.1, 0.3], AlphaTurning(1))
+check(Body(Quartic(1.0, (0.3, 0.2)), 2.0), [1.4, 0.1, 0.2, 0.0, 0.1, 0.2, 0.1, 0.3], SpinSpeed(0))
+"""
+VARIETY_FILE = '''
+from typing import NamedTuple
+import numpy as np
+
+class Bare(NamedTuple):
+    """No fields."""
+    degrees_of_freedom = 1
+    coordinates = ("x",)
+    def velocity(self, p): return p,
+    def force(self, x): return -x - np.sin(x),
+    def kinetic_energy(self, p): return p*p/2
+    def potential_energy(self, x): return x*x/2 - np.cos(x)
+    def margin(self, x): return 1.0 + 0.0*x
+
+class Weighted(NamedTuple):
+    """A tuple of numbers."""
+    weights: tuple
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    def velocity(self, p, r): return p, r
+    def force(self, x, y): return -self.weights[0]*x, -self.weights[1]*y
+    def kinetic_energy(self, p, r): return (p*p + r*r)/2
+    def potential_energy(self, x, y): return (self.weights[0]*x*x + self.weights[1]*y*y)/2
+    def margin(self, x, y): return 1.0 + 0.0*x
+
+class Quartic(NamedTuple):
+    """A potential of one's own for Body: V = C (A + B)/2 + c1 A^2 + c2 A B, with a helper method."""
+    C: float
+    c: tuple
+    def value(self, A, B): return self.C*(A + B)/2 + self.c[0]*A*A + self.c[1]*A*B
+    def along(self, A, B): return 2*self.c[0]*A + self.c[1]*B
+    def slopes(self, A, B): return self.C/2 + self.along(A, B), self.C/2 + self.c[1]*A
+    def margin(self, A, B): return 1.0 + 0.0*A
+
+class Through(NamedTuple):
+    """A section of one's own, for any number of coordinates."""
+    place: float
+    direction: int
+    def value(self, *z): return z[0] - self.place
+
+class SpinSpeed(NamedTuple):
+    direction: int
+    def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2): return b1 - 0.5*b2
+'''
+
+
+def test_models_potentials_and_sections_of_ones_own(cache, tmp_path):
+    """No fields, tuple fields, a potential with a helper method, sections: against the twins, compiled and from the cache."""
+    folder = tmp_path / "user"
+    folder.mkdir()
+    (folder / "variety.py").write_text(VARIETY_FILE)
+    assert python(VARIETY, cache, path=[folder])[0].split() == ["fine"] * 5
+    before = contents(cache)
+    assert python(VARIETY, cache, path=[folder])[0].split() == ["fine"] * 5
+    assert contents(cache) == before
+
+
+# --- the folder --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_an_unwritable_folder_costs_one_warning_and_no_numbers(cache, tmp_path):
+    """A path below a file can be made by nobody, not even by root."""
+    (tmp_path / "file").write_text("")
+    expected, _ = python(BUILTIN.replace("LAM", "0.9"), cache)
+    out, err = python(BUILTIN.replace("LAM", "0.9"), tmp_path / "file" / "below", NUMBA_OPT="1")
+    assert out == expected
+    assert err.count("RuntimeWarning") == 1
+    assert "fastaff cannot write its compile cache" in err
+    assert "Set FASTAFF_CACHE_DIR" in err
+
+
+def test_the_folder_is_the_users(tmp_path):
+    code = "from fastaff import _jit; print(_jit.cache_root())"
+    assert python(code, tmp_path / "x")[0].strip() == str(tmp_path / "x")
+    if sys.platform.startswith("linux"):
+        assert python(code, "", XDG_CACHE_HOME=str(tmp_path))[0].strip() == str(tmp_path / "fastaff")
+
+
+KERNEL = """
+import numpy as np
+from fastaff import _jit
+from fastaff.kernels import rotation, stepping
+block = np.zeros(4000)
+stepping.load_lane(np.ones((2, 1)), 0, block, 0)
+print(_jit.cache_directory().name, rotation.weight(0.5), np.flatnonzero(block)[1])
+"""
+
+
+def test_an_edited_package_gives_new_numbers(tmp_path):
+    """A constant of the kernel's own file, and one that it reads from another file (which Numba does not watch)."""
+    shutil.copytree(PACKAGE, tmp_path / "fastaff", ignore=shutil.ignore_patterns("__pycache__"))
+    cache, runs = tmp_path / "cache", []
+
+    def run():
+        folder, weight, lanes = python(KERNEL, cache, path=[tmp_path])[0].split()
+        runs.append((folder, float(weight), int(lanes)))
+
+    def edit(name, pattern, text):
+        path = tmp_path / "fastaff" / name
+        edited = re.sub(pattern, text, path.read_text(), flags=re.MULTILINE)
+        assert edited != path.read_text()
+        path.write_text(edited)
+
+    run()
+    edit("kernels/rotation.py", r"^SHARPNESS = 30.0", "SHARPNESS = 15.0")
+    run()
+    edit("_jit.py", r"^LANES = \d+", "LANES = 48")
+    run()
+    assert len({folder for folder, _, _ in runs}) == 3
+    assert [lanes for _, _, lanes in runs] == [_jit.LANES, _jit.LANES, 48]
+    weights = [weight for _, weight, _ in runs]
+    assert weights[1] == pytest.approx(weights[0] ** 0.5, rel=1e-12)
+    assert weights[2] == weights[1]
+
+
+# --- without a compiler ------------------------------------------------------------------------------------------
+
+UNCOMPILED = """
+import numpy as np
+from naive import states
+from fastaff import *
+from fastaff.frequency import frequency_map
+body = Body(Hyperelastic(1.1), 0.8)
+z0 = states(body, 5)
+small = dict(step=0.2, energy_tolerance=1.0)
+results = []
+for scheme in (LEAPFROG, SOFRONIOU_SPALETTA10, RK4):
+    run = integrate(body, z0, time=2.0, samples=2, scheme=scheme, **small)
+    results += [run.z, run.samples, run.energy_error, run.status]
+run = integrate(body, z0[:, 0], time=2.0, **small)
+results += [run.z]
+run = integrate(HenonHeiles(), z0[:4]*0.1, time=2.0, scheme=DOP853, samples=3)
+results += [run.z, run.samples, run.status]
+cut = poincare_map(body, z0, section=BetaEquals(0.3, 0), crossings=3, max_time=6.0, **small)
+results += [cut.points, cut.times, cut.counts, cut.status]
+for method in ("birkhoff", "naff"):
+    f = frequency_map(body, z0[:, :2], time=20.0, method=method, fallback=np.inf, **small)
+    results += [f.nu, f.error]
+np.savez(PLACE, *results)
+"""
+
+
+def test_without_the_compiler_the_numbers_are_the_same(cache, tmp_path):
+    """NUMBA_DISABLE_JIT=1: to 1e-13, for NumPy's own sqrt and log may round otherwise; NAFF to 1e-9."""
+    import numpy as np
+
+    for name, env in (("compiled", {}), ("plain", {"NUMBA_DISABLE_JIT": "1"})):
+        python(UNCOMPILED.replace("PLACE", repr(str(tmp_path / f"{name}.npz"))), cache, **env)
+    one, other = (np.load(tmp_path / f"{name}.npz") for name in ("compiled", "plain"))
+    assert len(one.files) == len(other.files) >= 20
+    for name in one.files[:-2]:
+        np.testing.assert_allclose(other[name], one[name], rtol=1e-13, atol=1e-13, err_msg=name)
+    np.testing.assert_allclose(other[one.files[-2]], one[one.files[-2]], rtol=1e-9)
