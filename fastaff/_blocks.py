@@ -273,8 +273,12 @@ def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
     if id(function) in seen:
         return True
     seen.add(id(function))
-    if getattr(function, "__closure__", None):
+    if function.__closure__:
         return False
+    for default in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
+        if not isinstance(default, (int, float, complex, str, tuple, np.generic)):
+            return False
+        digest.update(repr(default).encode())
     pending = [function.__code__]
     while pending:
         code = pending.pop()

@@ -147,3 +147,10 @@ def energy_scale(model: Any, z: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         scale = model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
     return np.where(scale > 0, scale, 1.0)
+
+
+def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value."""
+    with np.errstate(all="ignore"):
+        drift = np.abs(energies(model, z) - energy) / scale
+    return np.where(np.isfinite(drift), drift, np.inf)

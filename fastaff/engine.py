@@ -16,7 +16,7 @@ import numpy as np
 from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES
-from .boundary import checked_model, checked_scheme, energies, energy_scale, positive, whole
+from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, positive, whole
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed
 from .observers import Observer
@@ -285,8 +285,7 @@ def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
 
 def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
     """Return |E - E0|/(T0 + |V0|) of each orbit; inf where the energy has no value."""
-    error = np.abs(energies(model, ensemble.z) - ensemble.energy) / ensemble.scale
-    return np.where(np.isfinite(error), error, np.inf)
+    return energy_drift(model, ensemble.z, ensemble.energy, ensemble.scale)
 
 
 def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:

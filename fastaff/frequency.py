@@ -71,7 +71,8 @@ def frequency_map(
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
 
     Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; method "birkhoff" or "naff"; angles: a value of
-    `fastaff.angles` (default: those natural to the potential); fallback: relative error estimate above which a Birkhoff
+    `fastaff.angles` (default: those natural to the potential); step: for an adaptive scheme the interval between the states that
+    are averaged (default: a sixteenth of a typical radian); fallback: relative error estimate above which a Birkhoff
     value is replaced by the NAFF one where that has the smaller error (inf: never); the other options as in `integrate`.
     Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
@@ -87,7 +88,7 @@ def frequency_map(
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
     if method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
-    if not (isinstance(fallback, (int, float)) and fallback > 0):
+    if isinstance(fallback, bool) or not (isinstance(fallback, (int, float)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
     make_flow(body, np.zeros((0, 1)), scheme, 1.0, rtol, atol, threads)
     angles = _checked_angles(angles, body)
@@ -148,7 +149,8 @@ class _Work:
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         if flow.adaptive:
-            self.observations = max(64, int(16 * time * natural_rate(flow.model, z0)))
+            interval = flow.step if np.isfinite(flow.step) else 1 / (16 * natural_rate(flow.model, z0))
+            self.observations = max(64, int(time / interval))
         else:
             self.observations = max(16, 2 * flow.steps(time / 2))
         self.nu = np.zeros((self.n, self.orbits))

@@ -50,7 +50,7 @@ def energy_grid(
 
     On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the radius has a
     minimum there), -1 the outer one, 0 the outer one; on the others the missing momentum has the sign of the direction (0: +).
-    The roots are polished to rounding. Cost: 200 evaluations of the potential for each cell of a turning section, else one.
+    AreaEquals takes one of its two branches. The roots are polished to rounding. Cost: 350 evaluations of the potential for each cell of a turning section, else one.
     Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
     """
     checked_model(body)
@@ -179,12 +179,13 @@ def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
 def _turning(rest, shape, direction, least_scale):
     """Return the radius x where rest(x) = 0: rising there (inner turning point) for direction +1, else falling (outer).
 
-    Scans 160 radii spread evenly in the logarithm for the outermost well, then bisects to neighbouring doubles.
+    Scans 160 radii spread evenly in the logarithm for the outermost well, looks for a narrower one around the largest value,
+    then bisects to neighbouring doubles.
     """
     scan = np.geomspace(1e-4, 1.0, 160) * 64.0 * max(1.0, least_scale)
     inner = direction > 0
     low, high = np.full(shape, np.nan), np.full(shape, np.nan)
-    before = np.full(shape, np.nan)
+    before, best, peak = np.full(shape, np.nan), np.full(shape, -np.inf), np.zeros(shape, np.int64)
     for k, radius in enumerate(scan):
         now = rest(np.full(shape, radius))
         # Beyond the wall of the domain is as good as forbidden.
@@ -192,7 +193,16 @@ def _turning(rest, shape, direction, least_scale):
         if k:
             here = (before < 0) & (now >= 0) if inner else (before >= 0) & (now < 0)
             low, high = np.where(here, scan[k - 1], low), np.where(here, radius, high)
-        before = now
+        peak, best, before = np.where(now > best, k, peak), np.maximum(best, now), now
+    left, right = scan[np.maximum(peak - 1, 0)], scan[np.minimum(peak + 1, scan.size - 1)]
+    a, b = left, right
+    for _ in range(60):
+        c, d = a + 0.381966011250105 * (b - a), b - 0.381966011250105 * (b - a)
+        lower = np.nan_to_num(rest(c), nan=-np.inf) > np.nan_to_num(rest(d), nan=-np.inf)
+        a, b = np.where(lower, a, c), np.where(lower, d, b)
+    top = 0.5 * (a + b)
+    narrow = np.isnan(low) & (rest(top) >= 0)
+    low, high = np.where(narrow, left if inner else top, low), np.where(narrow, top if inner else right, high)
     for _ in range(64):
         middle = 0.5 * (low + high)
         value = rest(middle)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import energies, phase_points, positive, whole
+from .boundary import energy_drift, phase_points, positive, whole
 from .engine import Interrupted, Report, energy_error, make_flow, mark_drift, no_memory
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
@@ -80,8 +80,7 @@ def integrate(
     kept = out.reshape(orbits, count, rows).transpose(1, 2, 0) if count else np.zeros((0, rows, orbits))
     for block in kept:
         seen = np.isfinite(block).all(axis=0)
-        drift = np.abs(energies(body, block) - ensemble.energy) / ensemble.scale
-        error = np.where(seen & ~(drift <= error), np.nan_to_num(drift, nan=np.inf), error)
+        error = np.where(seen, np.maximum(error, energy_drift(body, block, ensemble.energy, ensemble.scale)), error)
     mark_drift(ensemble, error, tolerance)
     times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
     result = Orbits(ensemble.z, ensemble.time, times, kept, error, ensemble.status, flow.scheme, flow.step)

@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import checked_section, energies, phase_points, positive, whole
+from .boundary import checked_section, energy_drift, phase_points, positive, whole
 from .charts import Chart
-from .engine import Ensemble, Flow, Interrupted, Report, make_flow
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow
 from .kernels import crossings as kernels
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
+
+LAST_RECORDS = 500_000
+"""Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,9 @@ def _rounds(flow, ensemble: Ensemble, section, wanted, observer, memory, out, ma
         written = memory[5].astype(np.int64)
         slot = np.arange(out.shape[1] // width)
         where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))
+        if interrupted:
+            out.reshape(-1, width)[where[LAST_RECORDS:], 1] = kernels.NOTHING
+            where = where[:LAST_RECORDS]
         flow.locate(section, out.reshape(-1, width), where, None)
         kernels.compact(rows, out, written)
         memory[5], memory[6] = written, written
@@ -159,13 +165,12 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, kernels.RECORD :], np.where(kept, records[:, :, 0], np.nan)
     drift = np.full(times.shape, -1.0)
-    drift[kept] = (np.abs(energies(flow.model, points.transpose(2, 0, 1)[:, kept])
-                          - np.repeat(ensemble.energy, counts)) / np.repeat(ensemble.scale, counts))  # fmt: skip
-    error = np.nan_to_num(drift, nan=np.inf).max(axis=1)
-    beyond = ~(drift <= tolerance)
+    start, scale = np.repeat(ensemble.energy, counts), np.repeat(ensemble.scale, counts)
+    drift[kept] = energy_drift(flow.model, points.transpose(2, 0, 1)[:, kept], start, scale)
+    beyond = drift > tolerance
     first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
-    final = np.abs(energies(flow.model, ensemble.z) - ensemble.energy) / ensemble.scale
-    error = np.where(ensemble.status == Status.OK, np.maximum(error, np.nan_to_num(final, nan=np.inf)), error)
+    error = drift.max(axis=1)
+    error = np.where(ensemble.status == Status.OK, np.maximum(error, energy_error(flow.model, ensemble)), error)
     status = ensemble.status.copy()
     status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
     status[(status == Status.OK) & (counts < wanted)] = Status.TOO_FEW_CROSSINGS

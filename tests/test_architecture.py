@@ -156,7 +156,10 @@ def test_every_public_name_is_documented(name, value):
     doc = value.__doc__ if inspect.isfunction(value) or inspect.isclass(value) else type(value).__doc__
     assert doc
     assert not doc.startswith(f"{name}("), "the docstring that NamedTuple or dataclass writes"
-    models = ("Anharmonic", "Body", "Harmonic", "HeavyTop", "HenonHeiles", "Hyperelastic", "NeoHookean", "AlphaTurning", "BetaTurning", "AreaEquals")
+    models = (
+        "Anharmonic", "Body", "Harmonic", "HeavyTop", "HenonHeiles", "Hyperelastic", "NeoHookean", "AlphaTurning",
+        "BetaTurning", "AreaEquals",
+    )  # fmt: skip
     if (inspect.isfunction(value) and name != "scheme_named") or name in models:
         assert "Source:" in doc
 

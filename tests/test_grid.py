@@ -31,8 +31,8 @@ SECTIONS = [
 ]  # fmt: skip
 every_section = pytest.mark.parametrize(("section", "axes"), SECTIONS, ids=[str(s) for s, _ in SECTIONS])
 BODIES = [
-    (Body(Harmonic(1.3), 0.7), 3.0), (Body(Anharmonic(0.9), 1.4), 3.2), (Body(Hyperelastic(1.1), 0.8), 3.2), (Body(HeavyTop(1.0, 0.5), 1.1), 2.8),
-    (Body(NeoHookean(1.0, 2.0)), 1.5),
+    (Body(Harmonic(1.3), 0.7), 3.0), (Body(Anharmonic(0.9), 1.4), 3.2), (Body(Hyperelastic(1.1), 0.8), 3.2),
+    (Body(HeavyTop(1.0, 0.5), 1.1), 2.8), (Body(NeoHookean(1.0, 2.0)), 1.5),
 ]  # fmt: skip
 every_body = pytest.mark.parametrize(("body", "energy"), BODIES, ids=lambda v: label(v) if isinstance(v, Body) else "")
 
