@@ -136,11 +136,11 @@ def write_now(array, index, value):
 
 if JIT_DISABLED:
 
-    def read_now(array, index):  # noqa: F811
+    def read_now(array, index):
         """Read array[index]."""
         return array[index]
 
-    def write_now(array, index, value):  # noqa: F811
+    def write_now(array, index, value):
         """Write array[index]."""
         array[index] = value
 

@@ -6,7 +6,7 @@ import functools
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,17 +62,18 @@ def launch(
 
     interrupted = False
     future = _worker(os.getpid()).submit(run)
-    while True:
+    while not future.done():
         try:
-            future.result(0.1)
-            break
-        except TimeoutError:
-            if future.done():
+            wait([future], 0.1)
+            if report is not None and work > 0 and not interrupted:
+                report(min(1.0, float(progress.sum()) / work))
+        except BaseException as problem:
+            stop[0] = 1  # whatever happened, the kernel must not be left running
+            if not isinstance(problem, KeyboardInterrupt):
+                wait([future])
                 raise
-        except KeyboardInterrupt:
-            stop[0], interrupted = 1, True
-        if report is not None and work > 0:
-            report(min(1.0, float(progress.sum()) / work))
+            interrupted = True
+    future.result()
     if interrupted:
         raise KeyboardInterrupt
 
@@ -185,7 +186,7 @@ class Flow:
             ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, ensemble.count, stop,
             progress,
         )  # fmt: skip
-        launch(run_adaptive, arguments, stop, progress, 0.0, self.threads, report)
+        launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance with equal steps; `count` of the ensemble is the number of steps done."""

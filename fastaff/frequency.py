@@ -81,7 +81,8 @@ def frequency_map(
     is damped by 1e-13 once d*time > 9.6. Centre and scale of each orbit come from a first pass of a sixteenth of the time.
     NAFF: the leading line of the sampled loop, 4096 samples for each orbit, 1024 orbits in memory at a time.
     Errors: from the difference of the values of the two halves; it bounds the error of the whole, which converges faster, for
-    99 % of regular orbits, and is the diffusion of chaotic ones. Memory of a Birkhoff map: about 70 numbers for each orbit, whatever `time` is.
+    99 % of regular orbits, and is the diffusion of chaotic ones. Memory of a Birkhoff map: about 70 numbers for each
+    orbit, whatever `time` is.
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111
     (weighted averages); the paper's nu = dE/dJ.
     """

@@ -41,7 +41,8 @@ def energy_grid(
 ) -> Grid:
     """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
 
-    Parameters: body; energy; section: a value of `fastaff.sections`; axes: two arrays of coordinates, (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha)
+    Parameters: body; energy; section: a value of `fastaff.sections`; axes: two arrays of coordinates, (beta, p_beta) for
+    AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha)
     for BetaTurning and BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system
     of two degrees of freedom; p_eta, p_gamma: the angular momenta of the planes (bodies only).
     Returns Grid; cells that the energy does not reach are in `forbidden` and have no orbit.
@@ -49,8 +50,9 @@ def energy_grid(
     section that has no grid.
 
     On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the radius has a
-    minimum there), -1 the outer one, 0 the outer one; on the others the missing momentum has the sign of the direction (0: +).
-    AreaEquals takes one of its two branches. The roots are polished to rounding. Cost: 350 evaluations of the potential for each cell of a turning section, else one.
+    minimum there), -1 and 0 the outer one; on the others the missing momentum has the sign of the direction (0: +).
+    AreaEquals takes one of its two branches. The roots are polished to rounding. Cost: 350 evaluations of the
+    potential for each cell of a turning section, else one.
     Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
     """
     checked_model(body)

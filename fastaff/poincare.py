@@ -91,7 +91,7 @@ def poincare_map(
     width = kernels.RECORD + rows
     slots = wanted + SPARE
     observer = observers.crossings(section, wanted, body.degrees_of_freedom)
-    memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, slots * width))
+    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
     _start(memory, section, z)
     interrupted = False
     try:
@@ -174,10 +174,13 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     status = ensemble.status.copy()
     status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
     status[(status == Status.OK) & (counts < wanted)] = Status.TOO_FEW_CROSSINGS
+    written = memory[5].astype(np.int64)
     counts = np.minimum(counts, first)
-    kept = np.arange(wanted) < counts[:, None]
-    points[~kept], times[~kept] = np.nan, np.nan
-    residual = np.where(kept, np.abs(records[:, :, 2]), 0.0).max(axis=1)
+    slot = np.arange(wanted)
+    dropped = (slot >= counts[:, None]) & (slot < written[:, None])
+    points[dropped], times[dropped] = np.nan, np.nan
+    residual = np.zeros(orbits)
+    np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
     return SectionMap(
         points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step
     )

@@ -19,7 +19,7 @@ LAYERS = {
     "boundary": 2.5, "engine": 2.5,
     "integrate": 3, "poincare": 3, "frequency": 3, "grid": 3, "naff": 3, "chaos": 3, "tori": 3, "resonance": 3, "quantum": 3,
     "jobs": 4, "files": 4,
-    "plot": 5, "cli": 5, "demo": 5, "__main__": 5,
+    "plot": 5, "cli": 5, "options": 5, "progress": 5, "demo": 5, "__main__": 5,
 }  # fmt: skip
 HEAVY = {"scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
 

@@ -149,6 +149,7 @@ def test_an_edited_model_gives_new_numbers(cache, tmp_path):
     assert position(cache, folder) == cos(2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "stiffness", "default", "other"),
     [
@@ -175,6 +176,7 @@ def test_a_changed_constant_gives_new_numbers(cache, tmp_path, header, stiffness
         assert position(cache, folder) == cos(frequency)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stdin", [False, True], ids=["-c", "stdin"])
 def test_a_model_typed_at_a_prompt_is_compiled_and_not_cached(cache, stdin):
     python(BUILTIN.replace("LAM", "0.9"), cache)
@@ -267,6 +269,8 @@ class SpinSpeed(NamedTuple):
 '''
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 def test_models_potentials_and_sections_of_ones_own(cache, tmp_path):
     """No fields, tuple fields, a potential with a helper method, sections: against the twins, compiled and from the cache."""
     folder = tmp_path / "user"
@@ -364,6 +368,8 @@ np.savez(PLACE, *results)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 def test_without_the_compiler_the_numbers_are_the_same(cache, tmp_path):
     """NUMBA_DISABLE_JIT=1: to 1e-13, for NumPy's own sqrt and log may round otherwise; NAFF to 1e-9."""
     import numpy as np

@@ -238,7 +238,7 @@ def locate(
 
 @jit
 def compact(rows, out, counts):
-    """Close the gaps that empty records leave in each orbit's row; counts (orbits,) becomes the crossings kept."""
+    """Close the gaps that empty records leave in each orbit's row, NaN after them; counts (orbits,) becomes the crossings kept."""
     width = RECORD + rows
     for o in range(out.shape[0]):
         kept = 0
@@ -247,4 +247,5 @@ def compact(rows, out, counts):
                 if kept != slot:
                     out[o, kept * width : (kept + 1) * width] = out[o, slot * width : (slot + 1) * width]
                 kept += 1
+        out[o, kept * width : counts[o] * width] = np.nan
         counts[o] = kept

@@ -243,7 +243,7 @@ def run_adaptive(
                 steps[orbit[i]] += 1
             if cadence == 0.0:
                 ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
-            write_now(progress, u, progress[u] + lanes)
+            write_now(progress, u, following - u * unit - lanes)
             i = 0
             while i < lanes:
                 o = orbit[i]
