@@ -73,12 +73,12 @@ def frequency_map(
     Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; method "birkhoff" or "naff"; angles: a value of
     `fastaff.angles` (default: those natural to the potential); step: for an adaptive scheme the interval between the states that
     are averaged (default: a sixteenth of a typical radian); fallback: relative error estimate above which a Birkhoff
-    value is replaced by the NAFF one where that has the smaller error (inf: never); the other options as in `integrate`.
+    value is replaced by the NAFF one where that has the smaller error and agrees with it (inf: never); the other options as in `integrate`.
     Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     Birkhoff: nu = sum w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop f = Q - c - i kappa P (see
     `fastaff.angles`), streamed over every step; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency
-    is damped by 1e-13 once d*time > 9.6. Centre and scale of each orbit come from a first pass of a sixteenth of the time.
+    is damped below 2e-12 once d*time > 9.6. Centre and scale of each orbit come from a first pass of a sixteenth of the time.
     NAFF: the leading line of the sampled loop, 4096 samples for each orbit, 1024 orbits in memory at a time.
     Errors: from the difference of the values of the two halves; it bounds the error of the whole, which converges faster, for
     99 % of regular orbits, and is the diffusion of chaotic ones. Memory of a Birkhoff map: about 70 numbers for each
@@ -230,8 +230,10 @@ class _Work:
             # A numerical orbit follows a slightly different energy: what its drift says counts as error, and so does rounding.
             drift = np.nan_to_num(energy_error(self.flow.model, self.ensemble), posinf=0.0)
             floor = (1e-13 + 2 * drift) * np.abs(self.nu).max(axis=0)
-            complete = self.reached & ((clocks[:, 0] == 0) | (shared[1] >= 0.999 * self.window))
-            self.error = np.where(complete, SAFETY * np.abs(self.halves[0] - self.halves[1]) + floor, np.inf)
+            # Where the clock ended before its window did, the missing part of the window counts as error too.
+            missing = np.where(clocks[:, 0] == 1, np.maximum(0.0, 1.0 - shared[1] / self.window), 0.0)
+            floor = floor + np.where(missing > 1e-3, missing, 0.0) * np.abs(self.nu).max(axis=0)
+            self.error = np.where(self.reached, SAFETY * np.abs(self.halves[0] - self.halves[1]) + floor, np.inf)
 
     def naff(self, chosen: np.ndarray) -> None:
         """Give the chosen (angle, orbit) pairs the leading line of their loop where its error is smaller than what is known."""
@@ -271,7 +273,9 @@ class _Work:
             return
         first, second, whole = (_leading(g, dt, 3) for g in (f[:, :half], f[:, half:], f))
         error = SAFETY * np.abs(first - second) + 1e-13 * np.abs(whole)
-        better = error < self.error[k, orbits]
+        # Another combination of the frequencies can have the largest line: agree with the average within its own error.
+        known = self.error[k, orbits]
+        better = (error < known) & ~(np.abs(whole - self.nu[k, orbits]) > known)
         chosen = orbits[better]
         self.nu[k, chosen], self.error[k, chosen] = whole[better], error[better]
         self.halves[0, k, chosen], self.halves[1, k, chosen] = first[better], second[better]

@@ -19,7 +19,7 @@ SHARED, WEIGHTS, PER_ANGLE = 14, 6, 5
 
 SHARPNESS = 30.0
 """beta of the weight exp(beta (sqrt(1 - x^2) - 1)) on -1 < x < 1 (Barnett, Magland & af Klinteberg 2019, SIAM J. Sci. Comput. 41,
-C479): a line further than beta/pi cycles per window from zero is damped by e^-beta ~ 1e-13."""
+C479): a line further than beta/pi cycles per window from zero is damped below 2e-12 of the mean weight."""
 
 
 @jit
