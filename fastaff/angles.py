@@ -24,6 +24,53 @@ from typing import NamedTuple
 import numpy as np
 
 
+class _DeformationLoops:
+    """What sets of loops in two combinations of A = alpha^2 and B = beta^2 share; `deformation_loops` attaches it."""
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False, True, True)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over the clock instead of time: none."""
+        return (0, 0, 0, 0)
+
+    def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
+        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
+        q, r = self.mix(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
+        s, t = self.mix(a1 * pa1 + a2 * pa2, b1 * pb1 + b2 * pb2)
+        zero = 0.0 * q
+        return q, zero, s, zero, r, zero, t, zero, a1, a2, pa1, pa2, b1, b2, pb1, pb2
+
+    def rates(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2, da1, da2, db1, db2, dpa1, dpa2, dpb1, dpb2):
+        """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
+        q, z, s, z, r, z, t, z, a1, a2, pa1, pa2, b1, b2, pb1, pb2 = self.signals(a1, a2, b1, b2, pa1, pa2, pb1, pb2)
+        dq, dr = self.mix(2 * (a1 * da1 + a2 * da2), 2 * (b1 * db1 + b2 * db2))
+        ds, dt = self.mix(
+            da1 * pa1 + da2 * pa2 + a1 * dpa1 + a2 * dpa2, db1 * pb1 + db2 * pb2 + b1 * dpb1 + b2 * dpb2
+        )
+        return (
+            (q, z, s, z, dq, z, ds, z)
+            + (r, z, t, z, dr, z, dt, z)
+            + (a1, a2, pa1, pa2, da1, da2, dpa1, dpa2)
+            + (b1, b2, pb1, pb2, db1, db2, dpb1, dpb2)
+            + (1.0 + z, z)
+        )
+
+
+def deformation_loops(cls):
+    """Complete a NamedTuple class into a set of angles: two loops in Q = mix(A, B), P = mix(alpha p_alpha, beta p_beta), and the planes.
+
+    `mix` is linear; all angles are averaged over time. A NamedTuple cannot inherit, so the methods are attached.
+    """
+    for name in ("planes", "clocks", "signals", "rates"):
+        setattr(cls, name, vars(_DeformationLoops)[name])
+    return cls
+
+
+@deformation_loops
 class AlphaBeta(NamedTuple):
     """Loops in (alpha^2, alpha p_alpha), (beta^2, beta p_beta), and the planes a and b; all averaged over time.
 
@@ -35,37 +82,12 @@ class AlphaBeta(NamedTuple):
         """Names of the angles."""
         return ("alpha", "beta", "eta", "gamma")
 
-    @property
-    def planes(self) -> tuple[bool, ...]:
-        """Which angles are those of a plane."""
-        return (False, False, True, True)
-
-    @property
-    def clocks(self) -> tuple[int, ...]:
-        """1 where an angle is averaged over the clock instead of time."""
-        return (0, 0, 0, 0)
-
-    def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
-        s, t = a1 * pa1 + a2 * pa2, b1 * pb1 + b2 * pb2
-        zero = 0.0 * A
-        return A, zero, s, zero, B, zero, t, zero, a1, a2, pa1, pa2, b1, b2, pb1, pb2
-
-    def rates(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2, da1, da2, db1, db2, dpa1, dpa2, dpb1, dpb2):
-        """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
-        A, z, s, z, B, z, t, z, a1, a2, pa1, pa2, b1, b2, pb1, pb2 = self.signals(a1, a2, b1, b2, pa1, pa2, pb1, pb2)
-        dA, ds = 2 * (a1 * da1 + a2 * da2), da1 * pa1 + da2 * pa2 + a1 * dpa1 + a2 * dpa2
-        dB, dt = 2 * (b1 * db1 + b2 * db2), db1 * pb1 + db2 * pb2 + b1 * dpb1 + b2 * dpb2
-        return (
-            (A, z, s, z, dA, z, ds, z)
-            + (B, z, t, z, dB, z, dt, z)
-            + (a1, a2, pa1, pa2, da1, da2, dpa1, dpa2)
-            + (b1, b2, pb1, pb2, db1, db2, dpb1, dpb2)
-            + (1.0 + z, z)
-        )
+    def mix(self, A, B):
+        """Return the two combinations that the loops are in."""
+        return A, B
 
 
+@deformation_loops
 class AreaTrace(NamedTuple):
     """Loops in (D1 D2, its rate), (r = D1^2 + D2^2, its rate), and the planes a and b; all averaged over time.
 
@@ -78,35 +100,9 @@ class AreaTrace(NamedTuple):
         """Names of the angles."""
         return ("area", "r", "eta", "gamma")
 
-    @property
-    def planes(self) -> tuple[bool, ...]:
-        """Which angles are those of a plane."""
-        return (False, False, True, True)
-
-    @property
-    def clocks(self) -> tuple[int, ...]:
-        """1 where an angle is averaged over the clock instead of time."""
-        return (0, 0, 0, 0)
-
-    def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
-        s, t = a1 * pa1 + a2 * pa2, b1 * pb1 + b2 * pb2
-        zero = 0.0 * A
-        return A - B, zero, s - t, zero, A + B, zero, s + t, zero, a1, a2, pa1, pa2, b1, b2, pb1, pb2
-
-    def rates(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2, da1, da2, db1, db2, dpa1, dpa2, dpb1, dpb2):
-        """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
-        d, z, x, z, r, z, y, z, a1, a2, pa1, pa2, b1, b2, pb1, pb2 = self.signals(a1, a2, b1, b2, pa1, pa2, pb1, pb2)
-        dA, ds = 2 * (a1 * da1 + a2 * da2), da1 * pa1 + da2 * pa2 + a1 * dpa1 + a2 * dpa2
-        dB, dt = 2 * (b1 * db1 + b2 * db2), db1 * pb1 + db2 * pb2 + b1 * dpb1 + b2 * dpb2
-        return (
-            (d, z, x, z, dA - dB, z, ds - dt, z)
-            + (r, z, y, z, dA + dB, z, ds + dt, z)
-            + (a1, a2, pa1, pa2, da1, da2, dpa1, dpa2)
-            + (b1, b2, pb1, pb2, db1, db2, dpb1, dpb2)
-            + (1.0 + z, z)
-        )
+    def mix(self, A, B):
+        """Return the two combinations that the loops are in."""
+        return A - B, A + B
 
 
 class RVartheta(NamedTuple):

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import files, plot
+from .angles import deformation_loops
 from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .models import Body, Hyperelastic, NeoHookean
@@ -29,6 +30,7 @@ Say = Callable[[str], None]
 Meter = Callable[[str], Any]
 
 
+@deformation_loops
 class NormalModes(NamedTuple):
     """Loops in alpha^2 + c beta^2 for two c, in which the breathing and the shear libration lead; and the planes a and b.
 
@@ -44,24 +46,9 @@ class NormalModes(NamedTuple):
         """Names of the angles."""
         return ("breathing", "shear", "eta", "gamma")
 
-    @property
-    def planes(self) -> tuple[bool, ...]:
-        """Which angles are those of a plane."""
-        return (False, False, True, True)
-
-    @property
-    def clocks(self) -> tuple[int, ...]:
-        """1 where an angle is averaged over a clock instead of time: none."""
-        return (0, 0, 0, 0)
-
-    def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
-        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
-        s, t = a1 * pa1 + a2 * pa2, b1 * pb1 + b2 * pb2
-        zero = 0.0 * A
-        first = (A + self.breathing * B, zero, s + self.breathing * t, zero)
-        second = (A + self.shear * B, zero, s + self.shear * t, zero)
-        return first + second + (a1, a2, pa1, pa2, b1, b2, pb1, pb2)
+    def mix(self, A, B):
+        """Return the two combinations that the loops are in."""
+        return A + self.breathing * B, A + self.shear * B
 
 
 @dataclass(frozen=True)
