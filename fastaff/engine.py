@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numba
@@ -16,7 +16,7 @@ import numpy as np
 from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES
-from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, positive, whole
+from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points, positive, whole
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed
 from .observers import Observer
@@ -229,9 +229,12 @@ class Flow:
 
 
 def make_flow(
-    model: Any, z0: np.ndarray, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
-) -> Flow:
-    """Check the options that every computation shares and return the flow; a missing fixed step is chosen by trial."""
+    model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
+) -> tuple[Flow, np.ndarray]:
+    """Check what every computation takes; return the flow and z0 as a fresh array (2n, orbits).
+
+    A missing fixed step is chosen by trial.
+    """
     checked_model(model)
     checked_scheme(scheme)
     count = default_threads() if threads is None else whole("threads", threads, 1)
@@ -239,9 +242,8 @@ def make_flow(
         raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
     size = math.inf if step is None else positive("step", step)
     flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
-    if flow.adaptive or step is not None:
-        return flow
-    return trial_flow(flow, z0)
+    z = phase_points("z0", z0, model)
+    return (flow if flow.adaptive or step is not None else trial_flow(flow, z)), z
 
 
 def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int = 128) -> Flow:
@@ -256,7 +258,7 @@ def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int 
     best, least = math.inf, math.inf
     rate = natural_rate(flow.model, sample)
     for k in range(13):
-        candidate = Flow(flow.model, flow.scheme, 0.4 / (rate * 2 ** (k / 2)), flow.rtol, flow.atol, flow.threads)
+        candidate = replace(flow, step=0.4 / (rate * 2 ** (k / 2)))
         ensemble = candidate.ensemble(sample.copy())
         candidate.advance(ensemble, observer, *no_memory(ensemble), time=20 / rate, observations=1)
         errors = energy_error(flow.model, ensemble)
@@ -265,7 +267,7 @@ def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int 
             best, least = candidate.step, worst
         if worst <= error:
             break
-    return Flow(flow.model, flow.scheme, best if math.isfinite(best) else 1e-3, flow.rtol, flow.atol, flow.threads)
+    return replace(flow, step=best if math.isfinite(best) else 1e-3)
 
 
 def natural_rate(model: Any, z: np.ndarray) -> float:

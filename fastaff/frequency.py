@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import phase_points, positive
+from .boundary import checked_model, positive
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow, mark_drift, natural_rate
 from .kernels.rotation import PER_ANGLE, SHARED, WEIGHTS
 from .naff import naff
@@ -91,10 +91,8 @@ def frequency_map(
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
     if isinstance(fallback, bool) or not (isinstance(fallback, (int, float)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
-    make_flow(body, np.zeros((0, 1)), scheme, 1.0, rtol, atol, threads)
-    angles = _checked_angles(angles, body)
-    z = phase_points("z0", z0, body)
-    flow = make_flow(body, z, scheme, step, rtol, atol, threads)
+    angles = _checked_angles(angles, checked_model(body))
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
     work = _Work(flow, angles, z, time, report)
     interrupted = False
     try:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import energy_drift, phase_points, positive, whole
+from .boundary import energy_drift, positive, whole
 from .engine import Interrupted, Report, energy_error, make_flow, mark_drift, no_memory
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
@@ -61,9 +61,7 @@ def integrate(
     time = positive("time", time)
     count = whole("samples", samples, 0)
     tolerance = positive("energy_tolerance", energy_tolerance)
-    make_flow(body, np.zeros((0, 1)), scheme, 1.0, rtol, atol, threads)
-    z = phase_points("z0", z0, body)
-    flow = make_flow(body, z, scheme, step, rtol, atol, threads)
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
     ensemble = flow.ensemble(z)
     rows, orbits = z.shape
     observer, (memory, out) = observers.nothing(), no_memory(ensemble)

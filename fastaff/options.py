@@ -206,7 +206,7 @@ class Run:
         from .schemes import scheme_named
 
         scheme = scheme_named(self.scheme.replace("-", "_"))
-        flow = make_flow(body, z0, scheme, self.step, 1e-12, 1e-12, self.threads)
+        flow, _ = make_flow(body, z0, scheme, self.step, 1e-12, 1e-12, self.threads)
         return {"scheme": scheme, "step": flow.step if math.isfinite(flow.step) else None, "threads": flow.threads}
 
 

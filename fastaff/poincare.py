@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import checked_section, energy_drift, phase_points, positive, whole
+from .boundary import checked_model, checked_section, energy_drift, positive, whole
 from .charts import Chart
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow
 from .kernels import crossings as kernels
@@ -82,10 +82,8 @@ def poincare_map(
     """
     wanted = whole("crossings", crossings, 1)
     max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
-    make_flow(body, np.zeros((0, 1)), scheme, 1.0, rtol, atol, threads)
-    checked_section(section, body)
-    z = phase_points("z0", z0, body)
-    flow = make_flow(body, z, scheme, step, rtol, atol, threads)
+    checked_section(section, checked_model(body))
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
     ensemble = flow.ensemble(z)
     rows, orbits = z.shape
     width = kernels.RECORD + rows
@@ -118,7 +116,7 @@ def _start(memory: np.ndarray, section: Any, z: np.ndarray) -> None:
 def _rounds(flow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
-    Records survive an interruption: those not yet located are located before it is passed on.
+    After an interruption the records so far are located before it is passed on; what is not located is never kept.
     """
     rows = ensemble.z.shape[0]
     width = kernels.RECORD + rows
@@ -132,10 +130,10 @@ def _rounds(flow, ensemble: Ensemble, section, wanted, observer, memory, out, ma
         written = memory[5].astype(np.int64)
         slot = np.arange(out.shape[1] // width)
         where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))
-        if interrupted:
-            out.reshape(-1, width)[where[LAST_RECORDS:], 1] = kernels.NOTHING
-            where = where[:LAST_RECORDS]
-        flow.locate(section, out.reshape(-1, width), where, None)
+        try:
+            flow.locate(section, out.reshape(-1, width), where[:LAST_RECORDS] if interrupted else where)
+        except KeyboardInterrupt:
+            interrupted = True
         kernels.compact(rows, out, written)
         memory[5], memory[6] = written, written
         located = written

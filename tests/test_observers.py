@@ -21,7 +21,7 @@ def z0():
 
 
 def run(observer, memory, columns, z0):
-    flow = make_flow(BODY, z0, KAHAN_LI8, 0.1, 1e-12, 1e-12, None)
+    flow, _ = make_flow(BODY, z0, KAHAN_LI8, 0.1, 1e-12, 1e-12, None)
     ensemble, out = flow.ensemble(z0.copy()), np.zeros((z0.shape[1], columns))
     flow.advance(ensemble, observer, memory, out, time=TIME, refill=True)
     return ensemble, out

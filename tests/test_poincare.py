@@ -29,6 +29,7 @@ from fastaff import (
     OrbitError,
     Status,
     energy_grid,
+    engine,
     poincare_map,
 )
 from fastaff.boundary import energy_scale
@@ -442,3 +443,21 @@ def test_ctrl_c_stops_integrate(options, time):
         time,
         f"assert np.isfinite(partial.z).all() and (partial.t < {time}).all() and partial.t.max() > 1",
     )
+
+
+@pytest.mark.parametrize("located", [0, 40], ids=["none located", "some located"])
+def test_ctrl_c_while_crossings_are_located_keeps_only_located_ones(monkeypatch, located):
+    locate = engine.Flow.locate
+
+    def stopped(self, section, records, where, *rest):
+        locate(self, section, records, where[:located], *rest)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engine.Flow, "locate", stopped)
+    with pytest.raises(engine.Interrupted) as caught:
+        poincare_map(BODY, states(BODY, 10, seed=3), section=AlphaTurning(), crossings=8, max_time=200.0, step=0.1)
+    partial = caught.value.partial
+    assert partial.counts.sum() == located
+    assert (np.isfinite(partial.times).sum(axis=1) == partial.counts).all()
+    assert np.abs(AlphaTurning()(partial.points[np.isfinite(partial.times)].T)).max(initial=0) < 1e-12
+    assert np.isin(partial.status, (Status.OK, Status.INTERRUPTED)).all()

@@ -15,8 +15,8 @@ from .stepping import advance
 RECORD = 4
 """Numbers before the state in a record: time, kind, lower and upper fractional step."""
 
-NOTHING, CERTAIN, LOWER, UPPER = 0.0, 1.0, 2.0, 3.0
-"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps."""
+NOTHING, CERTAIN, LOWER, UPPER, LOCATED = 0.0, 1.0, 2.0, 3.0, 4.0
+"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located crossing."""
 
 MEMORY = 7
 """Rows of observer memory before the state: section function now, one and two steps ago; times one and two steps ago;
@@ -159,7 +159,8 @@ def locate(
     All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the step, is as
     small as rounding. A
     suspected pair is first split at the extremum of the section function; where that has no other sign, or the wrong
-    direction, the record becomes empty. Afterwards a record holds time, kind, section function, energy slot and state.
+    direction, the record becomes empty. Afterwards a record holds time, kind, section function and,
+    from RECORD on, the state.
     """
     count = where.size
     size = rows * LANES
@@ -229,7 +230,7 @@ def locate(
         for i in range(lanes):
             o = where[first + i]
             records[o, 0] += tau[i]
-            records[o, 1] = NOTHING if kind[i] == NOTHING else CERTAIN
+            records[o, 1] = NOTHING if kind[i] == NOTHING else LOCATED
             records[o, 2] = f[i]
             for r in range(rows):
                 records[o, RECORD + r] = z[r * LANES + i]
@@ -238,12 +239,12 @@ def locate(
 
 @jit
 def compact(rows, out, counts):
-    """Close the gaps that empty records leave in each orbit's row, NaN after them; counts (orbits,) becomes the crossings kept."""
+    """Keep the located records of each orbit's row, without gaps, NaN after them; counts (orbits,) becomes their number."""
     width = RECORD + rows
     for o in range(out.shape[0]):
         kept = 0
         for slot in range(counts[o]):
-            if out[o, slot * width + 1] != NOTHING:
+            if out[o, slot * width + 1] == LOCATED:
                 if kept != slot:
                     out[o, kept * width : (kept + 1) * width] = out[o, slot * width : (slot + 1) * width]
                 kept += 1
