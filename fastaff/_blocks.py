@@ -197,6 +197,15 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int) -> Any:
     return _compiled(kind, constructor, tuple(classes.items()), _BODIES[kind](degrees_of_freedom), ())
 
 
+def function_block(function: Any, variable: str) -> Any:
+    """Return the compiled block of a function of one variable: its `regular(s)`, or value(x) with the text `variable` for x(s)."""
+    classes: dict[type, str] = {}
+    constructor = _walk(function, [], classes)
+    term = "regular(z[i])" if hasattr(function, "regular") else f"value({variable.format('z[i]')})"
+    body = f"    for i in range(lanes):\n        result[i] = value.{term}\n"
+    return _compiled("value", constructor, tuple(classes.items()), body, (("np", np),))
+
+
 def idle_block(kind: str) -> Any:
     """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
     return _compiled(kind, "0.0", (), "    return\n", ())
@@ -273,8 +282,15 @@ def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
     if id(function) in seen:
         return True
     seen.add(id(function))
-    if function.__closure__:
-        return False
+    for cell in function.__closure__ or ():
+        entry = cell.cell_contents
+        if isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):
+            if not _fingerprint(entry, digest, seen):
+                return False
+        elif isinstance(entry, (int, float, complex, str)):
+            digest.update(repr(entry).encode())
+        else:
+            return False
     for default in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
         if not isinstance(default, (int, float, complex, str, tuple, np.generic)):
             return False

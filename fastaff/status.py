@@ -15,6 +15,9 @@ TOO_FEW_CROSSINGS_CODE = 5
 NOT_CONVERGED_CODE = 6
 INTERRUPTED_CODE = 7
 STEP_TOO_SMALL_CODE = 8
+UNBOUND_CODE = 9
+ACTION_ZERO_CODE = 10
+SEPARATRIX_CODE = 11
 
 
 class Status(IntEnum):
@@ -29,6 +32,9 @@ class Status(IntEnum):
     NOT_CONVERGED = NOT_CONVERGED_CODE
     INTERRUPTED = INTERRUPTED_CODE
     STEP_TOO_SMALL = STEP_TOO_SMALL_CODE
+    UNBOUND = UNBOUND_CODE
+    ACTION_ZERO = ACTION_ZERO_CODE
+    SEPARATRIX = SEPARATRIX_CODE
 
     @property
     def sentence(self) -> str:
@@ -46,6 +52,10 @@ _SENTENCES = {
     Status.NOT_CONVERGED: "an iteration did not reach its tolerance",
     Status.INTERRUPTED: "stopped by the user before its end",
     Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time",
+    Status.UNBOUND: "no torus: a coordinate has no turning point on one side (it escapes, or falls to alpha = beta = 0)",
+    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, NaN in theta says which",
+    Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that is NaN has "
+    "two limits, one from each side",
 }
 
 

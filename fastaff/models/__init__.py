@@ -1,6 +1,39 @@
 """Models: NamedTuples of float parameters whose plain methods are the physics (layer L1)."""
 
 from .body import Body, HenonHeiles
+from .functions import (
+    Barriers,
+    CoshOscillator,
+    Cosine,
+    CosOscillator,
+    Oscillator,
+    Secant,
+    Spring,
+    Zero,
+    one_variable,
+)
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
+from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
-__all__ = ["Anharmonic", "Body", "Harmonic", "HeavyTop", "HenonHeiles", "Hyperelastic", "NeoHookean"]
+__all__ = [
+    "Anharmonic",
+    "Barriers",
+    "Body",
+    "CosOscillator",
+    "CoshOscillator",
+    "Cosine",
+    "Harmonic",
+    "HeavyTop",
+    "HenonHeiles",
+    "Hyperelastic",
+    "NeoHookean",
+    "Oscillator",
+    "Secant",
+    "SeparableAlphaBeta",
+    "SeparableElliptic",
+    "SeparableRVartheta",
+    "Spring",
+    "StackelBody",
+    "Zero",
+    "one_variable",
+]

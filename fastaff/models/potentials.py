@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..angles import AlphaBeta, AreaTrace, RVartheta
+from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring
+from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta
 
 
 class Harmonic(NamedTuple):
@@ -25,6 +27,21 @@ class Harmonic(NamedTuple):
     def angles(self) -> AlphaBeta:
         """Angle variables natural to this potential."""
         return AlphaBeta()
+
+    @property
+    def alpha_beta(self) -> SeparableAlphaBeta:
+        """The potential as a member of the family that separates in (alpha, beta)."""
+        return SeparableAlphaBeta(Oscillator(self.C), Oscillator(self.C))
+
+    @property
+    def r_vartheta(self) -> SeparableRVartheta:
+        """The potential as a member of the family that separates in (r, vartheta)."""
+        return SeparableRVartheta(Spring(self.C), Barriers())
+
+    @property
+    def elliptic(self) -> SeparableElliptic:
+        """The potential as a member of the family that separates in (kappa, lambda)."""
+        return SeparableElliptic(CoshOscillator(self.C), CosOscillator(self.C))
 
     def value(self, A, B):
         """Return V."""
@@ -57,6 +74,21 @@ class Anharmonic(NamedTuple):
         """Angle variables natural to this potential."""
         return AlphaBeta()
 
+    @property
+    def alpha_beta(self) -> SeparableAlphaBeta:
+        """The potential as a member of the family that separates in (alpha, beta)."""
+        return SeparableAlphaBeta(Oscillator(self.C, 2 * self.C), Oscillator(self.C))
+
+    @property
+    def r_vartheta(self) -> SeparableRVartheta:
+        """The potential as a member of the family that separates in (r, vartheta)."""
+        return SeparableRVartheta(Spring(self.C), Barriers(2 * self.C))
+
+    @property
+    def elliptic(self) -> SeparableElliptic:
+        """The potential as a member of the family that separates in (kappa, lambda)."""
+        return SeparableElliptic(CoshOscillator(self.C, 2 * self.C), CosOscillator(self.C, 2 * self.C))
+
     def value(self, A, B):
         """Return V."""
         return self.C * ((A + B) / 2 + 2 / A)
@@ -87,6 +119,11 @@ class Hyperelastic(NamedTuple):
     def angles(self) -> RVartheta:
         """Angle variables natural to this potential."""
         return RVartheta()
+
+    @property
+    def r_vartheta(self) -> SeparableRVartheta:
+        """The potential as a member of the family that separates in (r, vartheta)."""
+        return SeparableRVartheta(Spring(self.C), Secant(2 * self.C))
 
     def value(self, A, B):
         """Return V."""
@@ -121,6 +158,11 @@ class HeavyTop(NamedTuple):
     def angles(self) -> RVartheta:
         """Angle variables natural to this potential."""
         return RVartheta()
+
+    @property
+    def r_vartheta(self) -> SeparableRVartheta:
+        """The potential as a member of the family that separates in (r, vartheta)."""
+        return SeparableRVartheta(Spring(self.C), Cosine(self.A))
 
     def value(self, A, B):
         """Return V."""

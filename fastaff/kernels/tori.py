@@ -1,0 +1,297 @@
+"""Actions, frequencies and angles of many states of a separable body by quadrature (layer L2).
+
+Constants c = (c0, c1, c_eta, c_gamma): two of the chart and the squares of the angular momenta over 2 mu with the angular potentials,
+c_eta = p_eta^2/(2 mu) + V_eta. Coordinate i has the coefficients u = LINKS[chart, i] c of `libration`, so
+dJ_i/dc = LINKS^T (D0...D3), dE = dc0 (+ dc1 in the alpha-beta chart), and nu = dE/dJ, theta = (dJ/dc)^-T (partial integrals).
+"""
+
+import numba
+import numpy as np
+
+from .._jit import jit
+from ..status import ACTION_ZERO_CODE, OK_CODE, SEPARATRIX_CODE
+from .libration import (
+    ACTION,
+    D0,
+    ERROR,
+    LINE,
+    MOST,
+    RADIAL,
+    RESULTS,
+    ROWS,
+    S1,
+    S2,
+    SINE,
+    SINH,
+    T2,
+    W0,
+    WIDTH,
+    librate,
+    limits,
+)
+
+ALPHA_BETA, R_VARTHETA, ELLIPTIC = 0, 1, 2
+KINDS = np.array([[RADIAL, RADIAL], [RADIAL, SINE], [SINH, SINE]])
+UNIT = 64
+"""States that a thread takes at once."""
+
+ROTATION = 256
+"""Nodes over a turn of an angle that has a potential."""
+
+
+def _links():
+    """Return du_k/dc_j (chart, coordinate, k, j)."""
+    links = np.zeros((3, 2, 4, 4))
+    links[0, 0, 0, 0], links[0, 0, 3, 2] = 1, -1
+    links[0, 1, 0, 1], links[0, 1, 3, 3] = 1, -1
+    links[1, 0, 0, 0], links[1, 0, 3, 1] = 1, -1
+    links[1, 1, 0, 1], links[1, 1, 2, 2], links[1, 1, 3, 3] = 1, -1, -1
+    links[2, 0, 1, 0], links[2, 0, 0, 1], links[2, 0, 2, 2], links[2, 0, 3, 3] = 2, -2, 1, -1
+    links[2, 1, 0, 1], links[2, 1, 1, 0], links[2, 1, 2, 2], links[2, 1, 3, 3] = 2, -2, -1, -1
+    return links
+
+
+LINKS = _links()
+ENERGY = np.array([[1.0, 1.0], [1.0, 0.0], [1.0, 0.0]])
+"""dE/dc0, dE/dc1 of each chart."""
+
+
+@jit
+def place(chart, z, k, where):
+    """Write s, t, root = sqrt(F) with its sign of both coordinates of state k to where (2, 3)."""
+    A, B = z[0, k] * z[0, k] + z[1, k] * z[1, k], z[2, k] * z[2, k] + z[3, k] * z[3, k]
+    pA, pB = z[0, k] * z[4, k] + z[1, k] * z[5, k], z[2, k] * z[6, k] + z[3, k] * z[7, k]
+    r = A + B
+    if chart == ALPHA_BETA:
+        where[0, 0], where[0, 1], where[0, 2] = A, 1.0, pA
+        where[1, 0], where[1, 1], where[1, 2] = B, 1.0, pB
+    elif chart == R_VARTHETA:
+        where[0, 0], where[0, 1], where[0, 2] = r, 1.0, pA + pB
+        where[1, 0], where[1, 1], where[1, 2] = B / r, A / r, (A * pB - B * pA) / r
+    else:
+        sigma = r / 2 - 1
+        root = np.sqrt(sigma * sigma + 2 * B)
+        large = (abs(sigma) + root) / 2
+        small = B / (2 * large) if large > 0.0 else 0.0
+        s = large if sigma >= 0 else small
+        t = small if sigma >= 0 else large
+        where[0, 0], where[0, 1], where[0, 2] = s, 1 + s, s * pA + (1 + s) * pB
+        where[1, 0], where[1, 1], where[1, 2] = t, A / (2 * (1 + s)), -t * pA + A / (2 * (1 + s)) * pB
+
+
+@jit
+def separate(chart, mu, z, k, where, U, V, c):
+    """Write the constants c (4,) of state k; U (2,) are the coordinates' potentials, V (2,) those of eta and gamma."""
+    A, B = z[0, k] * z[0, k] + z[1, k] * z[1, k], z[2, k] * z[2, k] + z[3, k] * z[3, k]
+    p_eta, p_gamma = z[0, k] * z[5, k] - z[1, k] * z[4, k], z[2, k] * z[7, k] - z[3, k] * z[6, k]
+    T_a = (z[4, k] * z[4, k] + z[5, k] * z[5, k]) / (2 * mu)
+    T_b = (z[6, k] * z[6, k] + z[7, k] * z[7, k]) / (2 * mu)
+    wall_a = V[0] / A if V[0] != 0.0 else 0.0
+    wall_b = V[1] / B if V[1] != 0.0 else 0.0
+    c[2], c[3] = p_eta * p_eta / (2 * mu) + V[0], p_gamma * p_gamma / (2 * mu) + V[1]
+    if chart == ALPHA_BETA:
+        c[0], c[1] = T_a + U[0] + wall_a, T_b + U[1] + wall_b
+        return
+    square = 0.0
+    for i in range(4):
+        for j in range(i):
+            turn = z[i, k] * z[4 + j, k] - z[j, k] * z[4 + i, k]
+            square += turn * turn
+    h = square / (2 * mu)
+    if chart == R_VARTHETA:
+        r = where[0, 0]
+        c[1] = h + U[1] + r * wall_a + r * wall_b
+        c[0] = T_a + T_b + U[0] + (U[1] + r * wall_a + r * wall_b) / r
+    else:
+        s, t, t_c = where[0, 0], where[1, 0], where[1, 1]
+        width = s + t
+        c[0] = T_a + T_b + (U[0] + U[1]) / (2 * width) + wall_a + wall_b
+        c[1] = T_a + h / 2 + (U[0] * t_c + U[1] * (1 + s)) / (2 * width)
+        c[1] += V[0] * (2 + s - t) / (2 * (1 + s) * t_c) if V[0] != 0.0 else 0.0
+        c[1] += V[1] * (1 + s - t) / (2 * s * t) if V[1] != 0.0 else 0.0
+
+
+@jit
+def coefficients(chart, i, c, u):
+    """Write the coefficients u (4,) of coordinate i."""
+    for row in range(4):
+        u[row] = 0.0
+        for j in range(4):
+            u[row] += LINKS[chart, i, row, j] * c[j]
+
+
+@jit
+def _rotate(potential, params, mu, c, at, momentum, u, work, out):
+    """An angle that turns over or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
+    angle, V = work[0], work[1]
+    highest = -np.inf
+    for k in range(ROTATION):
+        angle[k] = (k + 0.5) * 2 * np.pi / ROTATION
+    potential(params, ROTATION, angle, V)
+    for k in range(ROTATION):
+        highest = max(highest, V[k])
+    if not highest < c:
+        u[0] = c
+        return librate(potential, params, mu, u, LINE, u, at, 1.0, momentum, 1e-14, work, out)
+    action, slope, sine_sums = 0.0, 0.0, 0.0
+    for k in range(ROTATION):
+        p = np.sqrt(2 * mu * (c - V[k]))
+        action += p
+        V[k] = mu / p
+        slope += V[k]
+    turns = at / (2 * np.pi)
+    for n in range(1, ROTATION // 2):
+        a, b = 0.0, 0.0
+        for k in range(ROTATION):
+            a += V[k] * np.cos(n * angle[k])
+            b += V[k] * np.sin(n * angle[k])
+        sine_sums += (a * np.sin(n * at) + b * (1 - np.cos(n * at))) / n
+    sign = 1.0 if momentum >= 0.0 else -1.0
+    step = 2 * np.pi / ROTATION
+    out[ACTION], out[D0], out[WIDTH] = sign * step * action, sign * step * slope, 1.0
+    out[W0] = sign * (step * slope * turns + step / np.pi * sine_sums)
+    out[ERROR] = 1e-16
+    return OK_CODE
+
+
+@jit
+def solve2(M, right, transposed, answer):
+    """Solve the 2 x 2 system M x = right, or M^T x = right."""
+    b, c = (M[1, 0], M[0, 1]) if transposed else (M[0, 1], M[1, 0])
+    determinant = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
+    answer[0] = (right[0] * M[1, 1] - b * right[1]) / determinant
+    answer[1] = (M[0, 0] * right[1] - c * right[0]) / determinant
+
+
+@jit
+def derivatives(chart, mu, momenta, angular, results, M, N):
+    """Write M = dJ_i/dc_j (i, j of the coordinates) and N = dJ_i/d(p_eta, p_gamma), or d(c_eta, c_gamma) where `angular`."""
+    for i in range(2):
+        for j in range(4):
+            total = 0.0
+            for k in range(4):
+                if LINKS[chart, i, k, j] != 0.0:
+                    total += LINKS[chart, i, k, j] * results[i, D0 + k]
+            if j < 2:
+                M[i, j] = total
+            elif angular[j - 2]:
+                N[i, j - 2] = total
+            else:
+                p = momenta[j - 2]
+                # On the axis with p = 0 the derivative jumps from +pi to -pi: it has no value.
+                N[i, j - 2] = p / mu * total if p != 0.0 or np.isfinite(total) else np.nan
+
+
+@jit
+def _state(
+    chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where, small, results,
+    J, nu, theta, turning, constants, error,
+):  # fmt: skip
+    """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
+    place(chart, z, k, where)
+    c, u, U, V, at, momenta, pair = small[0], small[1], small[2], small[3], small[4], small[5], small[6]
+    answer, turn, partial, M, N = small[7], small[8], small[9], small[10:12], small[12:14]
+    V[0], V[1] = 0.0, 0.0
+    first(first_p, 1, where[0, :1], work[2])
+    U[0] = work[2, 0]
+    second(second_p, 1, where[1, :1], work[2])
+    U[1] = work[2, 0]
+    for a in range(2):
+        i, j = 2 * a, 2 * a + 1
+        at[a] = np.arctan2(z[j, k], z[i, k]) if z[j, k] != 0.0 or z[i, k] != 0.0 else np.arctan2(z[4 + j, k], z[4 + i, k])
+        momenta[a] = z[i, k] * z[4 + j, k] - z[j, k] * z[4 + i, k]
+    if angular[0]:
+        eta_V(eta_p, 1, at, work[2])
+        V[0] = work[2, 0]
+    if angular[1]:
+        gamma_V(gamma_p, 1, at[1:], work[2])
+        V[1] = work[2, 0]
+    separate(chart, mu, z, k, where, U, V, c)
+    for j in range(4):
+        constants[j, k] = c[j]
+    coefficients(chart, 0, c, u)
+    code = librate(
+        first, first_p, mu, u, KINDS[chart, 0], ends[0], where[0, 0], where[0, 1], where[0, 2], 1e-14, work, results[0]
+    )
+    if code != OK_CODE:
+        return code
+    coefficients(chart, 1, c, u)
+    code = librate(
+        second, second_p, mu, u, KINDS[chart, 1], ends[1], where[1, 0], where[1, 1], where[1, 2], 1e-14, work, results[1]
+    )
+    if code != OK_CODE:
+        return code
+    for i in range(2):
+        turning[i, 0, k], turning[i, 1, k], turning[i, 2, k] = results[i, S1], results[i, S2], results[i, T2]
+    code = OK_CODE
+    derivatives(chart, mu, momenta, angular, results, M, N)
+    for a in range(2):
+        if not angular[a]:
+            J[2 + a, k], turn[a], partial[a] = 2 * np.pi * momenta[a], 2 * np.pi, at[a]
+            continue
+        if a == 0:
+            code = _rotate(eta_V, eta_p, mu, c[2], at[0], momenta[0], u, work, results[2])
+        else:
+            code = _rotate(gamma_V, gamma_p, mu, c[3], at[1], momenta[1], u, work, results[2])
+        if code != OK_CODE:
+            return code
+        J[2 + a, k], turn[a], partial[a] = results[2, ACTION], results[2, D0], results[2, W0]
+    solve2(M, ENERGY[chart], True, answer)
+    nu[0, k], nu[1, k] = answer[0], answer[1]
+    J[0, k], J[1, k] = results[0, ACTION], results[1, ACTION]
+    for a in range(2):
+        nu[2 + a, k] = -(answer[0] * N[0, a] + answer[1] * N[1, a]) / turn[a]
+        if np.isnan(N[0, a]) or np.isnan(N[1, a]):
+            code = SEPARATRIX_CODE
+    for j in range(2):
+        pair[j] = 0.0
+        for i in range(2):
+            for row in range(4):
+                if LINKS[chart, i, row, j] != 0.0:
+                    pair[j] += LINKS[chart, i, row, j] * results[i, W0 + row]
+    solve2(M, pair, True, answer)
+    for a in range(2):
+        total = 0.0
+        for i in range(2):
+            for row in range(2, 4):
+                if LINKS[chart, i, row, 2 + a] != 0.0:
+                    total += LINKS[chart, i, row, 2 + a] * results[i, W0 + row]
+        factor = 1.0 if angular[a] else momenta[a] / mu
+        partial[a] += factor * total if factor != 0.0 else 0.0
+        theta[2 + a, k] = (partial[a] - answer[0] * N[0, a] - answer[1] * N[1, a]) / turn[a]
+    for i in range(2):
+        theta[i, k] = answer[i]
+        if results[i, WIDTH] <= 0.0:
+            theta[i, k] = np.nan
+            code = ACTION_ZERO_CODE if code == OK_CODE else code
+    for i in range(4):
+        theta[i, k] -= np.floor(theta[i, k])
+        if theta[i, k] >= 1.0:
+            theta[i, k] = 0.0
+    error[k] = max(results[0, ERROR], results[1, ERROR])
+    return code
+
+
+@jit(parallel=True)
+def tori_by_quadrature(
+    chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, z, J, nu, theta, turning, constants,
+    error, status, stop, progress,
+):  # fmt: skip
+    """z (8, n) -> J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
+    n = z.shape[1]
+    for unit in numba.prange(progress.size):
+        if stop[0] != 0:
+            continue
+        work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 3))
+        small, ends = np.zeros((14, 4)), np.zeros((2, 2))
+        limits(first, first_p, KINDS[chart, 0], work, ends[0])
+        limits(second, second_p, KINDS[chart, 1], work, ends[1])
+        for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+            status[k] = _state(
+                chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where,
+                small, results, J, nu, theta, turning, constants, error,
+            )  # fmt: skip
+            if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):
+                for i in range(4):
+                    J[i, k], nu[i, k], theta[i, k] = np.nan, np.nan, np.nan
+        progress[unit] = 1

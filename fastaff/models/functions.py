@@ -1,0 +1,280 @@
+"""Functions of one variable, the building blocks of separable potentials (layer L1).
+
+A function is a NamedTuple of float parameters with `value(x)` and `slope(x)` (and `curvature(x)` for tangent maps), on floats and
+arrays, +inf where it does not live. It may give `regular(s)` too: its value in the variable in which its coordinate's motion is
+regular, s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda); else value(x(s)) is used. `one_variable` makes one
+of a plain Python function.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import namedtuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+COMPLEX_STEP = 1e-100
+
+
+class Zero(NamedTuple):
+    """V = 0.
+
+    Source: Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
+    """
+
+    def value(self, x):
+        """Return V."""
+        return 0.0 * x
+
+    def slope(self, x):
+        """Return dV/dx."""
+        return 0.0 * x
+
+    def curvature(self, x):
+        """Return d2V/dx2."""
+        return 0.0 * x
+
+
+class Oscillator(NamedTuple):
+    """V = k x^2/2 + c/x^2 of x = alpha or beta.
+
+    Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
+    """
+
+    k: float = 1.0
+    c: float = 0.0
+
+    def value(self, x):
+        """Return V."""
+        return self.k * x * x / 2 + self.c / (x * x) if self.c != 0 else self.k * x * x / 2
+
+    def slope(self, x):
+        """Return dV/dx."""
+        return self.k * x - 2 * self.c / (x * x * x) if self.c != 0 else self.k * x
+
+    def curvature(self, x):
+        """Return d2V/dx2."""
+        return self.k + 6 * self.c / (x * x * x * x) if self.c != 0 else self.k + 0.0 * x
+
+    def regular(self, s):
+        """Return V at s = x^2."""
+        return self.k * s / 2 + self.c / s if self.c != 0 else self.k * s / 2
+
+
+class Spring(NamedTuple):
+    """V_r = k r/2 + c/r: the oscillator in r = rho^2, with the centrifugal-like term of V_vartheta = c.
+
+    Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
+    """
+
+    k: float = 1.0
+    c: float = 0.0
+
+    def value(self, r):
+        """Return V."""
+        return self.k * r / 2 + self.c / r if self.c != 0 else self.k * r / 2
+
+    def slope(self, r):
+        """Return dV/dr."""
+        return self.k / 2 - self.c / (r * r)
+
+    def curvature(self, r):
+        """Return d2V/dr2."""
+        return 2 * self.c / (r * r * r)
+
+    def regular(self, s):
+        """Return V at s = r."""
+        return self.value(s)
+
+
+class Barriers(NamedTuple):
+    """V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2): constants V_eta, V_gamma, or walls at alpha = 0 and beta = 0.
+
+    Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
+    """
+
+    c_alpha: float = 0.0
+    c_beta: float = 0.0
+
+    def value(self, vartheta):
+        """Return V."""
+        return self.regular(np.sin(vartheta / 2) ** 2)
+
+    def slope(self, vartheta):
+        """Return dV/dvartheta."""
+        c, s = np.cos(vartheta / 2), np.sin(vartheta / 2)
+        wall = self.c_alpha * s / (c * c * c) if self.c_alpha != 0 else 0.0 * c
+        return wall - self.c_beta * c / (s * s * s) if self.c_beta != 0 else wall
+
+    def regular(self, s):
+        """Return V at s = sin^2(vartheta/2)."""
+        wall = self.c_alpha / (1 - s) if self.c_alpha != 0 else 0.0 * s
+        return wall + self.c_beta / s if self.c_beta != 0 else wall
+
+
+class Secant(NamedTuple):
+    """V_vartheta = k/cos(vartheta), +inf from vartheta = pi/2 (det phi = 0) on.
+
+    Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
+    """
+
+    k: float = 2.0
+
+    def value(self, vartheta):
+        """Return V."""
+        return self.k / np.maximum(np.cos(vartheta), 0.0)
+
+    def slope(self, vartheta):
+        """Return dV/dvartheta."""
+        c = np.cos(vartheta)
+        return self.k * np.sin(vartheta) / (c * c)
+
+    def regular(self, s):
+        """Return V at s = sin^2(vartheta/2)."""
+        return self.k / np.maximum(1 - 2 * s, 0.0)
+
+
+class Cosine(NamedTuple):
+    """V_vartheta = k cos(vartheta), the heavy top.
+
+    Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
+    """
+
+    k: float = 1.0
+
+    def value(self, vartheta):
+        """Return V."""
+        return self.k * np.cos(vartheta)
+
+    def slope(self, vartheta):
+        """Return dV/dvartheta."""
+        return -self.k * np.sin(vartheta)
+
+    def regular(self, s):
+        """Return V at s = sin^2(vartheta/2)."""
+        return self.k * (1 - 2 * s)
+
+
+class CoshOscillator(NamedTuple):
+    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): what the oscillator and a wall c/alpha^2 are in the elliptic chart.
+
+    Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    """
+
+    k: float = 1.0
+    c: float = 0.0
+
+    def value(self, kappa):
+        """Return V."""
+        return self.k / 2 * np.cosh(2 * kappa) ** 2 - self.c / np.cosh(kappa) ** 2
+
+    def slope(self, kappa):
+        """Return dV/dkappa."""
+        return 2 * self.k * np.cosh(2 * kappa) * np.sinh(2 * kappa) + 2 * self.c * np.tanh(kappa) / np.cosh(kappa) ** 2
+
+    def regular(self, s):
+        """Return V at s = sinh^2(kappa)."""
+        return self.k / 2 * (1 + 2 * s) * (1 + 2 * s) - self.c / (1 + s)
+
+
+class CosOscillator(NamedTuple):
+    """V_lambda = -(k/2) cos^2(2 lambda) + c/cos^2(lambda): the partner of `CoshOscillator`.
+
+    Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    """
+
+    k: float = 1.0
+    c: float = 0.0
+
+    def value(self, lam):
+        """Return V."""
+        return self.regular(np.sin(lam) ** 2)
+
+    def slope(self, lam):
+        """Return dV/dlambda."""
+        c, s = np.cos(lam), np.sin(lam)
+        wall = 2 * self.c * s / (c * c * c) if self.c != 0 else 0.0 * s
+        return 2 * self.k * np.cos(2 * lam) * np.sin(2 * lam) + wall
+
+    def regular(self, s):
+        """Return V at s = sin^2(lambda)."""
+        oscillator = -self.k / 2 * (1 - 2 * s) * (1 - 2 * s)
+        return oscillator + self.c / (1 - s) if self.c != 0 else oscillator
+
+
+def one_variable(value: Callable, slope: Callable | None = None, curvature: Callable | None = None) -> Any:
+    """Make a function of one variable for a separable potential from plain Python functions.
+
+    value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form that Numba
+    compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for an analytic formula
+    and twice the cost. Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time
+    values write a NamedTuple with the same methods, like those of `fastaff.models.functions`.
+    Returns a NamedTuple with `value`, `slope` and, where given, `curvature`.
+    Raises TypeError for what is not such a function, ValueError where it is not vectorised or not real.
+    Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
+    """
+    for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
+        if function is not None:
+            _check_function(name, function)
+    if slope is None:
+        slope = _complex_slope(value)
+    methods = {"value": value, "slope": slope, "curvature": curvature}
+    cls: type = namedtuple(getattr(value, "__name__", "function").replace("<lambda>", "function"), [])
+    for name, function in methods.items():
+        if function is not None:
+            setattr(cls, name, _method(function))
+    cls.__module__ = value.__module__
+    return cls()
+
+
+def _check_function(name: str, function: Any) -> None:
+    if not inspect.isfunction(function):
+        raise TypeError(f"{name} must be a Python function of one number, got {function!r} ({type(function).__name__})")
+    x = np.array([0.3, 0.7])
+    try:
+        with np.errstate(all="ignore"):
+            result = np.asarray(function(x))
+            ones = [np.asarray(function(float(number))) for number in x]
+    except Exception as problem:
+        raise ValueError(f"{name} must take an array of numbers, at {x} it raised {type(problem).__name__}: {problem}") from problem
+    if result.dtype.kind not in "fiu" or any(one.shape != () for one in ones) or result.shape not in ((2,), ()):
+        raise ValueError(f"{name} must return one real number for each of {x}, got {result!r}")
+    if not np.array_equal(np.broadcast_to(result, 2), np.array(ones), equal_nan=True):
+        raise ValueError(f"{name} must be vectorised: on {x} it returned {result!r}, one at a time {[float(o) for o in ones]}")
+
+
+def _jitable(function: Callable) -> Callable:
+    """Return `function`, callable from compiled code too."""
+    from numba.extending import register_jitable
+
+    return register_jitable(function)
+
+
+def _complex_slope(value: Callable) -> Callable:
+    compiled = _jitable(value)
+
+    def slope(x):
+        return compiled(x + COMPLEX_STEP * 1j).imag / COMPLEX_STEP
+
+    try:
+        with np.errstate(all="ignore"):
+            numbers = [np.asarray(value(x + COMPLEX_STEP * 1j)) for x in (0.3, 0.7)]
+            if not all(np.iscomplexobj(v) for v in numbers) and np.ptp([value(0.3), value(0.5), value(0.7)]) != 0:
+                raise TypeError("it dropped the imaginary part")
+    except Exception as problem:
+        raise ValueError(
+            f"value must take complex numbers where no slope is given ({type(problem).__name__}: {problem}); give slope=dV/dx"
+        ) from problem
+    slope.__module__ = value.__module__
+    return slope
+
+
+def _method(function: Callable) -> Callable:
+    compiled = _jitable(function)
+
+    def method(self, x):
+        return compiled(x)
+
+    return method
