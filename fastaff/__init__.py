@@ -1,13 +1,30 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels."""
 
-from .charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
+from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
 from .engine import Interrupted
 from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .integrate import Orbits, integrate
-from .models import Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
+from .islands import Islands, Rotation, islands, rotation_number
+from .models import (
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    HenonHeiles,
+    Hyperelastic,
+    NeoHookean,
+    SeparableAlphaBeta,
+    SeparableElliptic,
+    SeparableRVartheta,
+    StackelBody,
+    Zero,
+    one_variable,
+)
 from .naff import Lines, naff
 from .poincare import SectionMap, poincare_map
+from .quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
+from .resonance import Resonances, diffusion_histogram, resonances
 from .schemes import (
     BLANES_MOAN6,
     DOP853,
@@ -21,14 +38,22 @@ from .schemes import (
     scheme_named,
 )
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from .separation import constants_of_motion
 from .status import OrbitError, Status
+from .tori import EnergyOfActions, Tori, energy_of_actions, from_action_angle, tori
+from .torus_fit import TorusFit, Verdict, fit_torus
+from .web import WebLine, ratio_web, web
 
 __version__ = "0.1.0"
 
 __all__ = [
     "ALPHA_BETA",
     "BLANES_MOAN6",
+    "BOHR_SOMMERFELD",
+    "CHARTS",
     "DOP853",
+    "EBK",
+    "ELLIPTIC",
     "KAHAN_LI8",
     "LEAPFROG",
     "RK4",
@@ -43,6 +68,7 @@ __all__ = [
     "BetaEquals",
     "BetaTurning",
     "Body",
+    "EnergyOfActions",
     "FrequencyMap",
     "Grid",
     "Harmonic",
@@ -50,21 +76,48 @@ __all__ = [
     "HenonHeiles",
     "Hyperelastic",
     "Interrupted",
+    "Islands",
     "Linear",
     "Lines",
     "NeoHookean",
     "OrbitError",
     "Orbits",
+    "QuasiclassicalLevels",
+    "Resonances",
+    "Rotation",
     "RungeKutta",
     "SectionMap",
+    "SeparableAlphaBeta",
+    "SeparableElliptic",
+    "SeparableRVartheta",
     "Splitting",
+    "StackelBody",
     "Status",
+    "Tori",
+    "TorusFit",
+    "Verdict",
+    "WebLine",
+    "Zero",
+    "constants_of_motion",
+    "diffusion_histogram",
     "energy_grid",
+    "energy_of_actions",
+    "fit_torus",
     "frequency_map",
+    "from_action_angle",
     "from_matrix",
     "integrate",
+    "islands",
     "naff",
+    "one_variable",
     "poincare_map",
+    "quasiclassical_levels",
+    "quasiclassical_levels_below",
+    "ratio_web",
+    "resonances",
+    "rotation_number",
     "scheme_named",
     "to_matrix",
+    "tori",
+    "web",
 ]

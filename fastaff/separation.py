@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from ._blocks import function_block, is_value, parameters
 from .boundary import checked_model, phase_points
-from .models import Body, StackelBody, Zero
-from .models.separable import elliptic_squares
+from .models import Body, SeparableElliptic, StackelBody, Zero
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,8 @@ class Family:
         """Return coordinate i of its regular variable."""
         return _COORDINATES[self.variables[i]](s)
 
-    def ratio(self, i: int, s: np.ndarray) -> np.ndarray:
-        """Return s/t of the regular variable."""
-        return s / (1 - s) if "arcsin(" in self.variables[i] else s
 
-
-_COORDINATES = {
+_COORDINATES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "np.sqrt({})": np.sqrt,
     "{}": lambda s: s,
     "2*np.arcsin(np.sqrt({}))": lambda s: 2 * np.arcsin(np.sqrt(s)),
@@ -153,11 +149,12 @@ def involution(separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
         values = [h + second.value(2 * np.arctan2(np.sqrt(B), np.sqrt(A))) + r * walls]
         values.insert(0, T_a + T_b + first.value(r) + (values[0] - h) / r)
     else:
-        s, t = elliptic_squares(A, B)
+        s, t = SeparableElliptic(first, second).squares(A, B)
         U, W = first.value(np.arcsinh(np.sqrt(s))), second.value(np.arcsin(np.sqrt(t)))
         E = T_a + T_b + (U + W) / (2 * (s + t)) + walls
         K = T_a + h / 2 + (U * (1 - t) + W * (1 + s)) / (2 * (s + t))
-        K = K + at_eta * (2 + s - t) / (2 * (1 + s) * (1 - t)) + (0.0 if isinstance(V_gamma, Zero) else at_gamma * (1 + s - t) / (2 * s * t))
+        K = K + at_eta * (2 + s - t) / (2 * (1 + s) * (1 - t))
+        K = K if isinstance(V_gamma, Zero) else K + at_gamma * (1 + s - t) / (2 * s * t)
         values = [E, K]
     names = dict(zip(separated.family.constants, values, strict=True))
     if code == 2:

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._blocks import is_value
-from .boundary import energies, phase_points, whole
+from .boundary import phase_points, whole
 from .engine import Report, available_threads, default_threads, launch
 from .kernels import closed_tori, torus_points
 from .kernels import tori as quadrature
@@ -45,6 +44,10 @@ class Tori:
     region: np.ndarray
     error: np.ndarray
     status: np.ndarray
+    nu_eta: np.ndarray
+    nu_gamma: np.ndarray
+    theta_eta: np.ndarray
+    theta_gamma: np.ndarray
     separated: Separated
     regular_turning_points: np.ndarray
 
@@ -67,37 +70,12 @@ class Tori:
     @property
     def J_eta(self) -> np.ndarray:
         """Action of the primitive cycle of eta."""
-        return self._primitive(self.J, 1.0)[0]
+        return (self.J[2] - self.J[3]) / 2 if self.separated.isotropic else self.J[2]
 
     @property
     def J_gamma(self) -> np.ndarray:
         """Action of the primitive cycle of gamma."""
-        return self._primitive(self.J, 1.0)[1]
-
-    @property
-    def nu_eta(self) -> np.ndarray:
-        """Frequency dE/dJ_eta."""
-        return self._primitive(self.nu, 2.0)[0]
-
-    @property
-    def nu_gamma(self) -> np.ndarray:
-        """Frequency dE/dJ_gamma."""
-        return self._primitive(self.nu, 2.0)[1]
-
-    @property
-    def theta_eta(self) -> np.ndarray:
-        """Angle conjugate to J_eta, in cycles."""
-        return np.mod(self._primitive(self.theta, 2.0)[0], 1.0)
-
-    @property
-    def theta_gamma(self) -> np.ndarray:
-        """Angle conjugate to J_gamma, in cycles."""
-        return np.mod(self._primitive(self.theta, 2.0)[1], 1.0)
-
-    def _primitive(self, rows: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:
-        if not self.separated.isotropic:
-            return rows[2], rows[3]
-        return (rows[2] - rows[3]) * (factor / 2), (rows[2] + rows[3]) * (factor / 2)
+        return (self.J[2] + self.J[3]) / 2 if self.separated.isotropic else self.J[3]
 
     def raise_if_failed(self) -> None:
         """Raise OrbitError unless every orbit is OK."""
@@ -141,6 +119,7 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
         arguments = (separated.family.code, *separated.blocks(), *separated.angular_blocks(), separated.mu, angular, *out)
         _run(quadrature.tori_by_quadrature, arguments, n, quadrature.UNIT, threads, report)
     p_eta, p_gamma = z[0] * z[5] - z[1] * z[4], z[2] * z[7] - z[3] * z[6]
+    primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
     if separated.isotropic:
         _to_spin(J, 1.0)
         _to_spin(nu, 0.5)
@@ -149,7 +128,9 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
         constants[2], constants[3] = p_gamma + p_eta, p_gamma - p_eta
     region = np.sign(np.array([p_eta, p_gamma])).astype(np.int8)
     energy = constants[0] + constants[1] if separated.family.code == 0 else constants[0]
-    return Tori(separated.names, J, nu, theta, energy, separated.constants, constants, region, error, status, separated, turning)
+    return Tori(
+        separated.names, J, nu, theta, energy, separated.constants, constants, region, error, status, *primitive, separated, turning
+    )
 
 
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
@@ -199,7 +180,7 @@ def from_action_angle(
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     z = np.empty((8, n))
-    _invert(body, actions, np.mod(angles, 1.0), z, chart, near, threads)
+    _invert(body, separate(body, chart), actions, np.mod(angles, 1.0), z, near, threads)
     return z[:, 0] if single else z
 
 
@@ -223,7 +204,12 @@ def energy_of_actions(
     Source: Martens & Slawianowski, section 4.
     """
     actions = _rows("J", J)
-    separated, energy, nu = _invert(body, actions, np.empty((4, 0)), np.empty((8, 0)), chart, near, threads)
+    separated = separate(body, chart)
+    if _closed_form(separated) is not None:
+        energy, nu = _closed_energy(separated, _checked_actions(separated, actions))
+        _to_spin(nu, 0.5)
+    else:
+        energy, nu = _invert(body, separated, actions, np.empty((4, 0)), np.empty((8, 0)), near, threads)
     if np.ndim(J) == 1:
         return EnergyOfActions(separated.names, energy[0], nu[:, 0])
     return EnergyOfActions(separated.names, energy, nu)
@@ -241,18 +227,44 @@ def _rows(name: str, given: ArrayLike) -> np.ndarray:
     return rows.reshape(4, -1)
 
 
-def _invert(body: Any, J: np.ndarray, theta: np.ndarray, z: np.ndarray, chart: Any, near: ArrayLike | None, threads: int | None):
-    """Fill z where theta has columns; return (separated, energy, nu)."""
-    separated = separate(body, chart)
+def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
+    """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
     if not separated.isotropic or separated.family.code == 2:
-        raise ValueError("body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not known for others")
+        raise ValueError("body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others")
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
+    return np.array([J[0], J[1], (J[2] - J[3]) / (2 * TURN), (J[2] + J[3]) / (2 * TURN)])
+
+
+def _closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return E and its gradient to J_1, J_2, J_eta, J_gamma of oscillators with walls."""
+    mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
+    omega, one = np.sqrt(first.k / mu), np.ones_like(J1)
+    walls = (first.c, second.c) if isinstance(second, Oscillator) else (second.c_alpha, second.c_beta)
+    barriers = [np.sqrt(p * p + 2 * mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True)]
+    ratios = [np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in zip((p_eta, p_gamma), barriers, strict=True)]
+    if isinstance(second, Oscillator):
+        other = np.sqrt(second.k / mu)
+        E = omega * (J1 / np.pi + barriers[0]) + other * (J2 / np.pi + barriers[1])
+        nu = [omega / np.pi * one, other / np.pi * one, omega / TURN * ratios[0], other / TURN * ratios[1]]
+    else:
+        Lambda = J2 / np.pi + barriers[0] + barriers[1]
+        outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
+        E, slope = omega * (J1 / np.pi + outer), omega / np.pi * np.where(outer > 0, Lambda / np.where(outer > 0, outer, 1.0), 1.0)
+        nu = [omega / np.pi * one, slope, slope / 2 * ratios[0], slope / 2 * ratios[1]]
+    return E, np.array(nu)
+
+
+def _invert(
+    body: Any, separated: Separated, J: np.ndarray, theta: np.ndarray, z: np.ndarray, near: ArrayLike | None, threads: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fill z where theta has columns; return E and its gradient."""
+    spins = _checked_actions(separated, J)
+    spins[2:] *= TURN
     n = J.shape[1]
     start = np.zeros((2, n))
     if near is not None:
-        start[:] = _start(body, separated, phase_points("near", near, body))
-    spins = np.array([J[0], J[1], (J[2] - J[3]) / 2, (J[2] + J[3]) / 2])
+        start[:] = _start(separated, phase_points("near", near, body))
     nu, energy = np.empty((4, n)), np.empty(n)
     wells, status = np.ones(n, np.int64), np.full(n, Status.INTERRUPTED, np.int64)
     arguments = (separated.family.code, *separated.blocks(), separated.mu, spins, theta, start, z, nu, energy, wells, status)
@@ -271,10 +283,10 @@ def _invert(body: Any, J: np.ndarray, theta: np.ndarray, z: np.ndarray, chart: A
             f"({Status(int(status[k])).sentence}); {failed.size} such orbits"
         )
     _to_spin(nu, 0.5)
-    return separated, energy, nu
+    return energy, nu
 
 
-def _start(body: Any, separated: Separated, z: np.ndarray) -> np.ndarray:
+def _start(separated: Separated, z: np.ndarray) -> np.ndarray:
     """Return the ratios s/t (2, orbits) of phase points, in the coordinates of kernels."""
     A, B = (z[:2] ** 2).sum(axis=0), (z[2:4] ** 2).sum(axis=0)
     return np.maximum(np.array([A, B] if separated.family.code == 0 else [A + B, B / A]), 1e-28)

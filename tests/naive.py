@@ -232,3 +232,40 @@ def turns(body, z, time, step):
     path = march(body, SOFRONIOU_SPALETTA10, z, step, round(time / step))
     planes = path[:, [0, 2]] + 1j * path[:, [1, 3]]
     return np.angle(planes[1:] / planes[:-1]).sum(axis=0) / (2 * np.pi * time)
+
+
+def r_vartheta_actions(body, z):
+    """Return J_r, J_vartheta, J_eta, J_gamma (4,) of one orbit of a Hyperelastic or HeavyTop body, by mpmath.
+
+    PHYSICS.md section 7: one integral in epsilon = vartheta/2 between its turning points.
+    """
+    import mpmath
+
+    mu, potential = body.mu, body.potential
+    E, p_eta, p_gamma = (mpmath.mpf(float(x)) for x in constants(body, z))
+    r, u = (z[:4] ** 2).sum(), z[:4] @ z[4:]
+    Lambda2 = mpmath.mpf(2 * mu * r) * E - mu * potential.C * r * r - u * u
+
+    def square(epsilon):
+        cosine = mpmath.cos(2 * epsilon)
+        V = potential.A * cosine if isinstance(potential, HeavyTop) else 2 * potential.C / cosine
+        return Lambda2 - (p_eta / mpmath.cos(epsilon)) ** 2 - (p_gamma / mpmath.sin(epsilon)) ** 2 - 2 * mu * V
+
+    here = mpmath.atan2(np.hypot(z[2], z[3]), np.hypot(z[0], z[1]))
+    ends = []
+    for direction in (-1, 1):
+        inside = outside = here
+        while square(outside) > 0:
+            inside, outside = outside, outside + direction * mpmath.mpf("1e-3")
+        for _ in range(60):
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if square(middle) > 0 else (inside, middle)
+        ends.append(inside)
+    centre, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
+
+    def integrand(s):
+        return mpmath.sqrt(max(square(centre + half * mpmath.sin(s)), 0)) * half * mpmath.cos(s)
+
+    J_vartheta = 2 * mpmath.quad(integrand, mpmath.linspace(-mpmath.pi / 2, mpmath.pi / 2, 5))
+    J_r = mpmath.pi * (E * mpmath.sqrt(mu / potential.C) - mpmath.sqrt(Lambda2))  # E = omega (2 I_rho + Lambda)
+    return np.array([float(J_r), float(J_vartheta), 2 * np.pi * float(p_eta), 2 * np.pi * float(p_gamma)])

@@ -28,6 +28,9 @@ APART = 0.6
 """Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small difference."""
 
 CHUNK, FIT = 16, 16
+SMALL = 1e-4
+"""Wells at an axis smaller than this get G from a polynomial: their energy has lost that many digits."""
+
 REACH = 1e30
 """Where no turning point is found within this ratio of the start, the motion is unbound."""
 
@@ -236,9 +239,79 @@ def _narrow(potential, params, mu, u, kind, s0, work, out):
 
 
 @jit
-def turning_points(potential, params, mu, u, kind, falls, s0, t0, root0, work, out):
+def _axis(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
+    """Turning points of a well at the axis s = 0 (side 0) or t = 0 (side 1), small beside the scale of U: True where it is one.
+
+    Its energy is a small difference too, but with G from a polynomial as in `_narrow` the ends x1, x2 follow without it from
+    F(0) = -x1 x2 G(0), which is the angular momentum's, and F(x0) = root0^2: sums of positive terms, exact for any amplitude.
+    """
+    radius, p, edge = 0.07, work[3], -1.0 if side == 0 else 1.0
+    while True:
+        centre = radius if side == 0 else 1 - radius
+        finite, _ = _fit(potential, params, mu, u, kind, centre, radius, work)
+        size = 0.0
+        for i in range(FIT):
+            size += abs(p[i])
+        if finite == radius and abs(p[FIT - 1]) + abs(p[FIT - 2]) < 1e-11 * size:
+            break
+        radius *= 0.4
+        if radius < 10 * SMALL:
+            return False
+    for i in range(FIT):
+        work[4, i] = p[i]
+    Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
+    speed2 = 0.0
+    if x0 <= 0.0:  # on the axis the energy of the motion through it is all there is
+        work[0, 0], work[1, 0] = (1e-30, complement(kind, 1e-30)) if side == 0 else (1.0, 1e-30)
+        radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
+        speed2 = work[2, 0] / 1e-30
+        if speed2 < 1e-13 * 2 * mu * (abs(u[0]) + abs(u[1])):
+            speed2 = 0.0
+    first, second, x1, x2, width = edge, edge, 0.0, 0.0, 0.0
+    for _ in range(60):
+        before = x2
+        for i in range(FIT):
+            p[i] = work[4, i]
+        _divide(p, first)
+        _divide(p, second)
+        at_axis = -_powers(p, edge, 0) / (radius * radius)
+        here = -_powers(p, edge - edge * x0 / radius, 0) / (radius * radius)
+        if not (at_axis > 0.0 and here > 0.0):
+            return False
+        product = Lambda2 / at_axis
+        total = (root0 * root0 / here + product) / x0 + x0 if x0 > 0.0 else speed2 / at_axis
+        square = 0.25 * total * total - product
+        width = np.sqrt(square) if square > 4e-16 * total * total else 0.0
+        x2 = 0.5 * total + width
+        x1 = product / x2 if x2 > 0.0 else 0.0
+        if not x2 < SMALL:
+            return False
+        if abs(x2 - before) <= 4e-16 * x2:
+            break
+        first, second = edge - edge * x1 / radius, edge - edge * x2 / radius
+    out[WIDTH], out[CENTRE], out[RADIUS] = width, centre, radius
+    if side == 0:
+        out[S1], out[S2], out[T1], out[T2] = x1, x2, complement(kind, x1), complement(kind, x2)
+    else:
+        out[S1], out[S2], out[T1], out[T2] = 1 - x2, 1 - x1, x2, x1
+    return True
+
+
+@jit
+def turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, work, out):
     """Find the turning points around s0, t0, where F = root0^2 (root0 < 0 or > 0 for the direction); returns a status."""
     out[RADIUS] = 0.0
+    falls = kind != LINE and u[3] > ends[0]
+    if kind != LINE and not falls and s0 < SMALL and np.isfinite(ends[0]):
+        if _axis(potential, params, mu, u, kind, ends, 0, s0, root0, work, out):
+            return OK_CODE
+        out[RADIUS] = 0.0
+    if kind == SINE and t0 < SMALL and np.isfinite(ends[1]):
+        if _axis(potential, params, mu, u, kind, ends, 1, t0, root0, work, out):
+            return OK_CODE
+        out[RADIUS] = 0.0
+    if kind != LINE:
+        s0, t0 = max(s0, 1e-29), max(t0, 1e-29)
     rho = s0 / t0 if kind == SINE else s0
     below, under, down = _scan(potential, params, mu, u, kind, rho, -1, work)
     above, over, up = _scan(potential, params, mu, u, kind, rho, +1, work)
@@ -298,6 +371,8 @@ def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
     near_0, near_1 = np.sqrt(s1 * out[S2]), np.sqrt(out[T1] * t2)
     take_0, take_1 = 0.0 if at_0 == 0.0 else near_0 / at_0, 0.0 if at_1 == 0.0 else near_1 / at_1
     give_0, give_1 = at_0 * near_0, at_1 * near_1
+    # Through the axis itself the pole is not integrable: that derivative jumps and has no value.
+    has_0, has_1 = s1 > 0.0 or at_0 > 0.0, t2 > 0.0 or at_1 > 0.0
     for k in range(nodes):
         G = np.sqrt(F[k])
         square = 4 * width * width * TABLES[0, off + k] * TABLES[0, off + nodes - 1 - k]
@@ -305,11 +380,11 @@ def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
         if kind == LINE:
             J[k], f1[k], f2[k], f3[k] = G * square, 0.0, 0.0, 0.0
         else:
-            v, w = 1 / s[k], 1 / t[k]
+            v, w = 1 / s[k] if s[k] > 0.0 else 0.0, 1 / t[k] if t[k] > 0.0 else 0.0
             J[k] = G * square * v * w + give_0 * v + give_1 * w
             f1[k] = t[k] * f0[k]
-            f2[k] = (f0[k] - take_1) * w
-            f3[k] = (f0[k] - take_0) * v
+            f2[k] = (f0[k] - take_1) * w if has_1 else 0.0
+            f3[k] = (f0[k] - take_0) * v if has_0 else 0.0
     return True
 
 
@@ -367,30 +442,39 @@ def integrals(potential, params, mu, u, kind, ends, goal, work, out):
 
 
 @jit
+def _dirichlet(nodes, x):
+    """1 + 2 (cos x + ... + cos((nodes - 1) x))."""
+    x = abs(x)
+    x = x if x < np.pi else 2 * np.pi - x  # both sines of one small number: their errors cancel
+    half = np.sin(0.5 * x)
+    return np.sin((nodes - 0.5) * x) / half if abs(half) > 1e-12 else 2.0 * nodes - 1
+
+
+@jit
+def inverse_root(chi, work, out):
+    """1/sqrt(G) at the phase chi: the cosine series through its values at the midpoints."""
+    nodes, total = int(out[NODES]), 0.0
+    chi = chi if chi < np.pi else 2 * np.pi - chi
+    for k in range(nodes):
+        at = (k + 0.5) * np.pi / nodes
+        total += work[6, k] * (_dirichlet(nodes, chi - at) + _dirichlet(nodes, chi + at))
+    return total / (2 * nodes)
+
+
+@jit
 def phase(kind, s0, t0, root0, work, out):
-    """Set chi of the state: s = s1 + 2 l sin^2(chi/2), and sqrt(F) = l sin(chi) sqrt(G), which is precise near the turning points."""
-    width, nodes = out[WIDTH], int(out[NODES])
+    """Set chi of the state: s = s1 + 2 l sin^2(chi/2), and near the turning points sqrt(F) = l sin(chi) sqrt(G), precise there."""
+    width = out[WIDTH]
     if width <= 0.0:
         out[CHI] = 0.0
         return
-    d1, d2 = s0 - out[S1], (t0 - out[T2] if kind == SINE else out[S2] - s0)
-    if out[RADIUS] > 0.0:
-        G = -_powers(work[3], (s0 - out[CENTRE]) / out[RADIUS], 0) / (out[RADIUS] * out[RADIUS])
-        sine = root0 / np.sqrt(G)
-    elif min(d1, d2) > 1e-3 * width:
-        sine = np.sqrt(d1 * d2) * (1.0 if root0 >= 0.0 else -1.0)
-    else:
-        # 1/sqrt(G) at the end, extrapolated over the next six nodes as a polynomial of sin^2(chi/2).
-        off, value = nodes - LEAST, 0.0
-        at = (d1 if d1 < d2 else d2) / (2 * width)
-        for j in range(6):
-            term = work[6, j if d1 < d2 else nodes - 1 - j]
-            for i in range(6):
-                if i != j:
-                    term *= (at - TABLES[0, off + i]) / (TABLES[0, off + j] - TABLES[0, off + i])
-            value += term
-        sine = root0 * value
-    chi = np.arctan2(sine, (d2 - d1) / 2)
+    upper = kind == SINE and s0 > 0.5
+    d1, d2 = out[T1] - t0 if upper else s0 - out[S1], t0 - out[T2] if upper else out[S2] - s0
+    sign = 1.0 if root0 >= 0.0 else -1.0
+    chi = np.arctan2(sign * np.sqrt(max(0.0, d1 * d2)), (d2 - d1) / 2)
+    near = d1 < 1e-3 * s0 or d2 < 1e-3 * (t0 if upper else s0)
+    if near or kind == LINE:
+        chi = np.arctan2(root0 * inverse_root(chi, work, out), (d2 - d1) / 2)
     out[CHI] = chi if chi >= 0.0 else chi + 2 * np.pi
 
 
@@ -446,12 +530,10 @@ def limits(potential, params, kind, work, ends):
 @jit
 def librate(potential, params, mu, u, kind, ends, s0, t0, root0, goal, work, out):
     """Turning points, loop integrals, phase and integrals up to it of one state; returns a status."""
-    s, t = max(s0, 1e-29) if kind != LINE else s0, max(t0, 1e-29)
-    falls = kind != LINE and u[3] > ends[0]
-    code = turning_points(potential, params, mu, u, kind, falls, s, t, root0, work, out)
+    code = turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, work, out)
     if code == OK_CODE:
         code = integrals(potential, params, mu, u, kind, ends, goal, work, out)
     if code == OK_CODE:
-        phase(kind, s, t, root0, work, out)
+        phase(kind, s0, t0, root0, work, out)
         partials(mu, u, kind, ends, work, out)
     return code

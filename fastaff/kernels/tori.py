@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from .._jit import jit
-from ..status import ACTION_ZERO_CODE, OK_CODE, SEPARATRIX_CODE
+from ..status import ACTION_ZERO_CODE, NOT_CONVERGED_CODE, OK_CODE, SEPARATRIX_CODE
 from .libration import (
     ACTION,
     D0,
@@ -35,8 +35,8 @@ KINDS = np.array([[RADIAL, RADIAL], [RADIAL, SINE], [SINH, SINE]])
 UNIT = 64
 """States that a thread takes at once."""
 
-ROTATION = 256
-"""Nodes over a turn of an angle that has a potential."""
+LEAST_TURN = 64
+"""Least number of nodes over a turn of an angle that has a potential, where barriers are looked for."""
 
 
 def _links():
@@ -121,37 +121,65 @@ def coefficients(chart, i, c, u):
 
 
 @jit
-def _rotate(potential, params, mu, c, at, momentum, u, work, out):
-    """An angle that turns over or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
-    angle, V = work[0], work[1]
-    highest = -np.inf
-    for k in range(ROTATION):
-        angle[k] = (k + 0.5) * 2 * np.pi / ROTATION
-    potential(params, ROTATION, angle, V)
-    for k in range(ROTATION):
-        highest = max(highest, V[k])
-    if not highest < c:
-        u[0] = c
-        return librate(potential, params, mu, u, LINE, u, at, 1.0, momentum, 1e-14, work, out)
-    action, slope, sine_sums = 0.0, 0.0, 0.0
-    for k in range(ROTATION):
-        p = np.sqrt(2 * mu * (c - V[k]))
-        action += p
-        V[k] = mu / p
-        slope += V[k]
-    turns = at / (2 * np.pi)
-    for n in range(1, ROTATION // 2):
+def _harmonics(nodes, work):
+    """Write cosine and sine coefficients of the slopes in work[1] to work[2:4]; returns the relative size of the last two."""
+    cosine, sine = work[4], work[5]
+    for k in range(nodes):
+        cosine[k], sine[k] = 1.0, 0.0
+    for n in range(nodes // 2):
         a, b = 0.0, 0.0
-        for k in range(ROTATION):
-            a += V[k] * np.cos(n * angle[k])
-            b += V[k] * np.sin(n * angle[k])
-        sine_sums += (a * np.sin(n * at) + b * (1 - np.cos(n * at))) / n
+        for k in range(nodes):
+            a += work[1, k] * cosine[k]
+            b += work[1, k] * sine[k]
+        work[2, n], work[3, n] = 2 * a / nodes, 2 * b / nodes
+        for k in range(nodes):
+            c, s = work[6, k], work[7, k]
+            cosine[k], sine[k] = cosine[k] * c - sine[k] * s, sine[k] * c + cosine[k] * s
+    last = nodes // 2 - 1
+    tail = abs(work[2, last]) + abs(work[3, last]) + abs(work[2, last - 1]) + abs(work[3, last - 1])
+    return tail / work[2, 0]
+
+
+@jit
+def _turn(potential, params, mu, c, at, momentum, work, out):
+    """An angle that turns over and over: J, D0 = dJ/dc and W0 to the state; a status, or -1 where it does not turn."""
+    nodes = LEAST_TURN
+    while True:
+        for k in range(nodes):
+            work[0, k] = (k + 0.5) * 2 * np.pi / nodes
+            work[6, k], work[7, k] = np.cos(work[0, k]), np.sin(work[0, k])
+        potential(params, nodes, work[0], work[1])
+        action = 0.0
+        for k in range(nodes):
+            if not work[1, k] < c:
+                return -1
+            p = np.sqrt(2 * mu * (c - work[1, k]))
+            action += p
+            work[1, k] = mu / p
+        tail = _harmonics(nodes, work)
+        if tail < 1e-14 or nodes == MOST:
+            break
+        nodes *= 2
+    last_cosine, last_sine, total = 1.0, 0.0, 0.5 * work[2, 0] * at
+    for n in range(1, nodes // 2):
+        last_cosine, last_sine = (
+            last_cosine * np.cos(at) - last_sine * np.sin(at), last_sine * np.cos(at) + last_cosine * np.sin(at)
+        )  # fmt: skip
+        total += (work[2, n] * last_sine + work[3, n] * (1 - last_cosine)) / n
     sign = 1.0 if momentum >= 0.0 else -1.0
-    step = 2 * np.pi / ROTATION
-    out[ACTION], out[D0], out[WIDTH] = sign * step * action, sign * step * slope, 1.0
-    out[W0] = sign * (step * slope * turns + step / np.pi * sine_sums)
-    out[ERROR] = 1e-16
-    return OK_CODE
+    out[ACTION], out[D0], out[W0] = sign * 2 * np.pi / nodes * action, sign * np.pi * work[2, 0], sign * total
+    out[WIDTH], out[ERROR] = 1.0, tail
+    return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
+
+
+@jit
+def _angle(potential, params, mu, c, at, momentum, u, work, out):
+    """An angle that turns over or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
+    code = _turn(potential, params, mu, c, at, momentum, work, out)
+    if code >= 0:
+        return code
+    u[0] = c
+    return librate(potential, params, mu, u, LINE, u, at, 1.0, momentum, 1e-14, work, out)
 
 
 @jit
@@ -230,9 +258,9 @@ def _state(
             J[2 + a, k], turn[a], partial[a] = 2 * np.pi * momenta[a], 2 * np.pi, at[a]
             continue
         if a == 0:
-            code = _rotate(eta_V, eta_p, mu, c[2], at[0], momenta[0], u, work, results[2])
+            code = _angle(eta_V, eta_p, mu, c[2], at[0], momenta[0], u, work, results[2])
         else:
-            code = _rotate(gamma_V, gamma_p, mu, c[3], at[1], momenta[1], u, work, results[2])
+            code = _angle(gamma_V, gamma_p, mu, c[3], at[1], momenta[1], u, work, results[2])
         if code != OK_CODE:
             return code
         J[2 + a, k], turn[a], partial[a] = results[2, ACTION], results[2, D0], results[2, W0]
@@ -269,6 +297,8 @@ def _state(
         if theta[i, k] >= 1.0:
             theta[i, k] = 0.0
     error[k] = max(results[0, ERROR], results[1, ERROR])
+    if angular[0] or angular[1]:
+        error[k] = max(error[k], results[2, ERROR])
     return code
 
 

@@ -26,11 +26,11 @@ from .libration import (
     SINE,
     T2,
     TABLES,
-    W0,
     W2,
     W3,
     WIDTH,
     integrals,
+    inverse_root,
     limits,
     partials,
     radicands,
@@ -105,7 +105,7 @@ def _loop(potential, params, mu, u, kind, ends, rho, goal, work, out):
     s, t = work[0, 0], work[1, 0]
     radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
     root = np.sqrt(max(0.0, work[2, 0]))
-    code = turning_points(potential, params, mu, u, kind, u[3] > ends[0], s, t, root, work, out)
+    code = turning_points(potential, params, mu, u, kind, ends, s, t, root, work, out)
     return integrals(potential, params, mu, u, kind, ends, goal, work, out) if code == OK_CODE else code
 
 
@@ -192,19 +192,11 @@ def _find_phase(mu, target, work, out):
 @jit
 def _coordinate(kind, work, out, at):
     """s, t and root = sqrt(F) with its sign at the phase of `out`, to at (3,)."""
-    chi, nodes = out[CHI], int(out[NODES])
+    chi = out[CHI]
     half = np.sin(chi / 2) ** 2
     at[0] = out[S1] + 2 * out[WIDTH] * half
     at[1] = out[T2] + 2 * out[WIDTH] * np.cos(chi / 2) ** 2 if kind == SINE else 1.0
-    # 1/sqrt(G) there: the sum of its cosine series, from the coefficients that `_find_phase` left.
-    a, mean, turn, cosine, last = work[2], 0.0, 2 * np.cos(chi), np.cos(chi), 1.0
-    for k in range(nodes):
-        mean += work[6, k]
-    value = mean / nodes
-    for n in range(1, nodes):
-        value += a[n] * cosine
-        cosine, last = turn * cosine - last, cosine
-    at[2] = out[WIDTH] * np.sin(chi) / value
+    at[2] = out[WIDTH] * np.sin(chi) / inverse_root(chi, work, out)
 
 
 @jit

@@ -115,14 +115,23 @@ class SeparableElliptic(NamedTuple):
         """Itself: the potential as a member of this family."""
         return self
 
+    def squares(self, A, B):
+        """Return sinh^2(kappa) and sin^2(lambda) at A = alpha^2, B = beta^2: no cancellation, 0 at the chart's edges."""
+        sigma = (A + B) / 2 - 1
+        root = np.sqrt(sigma * sigma + 2 * B)
+        large = (np.sqrt(sigma * sigma) + root) / 2
+        small = B / (2 * large + TINY)
+        outside = 1.0 * (sigma >= 0)  # arithmetic: a scalar np.where is slow in compiled code
+        return outside * large + (1 - outside) * small, outside * small + (1 - outside) * large
+
     def value(self, A, B):
         """Return V."""
-        s, t = elliptic_squares(A, B)
+        s, t = self.squares(A, B)
         return (self.V_kappa.value(np.arcsinh(np.sqrt(s))) + self.V_lambda.value(np.arcsin(np.sqrt(t)))) / (2 * (s + t))
 
     def slopes(self, A, B):
         """Return V_A, V_B."""
-        s, t = elliptic_squares(A, B + TINY)
+        s, t = self.squares(A, B + TINY)
         width = s + t
         kappa, lam = np.arcsinh(np.sqrt(s)), np.arcsin(np.sqrt(t))
         V = (self.V_kappa.value(kappa) + self.V_lambda.value(lam)) / (2 * width)
@@ -136,19 +145,6 @@ class SeparableElliptic(NamedTuple):
         """Return 0.5 where V is finite, else -0.5."""
         V = self.value(A, B)
         return 1.0 * (V - V == 0) - 0.5
-
-
-def elliptic_squares(A, B):
-    """Return sinh^2(kappa) and sin^2(lambda) at A = alpha^2, B = beta^2: no cancellation, 0 at the chart's edges.
-
-    Source: Martens & Slawianowski, section 3, the elliptic variables.
-    """
-    sigma = (A + B) / 2 - 1
-    root = np.sqrt(sigma * sigma + 2 * B)
-    large = (np.sqrt(sigma * sigma) + root) / 2
-    small = B / (2 * large + TINY)
-    outside = 1.0 * (sigma >= 0)  # arithmetic: a scalar np.where is slow in compiled code
-    return outside * large + (1 - outside) * small, outside * small + (1 - outside) * large
 
 
 class StackelBody(NamedTuple):

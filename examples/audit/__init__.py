@@ -1,0 +1,18 @@
+"""Every formula of the paper as a small record, and the independent numerics it is compared with."""
+
+from __future__ import annotations
+
+from .affine import AFFINE
+from .anharmonic import ANHARMONIC
+from .classical import CLASSICAL
+from .constants import CONSTANTS
+from .dynamics import DYNAMICS
+from .geometry import GEOMETRY
+from .metrics import METRICS
+from .quantum import QUANTUM
+from .section7 import SECTION7
+from .shear import SHEAR
+from .waves import WAVES
+
+CHAPTERS = (GEOMETRY, METRICS, DYNAMICS, CONSTANTS, CLASSICAL, ANHARMONIC, QUANTUM, SHEAR, WAVES, SECTION7, AFFINE)
+"""The parts of the paper, in its order."""

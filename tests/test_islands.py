@@ -1,0 +1,265 @@
+"""Rotation numbers and islands against closed forms: circles, ellipses, the area-preserving quadratic and standard maps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fastaff
+from fastaff import Status
+from fastaff.islands import Kind, islands, rotation_number
+
+GOLDEN = (math.sqrt(5) - 1) / 2
+
+
+def ellipse(rho, crossings, a=1.0, b=0.5, centre=(0.0, 0.0), start=0.0):
+    """Return points (crossings, 2) of a rotation by rho turns, made elliptic."""
+    t = 2 * np.pi * (start + rho * np.arange(crossings))
+    return np.stack([centre[0] + a * np.cos(t), centre[1] + b * np.sin(t)], axis=-1)
+
+
+def chain(p, q, inner, crossings, radius=1.0, a=0.1, b=0.05):
+    """Return points (crossings, 2) of q ellipses with half-axes a (radial), b (along), visited p at a time."""
+    n = np.arange(crossings)
+    t, place = 2 * np.pi * inner * n / q, 2 * np.pi * p * n / q
+    along = (radius + a * np.cos(t)) + 1j * b * np.sin(t)
+    z = along * np.exp(1j * place)
+    return np.stack([z.real, z.imag], axis=-1)
+
+
+def quadratic(x, y, cosine, sine, crossings):
+    """Return crossings (orbits, crossings, 2) of Henon's map: a rotation after the shear y - x^2. Source: Henon 1969."""
+    points = np.empty((x.size, crossings, 2))
+    for n in range(crossings):
+        points[:, n, 0], points[:, n, 1] = x, y
+        shear = y - x * x
+        x, y = x * cosine - shear * sine, x * sine + shear * cosine
+    return points
+
+
+def standard(K, x, y, crossings, folds=1):
+    """Return x, y (orbits, crossings) of y' = y + K/(2 pi folds) sin(2 pi folds x), x' = x + y'. Source: Chirikov 1979."""
+    path = np.empty((2, x.size, crossings))
+    for n in range(crossings):
+        path[:, :, n] = x, y
+        y = y + K / (2 * np.pi * folds) * np.sin(2 * np.pi * folds * x)
+        x = x + y
+    return path
+
+
+def annulus(x, y, radius=3.0):
+    """Return the points (..., 2) of angles x (turns) and heights y drawn as a ring."""
+    return np.stack([(radius + y) * np.cos(2 * np.pi * x), (radius + y) * np.sin(2 * np.pi * x)], axis=-1)
+
+
+@given(st.floats(0.1, 0.4), st.sampled_from([1, -1]), st.floats(0.3, 3.0), st.floats(-0.2, 0.2), st.booleans())
+def test_rotation_of_an_ellipse(rho, sign, b, off, known):
+    """Any axes, any centre inside; the error estimate covers the error."""
+    found = rotation_number(ellipse(sign * rho, 1000, b=b, centre=(2.0, 1.0)), centre=(2.0 + off, 1.0 + b * off) if known else None)
+    assert found.status[0] == Status.OK
+    assert abs(found.rotation[0] - sign * rho) <= found.error[0]
+    assert found.error[0] < 1e-3
+
+
+def test_rotation_reaches_rounding():
+    """A golden ellipse: from 1000 crossings on all digits, whatever the branch of the rotation number; 2000 from another centre."""
+    for rho in (GOLDEN - 1, 1 - GOLDEN, 0.5 - 0.02 * GOLDEN, GOLDEN / 2):
+        found = rotation_number(np.stack([ellipse(rho, 2000), ellipse(rho, 2000, b=2.0)]))
+        assert found.rotation == pytest.approx(rho, abs=1e-13)
+    found = rotation_number(ellipse(GOLDEN - 1, 3000), centre=(0.3, 0.1))
+    assert found.rotation[0] == pytest.approx(GOLDEN - 1, abs=1e-12)
+    assert found.digits[0] > 10
+
+
+def test_rotation_converges_faster_than_any_power():
+    """Four times the crossings, an error 2^12 times smaller at least: order 6 and more, where a plain mean has order 1."""
+    errors = []
+    for crossings in (100, 200, 400):
+        found = rotation_number(ellipse(GOLDEN - 1, crossings), centre=(0.3, 0.1))
+        errors.append(abs(found.rotation[0] - GOLDEN + 1))
+    assert errors[0] < 1e-4
+    assert errors[2] < 1e-11
+    assert errors[2] < errors[0] / 2**12
+
+
+@pytest.mark.parametrize("alpha", [0.7, 1.3, 2.2])
+def test_rotation_at_an_elliptic_point(alpha):
+    """arccos(trace/2)/2 pi of the linear map, approached like the square of the amplitude."""
+    amplitude = np.array([1e-3, 2e-3])
+    points = quadratic(amplitude, 0 * amplitude, math.cos(alpha), math.sin(alpha), 3000)
+    found = rotation_number(points, centre=(0.0, 0.0))
+    linear = math.acos((2 * math.cos(alpha)) / 2) / (2 * math.pi)
+    shift = np.abs(found.rotation - linear)
+    assert shift.max() < 1e-5
+    # The next term is of relative size amplitude^2 over the squared distance to the resonance 1/3, 0.017 turns for 2.2.
+    assert shift[1] / shift[0] == pytest.approx(4.0, rel=1e-2)
+    assert (islands(points).kind == Kind.CURVE).all()
+
+
+@pytest.mark.parametrize(("p", "q"), [(1, 2), (1, 3), (-1, 3), (2, 5), (3, 7), (-4, 9), (5, 24)])
+def test_chain_of_ellipses(p, q):
+    """Rotation p/q, q islands with the centres, extents and inner rotation number that they were made with."""
+    inner, crossings = GOLDEN - 1, 200 * q
+    found = islands(chain(p, q, inner, crossings))
+    assert found.kind[0] == Kind.ISLANDS
+    assert (found.p[0], found.q[0]) == (p, q)
+    place = 2 * np.pi * p * np.arange(q) / q
+    direction = np.stack([np.cos(place), np.sin(place)], axis=-1)
+    assert found.centres[0] == pytest.approx(direction, abs=1e-5)
+    # Half-extents of an ellipse turned by `place`; 200 points of a golden rotation miss an end by at most (pi/200)^2 of it or so.
+    size = 2 * np.hypot(0.1 * direction, 0.05 * direction[:, ::-1])
+    assert found.extents[0] == pytest.approx(size, rel=2e-3)
+    # The second half-window of 100 visits resolves the inner rotation number to a few digits.
+    assert found.inner[0] == pytest.approx(inner, abs=max(found.inner_error[0], 1e-12))
+    assert found.inner_error[0] < 1e-2
+    assert found.table()[0][:3] == (p, q, 1)
+
+
+def test_a_periodic_orbit_is_islands_without_size():
+    found = islands(np.stack([chain(1, 5, 0.2, 500, a=0.0, b=0.0), np.full((500, 2), 0.7)]), centre=(0.0, 0.0))
+    assert found.kind.tolist() == [Kind.ISLANDS] * 2
+    assert found.q.tolist() == [5, 1]
+    assert np.nanmax(found.extents) < 1e-12
+
+
+def test_width_of_the_main_island_of_the_standard_map():
+    """Half-width sqrt(K)/pi in y at the elliptic point (pendulum; next order K^(3/2)): seen from the middle of the ring."""
+    K = 0.02
+    half = math.sqrt(K) / math.pi
+    y = half * np.array([0.2, 0.5, 0.9, 0.97, 1.03, 1.1, 1.5])
+    x, y = standard(K, np.full(y.shape, 0.5), y, 4000)
+    found = islands(annulus(x, y), centre=(0.0, 0.0))
+    assert found.kind.tolist() == [Kind.ISLANDS] * 4 + [Kind.CURVE] * 3
+    assert found.q[:4].tolist() == [1] * 4
+    # Outside, the rotation number is the mean of y: positive and growing from the separatrix on.
+    assert (np.diff(found.turning.rotation[4:]) > 0).all()
+    assert (found.turning.rotation[4:] > 1e-3).all()
+
+
+@pytest.mark.parametrize(("p", "folds"), [(1, 3), (2, 5)])
+def test_width_of_a_chain_by_the_pendulum(p, folds):
+    """m-fold kicks make m islands at y = p/m with half-width sqrt(K)/(pi m): the standard map of (m x, m y), turned by p/m."""
+    K = 0.02
+    half = math.sqrt(K) / (math.pi * folds)
+    offset = half * np.array([0.1, 0.6, 0.95, 1.05, 1.4])
+    x, y = standard(K, np.full(5, 0.5 / folds if folds % 2 == 0 else 0.5), p / folds + offset, 6000, folds)
+    found = islands(annulus(x, y), centre=(0.0, 0.0))
+    assert found.kind.tolist() == [Kind.ISLANDS] * 3 + [Kind.CURVE] * 2
+    assert (found.q[:3] == folds).all()
+    assert (found.p[:3] == p).all()
+    # Radial extent of the islands in the ring, which cuts each at the angle of its centre: see one in (x, y) itself.
+    top = y[2].max() - p / folds
+    assert top == pytest.approx(0.95 * half, rel=0.02)
+
+
+def test_libration_inside_the_island_is_the_pendulum():
+    """Small librations of the standard map about (1/2, 0): arccos(1 - K/2)/2 pi; seen from the ring it is the inner number."""
+    K = 0.3
+    x, y = standard(K, np.array([0.5 + 1e-4]), np.zeros(1), 3000)
+    plane = np.stack([x - 0.5, y], axis=-1)
+    linear = math.acos(1 - K / 2) / (2 * math.pi)
+    assert abs(rotation_number(plane, centre=(0.0, 0.0)).rotation[0]) == pytest.approx(linear, abs=1e-7)
+    ring = islands(annulus(x, y), centre=(0.0, 0.0))
+    assert (ring.kind[0], ring.p[0], ring.q[0]) == (Kind.ISLANDS, 0, 1)
+    assert abs(ring.inner[0]) == pytest.approx(linear, abs=1e-7)
+
+
+def test_chaos_does_not_converge():
+    """Standard map at K = 8: two or so digits at most, like N^(-1/2); at K = 0.3 all but the orbits beside a separatrix do."""
+    y = np.linspace(0.013, 0.49, 60)
+    x, height = standard(8.0, np.full(y.shape, 0.5), y, 2000)
+    found = islands(np.stack([x % 1 - 0.5, (height + 0.5) % 1 - 0.5], axis=-1), centre=(0.0, 0.0))
+    assert (found.kind == Kind.CHAOTIC).all()
+    assert np.median(found.turning.digits) < 2
+    x, height = standard(0.3, np.full(y.shape, 0.5), y, 4000)
+    regular = islands(annulus(x, height), centre=(0.0, 0.0))
+    assert (regular.kind != Kind.CHAOTIC).mean() > 0.9
+    assert "CURVE" in regular.summary()
+
+
+def test_a_curve_close_to_a_rational_is_not_islands():
+    """Ellipses at 1/3 + 1e-3 and + 1e-4 in 20 000 points; at 1/3 + 1e-15 it is a periodic orbit."""
+    found = islands(np.stack([ellipse(1 / 3 + d, 20_000) for d in (1e-3, 1e-4)]))
+    assert (found.kind == Kind.CURVE).all()
+    slow = islands(np.stack([ellipse(1 / 3 + 1e-15, 400)]))
+    assert slow.q[0] == 3, "a periodic orbit to rounding"
+
+
+def test_islands_that_have_not_turned_yet_are_undecided():
+    """A quarter of a turn in islands of size 1e-5 around 1/3: p/q within its error, and nobody knows whether they come back."""
+    found = islands(chain(1, 3, 0.00245, 300, a=1e-5, b=1e-5))
+    assert found.kind[0] == Kind.UNDECIDED
+    assert (found.p[0], found.q[0]) == (1, 3)
+    longer = islands(chain(1, 3, 0.00245, 3000, a=1e-5, b=1e-5))
+    assert longer.kind[0] == Kind.ISLANDS
+
+
+def test_padding_and_few_points():
+    """NaN past the last point changes nothing; less than 32 points have a status and no kind."""
+    long = ellipse(GOLDEN - 1, 400)
+    points = np.full((3, 500, 2), np.nan)
+    points[0, :400], points[1, :20] = long, long[:20]
+    found = islands(points)
+    alone = rotation_number(long)
+    assert found.turning.rotation[0] == alone.rotation[0]
+    assert found.turning.counts.tolist() == [400, 20, 0]
+    assert found.status.tolist() == [Status.OK, Status.TOO_FEW_CROSSINGS, Status.TOO_FEW_CROSSINGS]
+    assert found.kind[1:].tolist() == [Kind.UNDECIDED] * 2
+    assert np.isinf(found.turning.error[1:]).all()
+    with pytest.raises(fastaff.OrbitError):
+        found.raise_if_failed()
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "match"),
+    [
+        (lambda: rotation_number(np.ones((5, 3))), ValueError, "points must have shape"),
+        (lambda: rotation_number(np.ones(2)), ValueError, "points must have shape"),
+        (lambda: rotation_number("ab"), TypeError, "points must be an array"),
+        (lambda: rotation_number(np.ones((40, 2)), centre=(1.0, np.nan)), ValueError, "centre must be a finite point"),
+        (lambda: islands(np.ones((40, 2)), max_period=0), ValueError, "max_period must be at least 1"),
+        (lambda: islands(np.ones((40, 2)), digits=0), ValueError, "digits must be positive"),
+    ],
+)
+def test_wrong_input(call, error, match):
+    with pytest.raises(error, match=match):
+        call()
+
+
+def test_henon_heiles_section():
+    """E = 1/12, x = 0: near the stable periodic orbit the rotation number is that of the linearised return map."""
+    model, section, E = fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), 1 / 12
+
+    def lift(y, p_y):
+        p_x = np.sqrt(2 * E - p_y**2 - y * y + 2 * y**3 / 3)
+        return np.array([0 * y, y, p_x, p_y])
+
+    def returned(y, p_y, crossings=1):
+        found = fastaff.poincare_map(model, lift(y, p_y), section=section, crossings=crossings, max_time=20.0 * crossings + 20, step=0.02)
+        return found.points[..., [1, 3]]
+
+    # The fixed point on p_y = 0 by secants for p_y' = 0, on the side y > 0.
+    a, b = 0.15, 0.3
+    f, g = (returned(np.array([u]), np.zeros(1))[0, 0, 1] for u in (a, b))
+    for _ in range(8):
+        if g == f:
+            break
+        a, b, f = b, b - g * (b - a) / (g - f), g
+        g = returned(np.array([b]), np.zeros(1))[0, 0, 1]
+    h = 1e-5
+    y, p_y = b + h * np.array([1, -1, 0, 0]), h * np.array([0, 0, 1, -1])
+    ends = returned(y, p_y)[:, 0]
+    monodromy = np.stack([(ends[0] - ends[1]) / (2 * h), (ends[2] - ends[3]) / (2 * h)], axis=1)
+    # Area-preserving in (y, p_y); central differences are good to h^2 and to rounding / h.
+    assert np.linalg.det(monodromy) == pytest.approx(1.0, abs=1e-6)
+    linear = math.acos(np.trace(monodromy) / 2) / (2 * math.pi)
+    points = returned(b + np.array([1e-3, 2e-3]), np.zeros(2), 600)
+    found = islands(points, centre=(b, 0.0))
+    assert (found.kind == Kind.CURVE).all()
+    shift = np.abs(np.abs(found.turning.rotation) - linear)
+    assert shift.max() < 1e-4
+    assert np.abs(np.diff(np.abs(found.turning.rotation)))[0] < 1e-4

@@ -1,0 +1,412 @@
+"""Resonance modules against exact integer arithmetic and the paper's degeneracies; webs against their equations."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from fractions import Fraction
+
+import naive
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fastaff
+from fastaff import Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, Status
+from fastaff.kernels import resonance as kernels
+from fastaff.resonance import diffusion_histogram, equation, resonances, vectors
+from fastaff.web import ratio_web, web
+
+CHART = ("alpha", "beta", "phi", "psi")
+
+
+def every_vector(n, max_order):
+    """Return all primitive k with |k|_1 <= max_order, first entry that is not zero positive: by looking at every k."""
+    found = []
+    for k in itertools.product(range(-max_order, max_order + 1), repeat=n):
+        lead = next((c for c in k if c), 0)
+        if lead > 0 and sum(map(abs, k)) <= max_order and math.gcd(*k) == 1:
+            found.append(k)
+    return found
+
+
+def rank_of(rows):
+    """Return the rank of integer vectors, by elimination with fractions."""
+    rows, rank = [[Fraction(c) for c in row] for row in rows], 0
+    for column in range(len(rows[0]) if rows else 0):
+        pivot = next((i for i in range(rank, len(rows)) if rows[i][column]), None)
+        if pivot is None:
+            continue
+        rows[rank], rows[pivot] = rows[pivot], rows[rank]
+        for i in range(rank + 1, len(rows)):
+            factor = rows[i][column] / rows[rank][column]
+            rows[i] = [a - factor * b for a, b in zip(rows[i], rows[rank])]
+        rank += 1
+    return rank
+
+
+def minors_divisor(rows):
+    """Return the greatest common divisor of the largest minors of integer rows: 1 where they span a primitive lattice."""
+    r = len(rows)
+    return math.gcd(*(round(np.linalg.det(np.array(rows)[:, list(c)])) for c in itertools.combinations(range(len(rows[0])), r)))
+
+
+def relations(nu, width, max_order):
+    """Naive twin: the vectors within their widths, one at a time."""
+    return [k for k in every_vector(len(nu), max_order) if abs(np.dot(k, nu)) <= np.dot(np.abs(k), width)]
+
+
+@pytest.mark.parametrize(("n", "max_order"), [(1, 3), (2, 7), (3, 5), (4, 4)])
+def test_vectors_are_all_primitive_ones_by_length(n, max_order):
+    found = [tuple(int(c) for c in k) for k in vectors(n, max_order)]
+    assert len(set(found)) == len(found)
+    assert set(found) == set(every_vector(n, max_order))
+    lengths = [sum(map(abs, k)) for k in found]
+    assert lengths == sorted(lengths)
+    assert not vectors(n, max_order).flags.writeable
+
+
+@st.composite
+def whole_frequencies(draw):
+    """Small whole numbers: their relations are exact in floating point."""
+    n = draw(st.integers(2, 4))
+    return draw(st.lists(st.integers(-12, 12), min_size=n, max_size=n)), draw(st.integers(1, 6 if n == 4 else 9))
+
+
+@given(whole_frequencies())
+def test_module_of_whole_frequencies(case):
+    """Rank, span, primitivity and shortest vector against Python integers."""
+    nu, max_order = case
+    truth = [k for k in every_vector(len(nu), max_order) if sum(a * b for a, b in zip(k, nu)) == 0]
+    found = resonances(np.array(nu, dtype=float), max_order=max_order, tolerance=0.0)
+    rank = int(found.rank)
+    basis = found.basis[:rank].tolist()
+    assert rank == (rank_of(truth) if truth else 0)
+    assert found.dimension == len(nu) - rank
+    assert not found.basis[rank:].any()
+    if truth:
+        assert found.order == sum(map(abs, truth[0])) or found.order == min(sum(map(abs, k)) for k in truth)
+        assert minors_divisor(basis) == 1
+        assert all(rank_of([*basis, k]) == rank for k in truth), "every relation lies in the span of a primitive lattice"
+        assert all(next(c for c in k if c) > 0 and sum(a * b for a, b in zip(k, nu)) == 0 for k in basis)
+        lengths = [sum(map(abs, k)) for k in basis]
+        assert lengths == sorted(lengths)
+        assert found.distance[:rank] == pytest.approx(0.0, abs=0)
+    assert np.isnan(found.distance[rank:]).all()
+
+
+def minkowski(truth, basis):
+    """Return the lengths of Minkowski's reduced basis: the shortest vector that leaves the set primitive, one after another."""
+    chosen = []
+    for k in sorted(truth, key=lambda k: sum(map(abs, k))):
+        rows = [*chosen, k]
+        if rank_of(rows) == len(rows) and minors_divisor(rows) == 1:
+            chosen.append(k)
+    return [sum(map(abs, k)) for k in chosen][: len(basis)]
+
+
+@given(st.lists(st.integers(-6, 6), min_size=4, max_size=4).filter(any))
+def test_basis_is_reduced(nu):
+    """The lengths are those of Minkowski's reduction by definition, over vectors far beyond the longest."""
+    found = resonances(np.array(nu, dtype=float), max_order=12, tolerance=0.0)
+    basis = found.basis[: int(found.rank)].tolist()
+    assert len(basis) == 3, "three independent vectors of order 12 or less are orthogonal to any such nu"
+    truth = [tuple(k) for k in vectors(4, 12).tolist() if sum(a * b for a, b in zip(k, nu)) == 0]
+    assert [sum(map(abs, k)) for k in basis] == minkowski(truth, basis)
+
+
+def test_a_set_that_is_not_primitive_is_completed():
+    """(1, 2, 0) and (1, 0, 2) span a lattice of index 2: their mean (1, 1, 1) replaces the second."""
+    form, basis, work = np.zeros(6, np.int64), np.zeros((4, 4), np.int64), np.zeros(10, np.int64)
+    rank = 0
+    for k in ([1, 2, 0, 0], [1, 0, 2, 0], [3, 2, 4, 0]):  # the last is in their span
+        rank = kernels.adopt(4, rank, np.array(k), form, basis, work)
+    assert rank == 2
+    assert minors_divisor(basis[:2].tolist()) == 1
+    assert rank_of([*basis[:2].tolist(), [1, 0, 2, 0]]) == 2
+    assert basis[1].tolist() in ([0, 1, -1, 0], [1, 1, 1, 0])
+    assert kernels.inside(2, form[None], 0, 3, 2, 4, 0)
+    assert not kernels.inside(2, form[None], 0, 3, 2, 4, 1)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.floats(1e-6, 3e-3))
+def test_naive_twin_with_errors(seed, n, tolerance):
+    """Any frequencies and errors: the relations found one at a time have the rank of the kernel's and lie in its span."""
+    rng = np.random.default_rng(seed)
+    nu, errors = rng.standard_normal((n, 5)), tolerance * rng.random((n, 5))
+    found = resonances(nu, max_order=5, tolerance=tolerance, errors=errors)
+    for i in range(5):
+        width = tolerance * np.abs(nu[:, i]).max() + errors[:, i]
+        truth = relations(nu[:, i], width, 5)
+        rank = int(found.rank[i])
+        basis = found.basis[:rank, :, i].tolist()
+        assert rank == (rank_of(truth) if truth else 0)
+        if truth:
+            assert rank_of(basis) == rank
+            assert all(rank_of([*basis, k]) == rank for k in truth)
+            assert minors_divisor(basis) == 1
+            assert found.distance[:rank, i] == pytest.approx(np.abs(np.array(basis) @ nu[:, i]), abs=1e-14)
+            assert found.width[:rank, i] == pytest.approx(np.abs(basis) @ width, rel=1e-12)
+
+
+def test_harmonic_body_is_periodic():
+    """nu = w/pi, w/pi and eta, gamma at w/2 pi each: three relations, closed orbits. Source: EQ3.21-3.23."""
+    body = Body(Harmonic(C=1.3), mu=0.7)
+    found = resonances(four(body, naive.states(body, 12)), names=CHART)
+    assert (found.dimension == 1).all()
+    assert (found.status == Status.OK).all()
+    w = math.sqrt(1.3 / 0.7)
+    for s in (1, -1):
+        one = resonances([w / math.pi, w / math.pi, s * w / (2 * math.pi), 0.0], names=CHART)
+        assert one.dimension == 1
+        assert one.label() == f"nu_psi = 0, nu_alpha - nu_beta = 0, nu_alpha {'-' if s > 0 else '+'} 2 nu_phi = 0"
+
+
+def four(body, z):
+    """Return the frequencies of an integrable body in the order librations, phi, psi."""
+    nu = naive.frequencies(body, z)
+    return np.array([nu[0], nu[1], (nu[2] + nu[3]) / 2, (nu[3] - nu[2]) / 2])
+
+
+def test_anharmonic_body_fills_two_dimensional_tori():
+    """nu_alpha = nu_beta = 2 s (nu_phi + nu_psi), s = sign p_gamma, and no third relation. Source: after EQa, corrected."""
+    body = Body(Anharmonic(C=0.9), mu=1.4)
+    z = naive.states(body, 40)
+    found = resonances(four(body, z), names=CHART)
+    p_gamma = naive.constants(body, z)[2]
+    # A random orbit meets a third relation with the probability `accidental`, 2e-6.
+    assert (found.dimension == 2).all()
+    expected = {1: ((1, -1, 0, 0), (1, 0, -2, -2)), -1: ((1, -1, 0, 0), (1, 0, 2, 2))}
+    for i, s in enumerate(np.sign(p_gamma).astype(int)):
+        assert tuple(tuple(k) for k in found.basis[:2, :, i].tolist()) == expected[s]
+    assert found.table() == sorted(
+        ((expected[s], int((np.sign(p_gamma) == s).sum())) for s in (1, -1)), key=lambda entry: (-entry[1], entry[0])
+    )
+    assert found.label(int(np.argmax(p_gamma > 0))) == "nu_alpha - nu_beta = 0, nu_alpha - 2 nu_phi - 2 nu_psi = 0"
+    assert (found.order == 2).all()
+
+
+@pytest.mark.parametrize("body", [Body(Hyperelastic(C=1.1), mu=0.8), Body(HeavyTop(C=1.2, A=0.6), mu=1.1)], ids=naive.label)
+def test_generic_integrable_bodies_have_no_relation(body):
+    """Four independent frequencies: none of 40 orbits is resonant, as the expected number of accidents says."""
+    z = naive.states(body, 60)
+    nu = four(body, z)
+    nu = nu[:, np.isfinite(nu).all(axis=0)][:, :40]
+    found = resonances(nu, tolerance=1e-9)
+    assert found.accidental.sum() < 1e-3
+    assert (found.dimension == 4).all()
+
+
+def test_resonances_of_a_frequency_map():
+    """Integrated orbits of the anharmonic body with the map's own errors."""
+    body = Body(Anharmonic(), mu=1.0)
+    found = fastaff.frequency_map(body, naive.states(body, 6), time=200.0)
+    module = resonances(found.nu, errors=found.error, tolerance=1e-10, names=found.names)
+    assert (module.dimension == 2).all()
+    assert (module.distance[:2] <= module.width[:2]).all()
+
+
+def test_accidental_is_the_mean_number_of_relations():
+    """20 000 random directions, order 3: orbits with a relation, to 4 standard deviations and the few with two."""
+    for n in (2, 3, 4):
+        rng = np.random.default_rng(n)
+        nu = rng.standard_normal((n, 20_000))
+        nu /= np.sqrt((nu * nu).sum(axis=0))
+        errors = np.full(nu.shape, 5e-4)
+        found = resonances(nu, max_order=3, tolerance=0.0, errors=errors)
+        expected = found.accidental
+        assert np.ptp(expected) < 1e-12
+        count = np.count_nonzero(found.rank)
+        mean = nu.shape[1] * expected[0]
+        assert mean > 50
+        assert abs(count - mean) < 4 * math.sqrt(mean) + expected[0] * mean
+
+
+def test_shapes_and_statuses():
+    nu = np.ones((3, 4, 5))
+    nu[1, 2, 3], nu[0, 0, 0] = np.nan, np.inf
+    errors = np.zeros_like(nu)
+    errors[2, 1, 1] = np.inf
+    found = resonances(nu, errors=errors)
+    assert found.rank.shape == found.order.shape == found.status.shape == found.accidental.shape == (4, 5)
+    assert found.basis.shape == (3, 3, 4, 5)
+    assert found.distance.shape == found.width.shape == (3, 4, 5)
+    assert found.status[2, 3] == found.status[0, 0] == Status.NONFINITE
+    assert found.status[1, 1] == Status.NOT_CONVERGED
+    bad = found.status != Status.OK
+    assert bad.sum() == 3
+    assert not found.rank[bad].any()
+    assert (found.rank[~bad] == 2).all()
+    assert "NONFINITE" in found.label((2, 3))
+    assert "17 of rank 2" in found.summary()
+    assert resonances([1.0, math.sqrt(2)]).label() == "no resonance up to order 8"
+    assert resonances(np.ones((2, 0))).rank.shape == (0,)
+
+
+def test_rest_is_the_whole_lattice():
+    found = resonances(np.zeros(4), max_order=3)
+    assert found.dimension == 0
+    assert (found.basis == np.eye(4)).all()
+    assert found.accidental == len(vectors(4, 3))
+
+
+def test_lanes_do_not_see_one_another():
+    """Any order and company of the orbits gives the same bits; bad neighbours change nothing."""
+    rng = np.random.default_rng(3)
+    nu = rng.integers(-9, 10, (4, 300)).astype(float)
+    whole = resonances(nu, max_order=6)
+    order = rng.permutation(300)
+    shuffled = nu[:, order]
+    shuffled[:, ::7] = np.nan
+    other = resonances(shuffled, max_order=6)
+    kept = np.isfinite(shuffled[0])
+    assert (other.basis[..., kept] == whole.basis[..., order][..., kept]).all()
+    one = resonances(nu[:, 17], max_order=6)
+    assert (one.basis == whole.basis[..., 17]).all()
+
+
+def test_threads_give_the_same_bits(two_threads):
+    nu = np.random.default_rng(4).integers(-9, 10, (4, 1000)).astype(float)
+    assert (resonances(nu, threads=1).basis == resonances(nu, threads=2).basis).all()
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "match"),
+    [
+        (lambda: resonances(1.0), ValueError, "nu must have shape"),
+        (lambda: resonances(np.ones(5)), ValueError, "nu must have shape"),
+        (lambda: resonances(["a", "b"]), TypeError, "arrays of real numbers"),
+        (lambda: resonances(np.ones(2) * 1j), TypeError, "arrays of real numbers"),
+        (lambda: resonances([1, 2], max_order=0), ValueError, "max_order must be at least 1"),
+        (lambda: resonances([1, 2], max_order=51), ValueError, "max_order must be at most 50"),
+        (lambda: resonances([1, 2], tolerance=-1.0), ValueError, "tolerance must not be negative"),
+        (lambda: resonances([1, 2], errors=[1.0]), ValueError, "errors must have the shape"),
+        (lambda: resonances([1, 2], errors=[-1.0, 0.0]), ValueError, "errors must not be negative"),
+        (lambda: resonances([1, 2], names=["x"]), ValueError, "names must be 2 names"),
+        (lambda: web(np.ones((2, 5))), ValueError, "nu must have shape"),
+        (lambda: web(np.ones((2, 5, 4)), axes=[np.arange(4), np.arange(5)]), ValueError, "axes must be two increasing"),
+        (lambda: web(np.ones((2, 5, 4)), resonances=[[1.5, 0]]), ValueError, "resonances must be integer vectors"),
+        (lambda: ratio_web(x=(1, 0), y=(0, 1)), ValueError, "x and y must be ranges"),
+        (lambda: diffusion_histogram([0.0], bin_width=0.0), ValueError, "bin_width must be positive"),
+        (lambda: diffusion_histogram([0.0], status=[0, 0]), ValueError, "status must have the shape"),
+    ],
+)
+def test_wrong_input(call, error, match):
+    with pytest.raises(error, match=match):
+        call()
+
+
+def test_equation():
+    assert equation((1, -2, 0), ("x", "y", "z")) == "nu_x - 2 nu_y = 0"
+
+
+# Webs
+
+AXES = (np.linspace(0.5, 1.5, 41), np.linspace(-1.0, 1.0, 61))
+
+
+def test_web_of_linear_frequencies_is_exact():
+    """nu = (x, y, 1): the interpolant is exact, so every point of a line k satisfies k1 x + k2 y + k3 = 0 to rounding."""
+    pytest.importorskip("contourpy")
+    x, y = np.meshgrid(*AXES, indexing="ij")
+    found = web(np.array([x, y, np.ones_like(x)]), axes=AXES, max_order=4, tolerance=1e-12)
+    straight = {line.vector: line.lines[0] for line in ratio_web(x=(0.5, 1.5), y=(-1.0, 1.0), max_order=4)}
+    assert len(found) > 10
+    orders = [line.order for line in found]
+    assert orders == sorted(orders)
+    for line in found:
+        if not line.lines:  # along the edge of the grid
+            continue
+        points = np.concatenate(line.lines)
+        assert np.abs(points @ line.vector[:2] + line.vector[2]).max() < 1e-12
+        # A contour reaches from edge to edge of the grid, as the exact segment does.
+        exact = straight[line.vector]
+        assert line.length == pytest.approx(np.linalg.norm(exact[1] - exact[0]), abs=1e-9)
+    assert {line.vector for line in found if line.lines} <= set(straight)
+
+
+def test_web_curves_converge_like_the_square_of_the_cell():
+    """nu = (x^2 + y^2, 1): the circle of radius 1, off by O(cell^2)."""
+    pytest.importorskip("contourpy")
+    errors = []
+    for cells in (20, 40, 80):
+        axes = (np.linspace(-1.5, 1.5, cells + 1), np.linspace(-1.4, 1.6, cells + 1))
+        x, y = np.meshgrid(*axes, indexing="ij")
+        (circle,) = web(np.array([x * x + y * y, np.ones_like(x)]), axes=axes, resonances=[[1, -1]])
+        errors.append(np.abs(np.hypot(*np.concatenate(circle.lines).T) - 1).max())
+        assert circle.length == pytest.approx(2 * np.pi, rel=3 / cells**2)
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2, abs=0.5)
+
+
+def test_web_marks_islands_as_areas_and_keeps_clear_of_gaps():
+    """A plateau nu1/nu2 = 3/2 (an island): locked, no line in it; no line in the part without frequencies."""
+    pytest.importorskip("contourpy")
+    x = np.repeat(AXES[0][:, None], AXES[1].size, axis=1)
+    ratio = 1.5 + np.where(np.abs(x - 1) < 0.1, 0.0, x - 1)
+    nu = np.array([ratio, np.ones_like(x)])
+    nu[:, :, :10] = np.nan
+    found = {line.vector: line for line in web(nu, axes=AXES, max_order=9)}
+    island = found[(2, -3)]
+    assert (island.locked == ((np.abs(x - 1) < 0.1) & np.isfinite(nu[0]))).all()
+    assert not island.lines
+    assert np.concatenate(found[(4, -5)].lines)[:, 0] == pytest.approx(1.25 - 0.5 + 0.0, abs=1e-9)
+    assert np.concatenate(found[(4, -5)].lines)[:, 1].min() == AXES[1][10]
+    torn = {line.vector: line for line in web(nu, axes=AXES, max_order=9, jump=0.04)}
+    assert (7, -5) not in torn or not torn[(7, -5)].lines, "1.4 is jumped over at the edge of the island"
+
+
+def test_web_of_a_degenerate_map_has_each_line_once():
+    """nu1 = nu2 everywhere: (1, 0, -1) and (0, 1, -1) are one line, named once, and (1, -1, 0) an area."""
+    pytest.importorskip("contourpy")
+    x, _ = np.meshgrid(*AXES, indexing="ij")
+    found = web(np.array([x, x, np.ones_like(x)]), axes=AXES, max_order=3)
+    assert (1, -1, 0) in [line.vector for line in found]
+    assert sum(line.locked.all() for line in found) == 1
+    places = [round(float(line.lines[0][0, 0]), 9) for line in found if line.lines]
+    assert len(places) == len(set(places))
+    assert 1.0 in places
+
+
+def test_diffusion_histogram():
+    values = np.array([-9.9, -6.1, -6.0, -5.75, -2.0, np.nan, -1.0])
+    found = diffusion_histogram(values, threshold=-6.0, status=[0, 0, 0, 0, 0, 0, 1])
+    assert found.missing == 2
+    assert found.orbits == found.counts.sum() == 5
+    assert found.fraction == 2 / 5
+    assert found.error == pytest.approx(math.sqrt(0.4 * 0.6 / 5))
+    assert np.diff(found.edges) == pytest.approx(0.25)
+    assert (found.edges / 0.25 == np.rint(found.edges / 0.25)).all()
+    assert (np.histogram(values[:5], bins=np.append(found.edges[:-1], found.edges[-1] + 1e-12))[0] == found.counts).all()
+    empty = diffusion_histogram([np.nan])
+    assert (empty.fraction, empty.missing, empty.counts.tolist()) == (0.0, 1, [0])
+
+
+@pytest.fixture
+def ax():
+    pytest.importorskip("matplotlib")
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(5, 4)).subplots()
+
+
+def test_figures(ax):
+    from fastaff import plot_resonance
+
+    x, y = np.meshgrid(*AXES, indexing="ij")
+    nu = np.array([x + np.where(np.abs(x - 0.75) < 0.05, 0.75 - x, 0.0), y, np.ones_like(x)])
+    ax.set(xlim=(0.5, 1.5), ylim=(-1, 1))
+    lines = web(nu, axes=AXES, max_order=3)
+    drawn = plot_resonance.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), axes=AXES, labels=3)
+    assert len(drawn.lines) == sum(len(line.lines) for line in lines)
+    assert 1 <= len(drawn.labels) <= 3
+    assert plot_resonance.formula((1, -2, 0), ("alpha", "beta", "phi")) == r"$\nu_{\alpha}=2\nu_{\beta}$"
+    exact = ratio_web(x=(0.5, 1.5), y=(-1, 1), max_order=3)
+    drawn = plot_resonance.plot_ratio_web(exact, ax=ax, names=("alpha", "beta", "gamma"), nu=nu, values=x, labels=4)
+    assert len(drawn.lines) == len(exact)
+    assert drawn.missing == 0
+    assert ax.get_xlim() == (0.5, 1.5)
+    bars = plot_resonance.plot_diffusion_histogram(diffusion_histogram([-8.0, -3.0, np.nan]), ax=ax)
+    assert bars.missing == 1
+    assert "50.0" in bars.labels[0].get_text()
+    ax.figure.canvas.draw()
