@@ -198,7 +198,7 @@ def energy_of_actions(
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
-    Parameters and errors as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions. At J_eta = 0 or J_gamma = 0 the
+    Parameters as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions. Raises TypeError or ValueError as there. At J_eta = 0 or J_gamma = 0 the
     gradient is the limit from above.
     Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures.
     Source: Martens & Slawianowski, section 4.

@@ -221,7 +221,8 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
     if slope is None:
         slope = _complex_slope(value)
     methods = {"value": value, "slope": slope, "curvature": curvature}
-    cls: type = namedtuple("function", [])
+    cls: type = namedtuple("cls", [])
+    cls.__name__ = cls.__qualname__ = getattr(value, "__name__", "function").replace("<lambda>", "function")
     for name, function in methods.items():
         if function is not None:
             setattr(cls, name, _method(function))
