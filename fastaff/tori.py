@@ -198,8 +198,8 @@ def energy_of_actions(
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
-    Parameters as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions. Raises TypeError or ValueError as there. At J_eta = 0 or J_gamma = 0 the
-    gradient is the limit from above.
+    Parameters as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions; at J_eta = 0 or J_gamma = 0 the gradient is the
+    limit from above. Raises TypeError or ValueError as there.
     Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures.
     Source: Martens & Slawianowski, section 4.
     """

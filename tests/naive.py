@@ -204,7 +204,8 @@ def r_vartheta_frequencies(body, z, nodes=4096):
         def R(x):
             return lead * (x - x3) if top else lead * (1 - x3 / x)  # noqa: B023
 
-        root, end = np.sqrt(R(x)), np.sqrt(R(1.0))
+        # Next to an upright top x3 -> 1: R(1) = 4 p_gamma^2/((1 - x1)(1 - x2)) keeps the digits there.
+        root, end = np.sqrt(R(x)), np.sqrt(R(1.0) if abs(1 - x3) > 1e-3 else 4 * pg * pg / ((1 - x1) * (1 - x2)))
         difference = lead if top else lead * x3 / x  # (R(1) - R(x))/(1 - x)
         smooth = difference / (root * end * (root + end))  # (1/sqrt R(x) - 1/sqrt R(1))/(1 - x)
         angle = np.pi * smooth.mean()

@@ -1,0 +1,487 @@
+"""Action-angle tori of separable bodies: against the paper, quadratures, orbits, frequency maps and canonical relations."""
+
+import naive
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fastaff import (
+    ALPHA_BETA,
+    ELLIPTIC,
+    R_VARTHETA,
+    SOFRONIOU_SPALETTA10,
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    Hyperelastic,
+    NeoHookean,
+    SeparableAlphaBeta,
+    SeparableElliptic,
+    SeparableRVartheta,
+    StackelBody,
+    Status,
+    constants_of_motion,
+    energy_of_actions,
+    frequency_map,
+    from_action_angle,
+    from_matrix,
+    integrate,
+    one_variable,
+    tori,
+)
+from fastaff.models import Barriers, Oscillator, Spring, Zero
+
+ROOT2 = np.sqrt(2.0)
+CHARTS = {
+    Harmonic: (ALPHA_BETA, R_VARTHETA, ELLIPTIC),
+    Anharmonic: (ALPHA_BETA, R_VARTHETA, ELLIPTIC),
+    Hyperelastic: (R_VARTHETA,),
+    HeavyTop: (R_VARTHETA,),
+}
+CASES = [(body, chart) for body in naive.MODELS[:4] for chart in CHARTS[type(body.potential)]]
+
+
+def quartic(x):
+    return 0.02 * x**4 + 0.5 * x**2 + 0.3 / x**2
+
+
+def bowl(x):
+    return 0.4 * x**2 + 0.1 * x**4
+
+
+def stretch(r):
+    return 0.3 * r + 0.05 * r * r + 0.2 / r
+
+
+def shear(v):
+    return 0.3 * np.cos(v) + 0.2 * np.cos(2 * v)
+
+
+def outer(k):
+    return 0.5 * np.cosh(2 * k) ** 2 + 0.2 * np.cosh(k) ** 2
+
+
+def inner(q):
+    return -0.5 * np.cos(2 * q) ** 2 - 0.2 * np.cos(q) ** 2
+
+
+def around_eta(x):
+    return 0.6 + 0.3 * np.cos(x) + 0.1 * np.sin(2 * x)
+
+
+def around_gamma(x):
+    return 0.6 + 0.2 * np.cos(x) ** 2 + 0.05 * np.sin(3 * x)
+
+
+def double_well(x):
+    return 0.5 * (x * x - 2.0) ** 2 / (1 + 0.1 * x * x) + 0.05 / (x * x)
+
+
+USER = (
+    (Body(SeparableAlphaBeta(one_variable(quartic), one_variable(bowl)), mu=0.9), ALPHA_BETA),
+    (Body(SeparableRVartheta(one_variable(stretch), one_variable(shear)), mu=1.2), R_VARTHETA),
+    (Body(SeparableElliptic(one_variable(outer), one_variable(inner))), ELLIPTIC),
+)
+ANGULAR = tuple(
+    (StackelBody(potential, one_variable(around_eta), one_variable(around_gamma), mu=0.9), chart)
+    for potential, chart in ((Anharmonic(0.9), ALPHA_BETA), (Hyperelastic(0.9), R_VARTHETA), (Anharmonic(0.9), ELLIPTIC))
+)
+
+
+def name(case):
+    if hasattr(case, "mu"):
+        return f"{type(case).__name__}-{type(case.potential).__name__}"
+    return getattr(case, "name", str(case))
+
+
+def primitive(found):
+    """Rows of the coordinates, then of eta and gamma: nu and theta."""
+    nu = np.array([found.nu[0], found.nu[1], found.nu_eta, found.nu_gamma])
+    return nu, np.array([found.theta[0], found.theta[1], found.theta_eta, found.theta_gamma])
+
+
+def turned(difference):
+    """Difference of angles in cycles, brought next to 0."""
+    return difference - np.round(difference)
+
+
+# Martens & Slawianowski's models at mu = C = 1 (heavy top A = 0.5): mpmath quadrature with 40 digits, confirmed to 7e-10 by
+# weighted averages along DOP853 orbits; points are (x, y, z, u, px, py, pz, pu).
+POINTS = np.array(
+    [
+        [1.3, 0.2, -0.1, 0.8, 0.3, -0.4, 0.5, 0.2],
+        [1.0, 0.5, -0.3, 1.4, -0.2, 0.6, 0.1, -0.5],
+        [1.7, -0.2, 0.5, 0.8, 0.2, -0.9, -0.3, -0.4],
+    ]
+).T
+REFERENCE = {
+    ("Harmonic", "alpha-beta"): (
+        ("J_1", 1.1623892818282234982, 2.8431413514987628808, 3.0316369107141504751),
+        ("J_2", 0.15707963267948966192, 0.078539816339744830962, 0.14137166941154069573),
+        ("c_1", 1.39, 1.785, 1.785),
+        ("c_2", 0.07, 0.195, 0.675),
+        ("nu_1", 0.31830988618379067154, 0.31830988618379067154, 0.31830988618379067154),
+        ("nu_2", 0.31830988618379067154, 0.31830988618379067154, 0.31830988618379067154),
+        ("nu_phi", 0.15915494309189533577, -0.15915494309189533577, 0.0),
+        ("nu_psi", 0.0, 0.0, -0.15915494309189533577),
+    ),
+    ("Harmonic", "r-vartheta"): (
+        ("J_1", 1.2786416356479199891, 2.0276511752928189187, 1.2903521246928565614),
+        ("J_2", 0.040827278859793171017, 0.89402999254568879307, 1.8826564554328346094),
+        ("c_1", 1.46, 1.98, 2.46),
+        ("c_2", 0.5544, 0.89055, 2.09975),
+    ),
+    ("Anharmonic", "alpha-beta"): (
+        ("J_1", 0.10620270679214211661, 0.70673254072442811886, 0.68140613457390994008),
+        ("J_2", 0.15707963267948966192, 0.078539816339744830962, 0.14137166941154069573),
+        ("c_1", 2.2788888888888888889, 2.41, 2.3784718100890207715),
+        ("c_2", 0.07, 0.195, 0.675),
+        ("nu_phi", 0.11573159247222921162, -0.11162639216315601897, -0.049389496610530005353),
+        ("nu_psi", 0.043423350619666124145, -0.047528550928739316799, -0.10976544648136533042),
+    ),
+    ("Anharmonic", "r-vartheta"): (
+        ("J_1", 0.11958196070852592030, 0.54900305189417347289, 0.30850803549362155604),
+        ("J_2", 0.14370037876310585823, 0.23626930516999947693, 0.51426976849182907977),
+        ("c_1", 2.3488888888888888889, 2.605, 3.0534718100890207715),
+        ("c_2", 2.6699555555555555556, 2.95305, 4.3668123145400593472),
+        ("nu_1", 0.31830988618379067154, 0.31830988618379067154, 0.31830988618379067154),
+        ("nu_2", 0.31830988618379067154, 0.31830988618379067154, 0.31830988618379067154),
+    ),
+    ("Hyperelastic", "r-vartheta"): (
+        ("J_1", 0.11654763974648289297, 0.52681407261789755010, 0.23157949489354572544),
+        ("J_2", 0.21935131218822779885, 0.093110717197664012040, 0.095626340143930200878),
+        ("J_phi", 6.5345127194667699360, -6.5973445725385658008, 1.1938052083641214306),
+        ("J_psi", -6.2831853071795864769, 4.4610615680975063986, -9.1106186954104003915),
+        ("c_1", 2.4033962264150943396, 2.6251612903225806452, 3.1449315068493150685),
+        ("c_2", 2.7996830188679245283, 3.0195822580645161290, 4.7161883561643835616),
+        ("nu_1", 0.31830988618379067154, 0.31830988618379067154, 0.31830988618379067154),
+        ("nu_2", 0.43310631540450606680, 0.44684892444546547336, 0.48351122512896520210),
+        ("nu_phi", 0.14324822812309199101, -0.13916269262706489412, -0.085055932018638540893),
+        ("nu_psi", 0.072674021217335999060, -0.078587541024214583502, -0.13532404425669438526),
+    ),
+    ("HeavyTop", "r-vartheta"): (
+        ("J_1", 0.73223297231174915365, 1.4857861623648757107, 1.0432330800035401266),
+        ("J_2", 0.25846636412280856300, 1.6004527850016278674, 2.4095193636879953750),
+        ("c_1", 1.6471336770002118494, 2.1223324150596877870, 2.5600520819056495162),
+        ("c_2", 0.99977815126050420168, 1.3602469696969696970, 2.4819489528795811518),
+        ("nu_2", 0.13928719665643554007, 0.27179704981362459310, 0.31569571506030090303),
+        ("nu_phi", 0.084162497813912671869, -0.14476612603601616510, 0.010586928999729569527),
+        ("nu_psi", -0.065656794013653051613, 0.020246313190522229580, -0.15761346039988382364),
+    ),
+}
+MODELS = {"Harmonic": Harmonic(), "Anharmonic": Anharmonic(), "Hyperelastic": Hyperelastic(), "HeavyTop": HeavyTop(1.0, 0.5)}
+
+
+@pytest.mark.parametrize(("model", "chart"), REFERENCE)
+def test_reference_values(model, chart):
+    z = from_matrix(POINTS[:4].reshape(2, 2, 3), POINTS[4:].reshape(2, 2, 3))
+    found = tori(Body(MODELS[model]), z, chart=ALPHA_BETA if chart == "alpha-beta" else R_VARTHETA)
+    rows = {"J_1": found.J[0], "J_2": found.J[1], "J_phi": found.J[2], "J_psi": found.J[3]}
+    rows |= {"nu_1": found.nu[0], "nu_2": found.nu[1], "nu_phi": found.nu[2], "nu_psi": found.nu[3]}
+    rows |= {"c_1": found.constants[0], "c_2": found.constants[1]}
+    for row, *values in REFERENCE[model, chart]:
+        np.testing.assert_allclose(rows[row], values, rtol=1e-13, atol=1e-14, err_msg=row)
+    found.raise_if_failed()
+
+
+@pytest.mark.parametrize(("body", "chart"), CASES, ids=name)
+def test_frequencies_of_random_states(body, chart):
+    z = naive.states(body, 300)
+    separable = naive.alpha_beta_frequencies if hasattr(body.potential, "alpha_beta") else naive.r_vartheta_frequencies
+    truth = separable(body, z)
+    found = tori(body, z, chart=chart)
+    found.raise_if_failed()
+    gap = np.abs(primitive(found)[0] - truth) / np.abs(truth).max(axis=0)
+    assert np.median(gap) < 1e-13
+    assert gap.max() < (1e-10 if chart is ELLIPTIC else 1e-11)  # separation constants that are small differences lose digits
+    assert np.all(found.error < 1e-8)
+
+
+@pytest.mark.parametrize(("body", "chart"), [*CASES, *USER, *ANGULAR], ids=name)
+def test_actions_are_constant_and_angles_advance_with_nu(body, chart):
+    z = naive.states(body, 40)
+    z = z[:, (z[2:4] ** 2).sum(axis=0) > 0.05]
+    orbits = integrate(body, z, time=3.7, step=0.004, scheme=SOFRONIOU_SPALETTA10)
+    before, after = tori(body, z, chart=chart), tori(body, orbits.z, chart=chart)
+    good = (before.status == 0) & (after.status == 0)
+    assert good.sum() >= 0.9 * good.size  # the rest is too close to a separatrix of V_eta or V_gamma
+    np.testing.assert_allclose(after.J[:, good], before.J[:, good], rtol=0, atol=2e-13)
+    np.testing.assert_allclose(after.constants[:, good], before.constants[:, good], rtol=0, atol=2e-12)
+    (nu, start), (_, end) = primitive(before), primitive(after)
+    assert np.abs(turned(end - start - 3.7 * nu))[:, good].max() < 2e-10
+    constants = constants_of_motion(body, z, chart=chart)
+    np.testing.assert_allclose([constants[key] for key in before.constant_names], before.constants, rtol=1e-12, atol=1e-13)
+
+
+def brackets(body, chart, z, step=2e-4):
+    """{theta_i, J_j} (4, 4) of one state by sixth-order differences of the primitive angles and actions."""
+    weights = np.array([-1, 9, -45, 45, -9, 1]) / 60 / step
+    shifts = np.array([-3, -2, -1, 1, 2, 3]) * step
+    points = (z[:, None, None] + np.eye(8)[:, :, None] * shifts).reshape(8, -1)
+    found = tori(body, points, chart=chart)
+    found.raise_if_failed()
+    J = np.array([found.J[0], found.J[1], found.J_eta, found.J_gamma])
+    _, theta = primitive(found)
+    theta = theta.reshape(4, 8, 6)
+    grad_J, grad_theta = J.reshape(4, 8, 6) @ weights, turned(theta - theta[:, :, :1]) @ weights
+    return grad_theta[:, :4] @ grad_J[:, 4:].T - grad_theta[:, 4:] @ grad_J[:, :4].T, grad_theta, grad_J
+
+
+@pytest.mark.parametrize(("body", "chart"), [*CASES, *USER, *ANGULAR], ids=name)
+def test_angles_and_actions_are_canonical(body, chart):
+    z = from_matrix(POINTS[:4, 2].reshape(2, 2), POINTS[4:, 2].reshape(2, 2))
+    cross, grad_theta, grad_J = brackets(body, chart, z)
+    # Differences: rounding 1e-13/step over gradients of order 10.
+    np.testing.assert_allclose(cross, np.eye(4), atol=1e-7)
+    for rows in (grad_theta, grad_J):
+        np.testing.assert_allclose(rows[:, :4] @ rows[:, 4:].T - rows[:, 4:] @ rows[:, :4].T, 0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("body", "chart"), [case for case in [*CASES, *USER] if case[1] is not ELLIPTIC], ids=name)
+def test_round_trip_and_energy_of_actions(body, chart):
+    z = naive.states(body, 300)
+    found = tori(body, z, chart=chart)
+    back = from_action_angle(body, found.J, found.theta, chart=chart)
+    np.testing.assert_allclose(back, z, rtol=0, atol=1e-11)
+    result = energy_of_actions(body, found.J, chart=chart)
+    assert result.names == found.names
+    np.testing.assert_allclose(result.energy, naive.energy(body, z), rtol=1e-13)
+    np.testing.assert_allclose(result.nu, found.nu, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(found.energy, naive.energy(body, z), rtol=1e-13)
+
+
+@pytest.mark.parametrize(("body", "chart"), [case for case in [*CASES, *USER] if case[1] is not ELLIPTIC], ids=name)
+def test_gradient_of_the_energy_is_the_frequency(body, chart):
+    J = tori(body, naive.states(body, 20), chart=chart).J
+    J[:2] += 0.1
+    step, weights, shifts = 1e-3, np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
+    spins = np.abs(np.array([J[2] - J[3], J[2] + J[3]])).min(axis=0) > 0.1  # no border between regions within the differences
+    for row in range(4):
+        moved = [energy_of_actions(body, J + k * step * np.eye(4)[row][:, None], chart=chart).energy for k in shifts]
+        slope = np.tensordot(weights, np.array(moved), 1) / step
+        np.testing.assert_allclose(slope[spins], energy_of_actions(body, J, chart=chart).nu[row][spins], rtol=0, atol=1e-10)
+
+
+def test_frequency_map_agrees():
+    for body in naive.MODELS[:4]:
+        z = naive.states(body, 24, seed=5)
+        found, averaged = tori(body, z), frequency_map(body, z, time=2000.0)
+        nu, _ = primitive(found)
+        measured = np.array([averaged.nu[0], averaged.nu[1], averaged.nu_eta, averaged.nu_gamma])
+        gap = np.abs(np.abs(measured) - np.abs(nu))
+        assert np.quantile(gap.max(axis=0), 0.9) < 1e-10
+        assert np.all(gap <= np.maximum(10 * averaged.error.max(axis=0), 1e-10))
+
+
+def test_closed_forms_are_the_quadratures():
+    """The same potentials written as user functions take the other road."""
+    k, c = 1.3, 0.7
+
+    def first(x):
+        return 1.3 * x * x / 2 + 0.7 / (x * x)
+
+    def second(x):
+        return 1.3 * x * x / 2
+
+    def radial(r):
+        return 1.3 * r / 2 + 0.7 / r
+
+    def barrier(v):
+        return 0.7 / np.cos(v / 2) ** 2 + 0.2 / np.sin(v / 2) ** 2
+
+    pairs = (
+        (SeparableAlphaBeta(Oscillator(k, c), Oscillator(k)), SeparableAlphaBeta(one_variable(first), one_variable(second))),
+        (SeparableRVartheta(Spring(k, c), Barriers(c, 0.2)), SeparableRVartheta(one_variable(radial), one_variable(barrier))),
+    )
+    z = naive.states(naive.MODELS[0], 200)
+    for closed, plain in pairs:
+        one, other = tori(Body(closed, 0.8), z), tori(Body(plain, 0.8), z)
+        for left, right in zip((one.J, one.constants, one.turning_points), (other.J, other.constants, other.turning_points), strict=True):
+            np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(one.nu, other.nu, rtol=0, atol=1e-11)
+        for left, right in zip(primitive(one)[1], primitive(other)[1], strict=True):
+            assert np.abs(turned(left - right)).max() < 1e-10
+
+
+def test_turning_points_name_the_well():
+    """Two wells of V_alpha: the turning points are those of the well an orbit is in, and the orbit stays between them."""
+    body = Body(SeparableAlphaBeta(one_variable(double_well), Oscillator(1.0)))
+    z = np.zeros((8, 2))
+    z[0], z[2], z[6], z[7], z[4], z[5] = (0.45, 1.5), 0.3, 0.2, 0.3, 0.1, 0.02
+    found = tori(body, z)
+    found.raise_if_failed()
+    low, high = found.turning_points[0]
+    assert np.all((low < z[0]) & (z[0] < high))
+    walls = one_variable(lambda x: double_well(x) + 0.0)
+    # On the ends p_alpha = 0: H_alpha = V_alpha + p_eta^2/(2 mu alpha^2).
+    p_eta = (found.J_eta / (2 * np.pi)) ** 2 / 2
+    for end in (low, high):
+        np.testing.assert_allclose(walls.value(end) + p_eta / end**2, found.constants[0], rtol=1e-12)
+    path = integrate(body, z, time=40.0, step=0.005, samples=2000).samples
+    alpha = np.hypot(path[:, 0], path[:, 1])
+    assert np.all(alpha >= low * (1 - 1e-9))
+    assert np.all(alpha <= high * (1 + 1e-9))
+
+
+def test_several_wells_need_a_hint():
+    def wells(x):
+        return 2.0 * np.cos(3 * x) + 0.2 * x * x + 0.3 / (x * x)
+
+    body = Body(SeparableAlphaBeta(one_variable(wells), Oscillator(1.0)))
+    z = np.zeros((8, 2))
+    z[0], z[5], z[2], z[7] = (1.1, 3.1), 0.2, 0.3, 0.2
+    found = tori(body, z)
+    found.raise_if_failed()
+    with pytest.raises(ValueError, match="near must be given.*wells"):
+        from_action_angle(body, found.J, found.theta)
+    for k in range(2):
+        back = from_action_angle(body, found.J[:, k], found.theta[:, k], near=z[:, k])
+        np.testing.assert_allclose(back, z[:, k], atol=1e-11)
+
+
+@pytest.mark.parametrize(("body", "chart"), [case for case in CASES if case[1] is not ELLIPTIC], ids=name)
+def test_small_angular_momenta_have_limits(body, chart):
+    """p -> 0 changes nothing but the angle's own frequency, which has the sign of p on orbits through the axis."""
+    z = np.array([ROOT2, 0.1, 0.3, 0.0, 0.2, 0.3, 0.1, 0.0])
+    states = np.repeat(z[:, None], 4, axis=1)
+    states[7] = (1e-5, 1e-9, -1e-9, 0.0)
+    found = tori(body, states, chart=chart)
+    through = not isinstance(body.potential, HeavyTop) or found.status[3] == Status.SEPARATRIX
+    np.testing.assert_allclose(found.J[:2, 1:], found.J[:2, 1:2] * np.ones(3), atol=2 * np.pi * 1e-9)  # dJ_i/dJ_gamma >= -1
+    np.testing.assert_allclose(found.nu[:2, 1:], found.nu[:2, 1:2] * np.ones(3), rtol=1e-8)
+    np.testing.assert_allclose(found.nu_eta[1:], found.nu_eta[1] * np.ones(3), rtol=1e-8)
+    assert found.nu_gamma[1] == pytest.approx(-found.nu_gamma[2], rel=1e-8)
+    if through:
+        assert found.status.tolist() == [0, 0, 0, Status.SEPARATRIX]
+        assert np.isnan(found.nu_gamma[3])
+        assert not np.isnan(found.J[:, 3]).any()
+        assert found.nu_gamma[1] == pytest.approx(found.nu[1, 1] / 2, rel=1e-8)  # two librations to a turn
+    else:
+        assert found.nu_gamma[3] == 0.0
+        assert found.status[3] == Status.OK
+
+
+def test_p_eta_zero_without_the_axis_is_regular():
+    z = np.array([ROOT2, 0, 0.2, 0, 0.1, 0, 0.1, 0.2])
+    for potential in (Anharmonic(), Hyperelastic()):
+        found = tori(Body(potential), z)
+        assert found.status[0] == Status.OK
+        assert found.nu_eta[0] == 0.0
+
+
+@pytest.mark.parametrize(("body", "chart"), [case for case in CASES if case[1] is not ELLIPTIC], ids=name)
+@pytest.mark.parametrize("size", 10.0 ** -np.arange(2, 13, 2))
+def test_small_oscillations_about_the_undeformed_body(body, chart, size):
+    """Frequencies go to those of the normal modes: sqrt2 omega for the shear of EQ2.2h, omega for EQa, 2 omega for the dilatation."""
+    if isinstance(body.potential, (Harmonic, HeavyTop)):
+        pytest.skip("the undeformed body is no stable equilibrium")
+    rng = np.random.default_rng(3)
+    z = np.zeros((8, 50))
+    z[0] = ROOT2
+    z[2:4], z[6:8] = size * rng.standard_normal((2, 2, 50))
+    found = tori(body, z, chart=chart)
+    assert np.isin(found.status, (Status.OK, Status.ACTION_ZERO)).all()
+    omega = np.sqrt(body.potential.C / body.mu)
+    shear = np.sqrt(2) if isinstance(body.potential, Hyperelastic) else 1.0
+    # nu counts full librations of beta^2, two to a turn of the plane.
+    np.testing.assert_allclose(found.nu[1], shear * omega / np.pi, rtol=max(30 * size**2, 1e-8))
+    np.testing.assert_allclose(np.abs(found.nu_gamma), shear * omega / (2 * np.pi), rtol=max(30 * size**2, 1e-8))
+    np.testing.assert_allclose(found.nu[0], omega / np.pi, rtol=1e-12)
+
+
+def test_vanishing_actions():
+    """Circular orbits and equilibria: J = 0 exactly, frequencies at their limits, no angle for that action."""
+    harmonic = Body(Harmonic())
+    circle = np.array([1.0, 0, 0.5, 0, 0, 1.0, 0, -0.5])  # both planes turn at constant radius
+    found = tori(harmonic, circle)
+    assert found.status[0] == Status.ACTION_ZERO
+    assert found.J[:2, 0].tolist() == [0.0, 0.0]
+    assert np.isnan(found.theta[:2, 0]).all()
+    np.testing.assert_allclose(found.nu[:, 0], [1 / np.pi, 1 / np.pi, 0.0, -1 / (2 * np.pi)], atol=1e-15)
+    for potential, chart, shear in ((Anharmonic(), ALPHA_BETA, 1.0), (Anharmonic(), R_VARTHETA, 1.0), (Hyperelastic(), R_VARTHETA, ROOT2)):
+        rest = tori(Body(potential), np.array([ROOT2, 0, 0, 0, 0, 0, 0, 0]), chart=chart)
+        assert rest.status[0] in (Status.ACTION_ZERO, Status.SEPARATRIX)
+        assert np.abs(rest.J).max() == 0.0
+        np.testing.assert_allclose(rest.nu[:2, 0], [1 / np.pi, shear / np.pi], rtol=1e-11)
+
+
+def test_circular_limit_of_the_quadrature():
+    """A narrowing libration: nu goes to its limit smoothly, without noise, though F is a small difference there."""
+    body = Body(SeparableAlphaBeta(one_variable(quartic), one_variable(bowl)))
+    # Circular orbit in plane a at alpha = 1: p_eta^2/mu = V'(1) alpha^3; V'(1) = 0.08 + 1 - 0.6 = 0.48.
+    sizes = 10.0 ** -np.arange(1.0, 12.0)
+    z = np.zeros((8, sizes.size))
+    z[0], z[5], z[4] = 1.0, np.sqrt(0.48), sizes
+    z[2], z[6], z[7] = 0.4, 0.1, 0.3
+    found = tori(body, z)
+    found.raise_if_failed()
+    # Radial frequency of small oscillations: omega^2 = V'' + 3 V'/alpha at alpha = 1, V'' = 0.24 + 1 + 1.8.
+    limit = np.sqrt(0.24 + 1.0 + 1.8 + 3 * 0.48) / (2 * np.pi)
+    gaps = np.abs(found.nu[0] / limit - 1)
+    assert np.all(gaps < np.maximum(5 * sizes**2, 3e-12))
+    np.testing.assert_allclose(found.J[0], sizes**2 / 2 / limit, rtol=1e-2, atol=1e-15)
+
+
+def test_unbound_motion_has_a_status():
+    falling = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
+    z = np.array([[1.0, 0, 0.3, 0, 2.0, 0.1, 0.1, 0.2], [1.0, 0, 0.3, 0, 0.1, 0.3, 0.1, 0.2]]).T
+    found = tori(falling, z)
+    assert found.status.tolist() == [Status.UNBOUND, Status.OK]
+    assert np.isnan(found.J[:, 0]).all()
+    alone = tori(falling, z[:, 1])
+    np.testing.assert_array_equal(alone.J[:, 0], found.J[:, 1])
+    # h_vartheta < 0: the body falls to D1 = D2 = 0.
+    collapsing = tori(Body(HeavyTop(1.0, -3.0)), np.array([1.0, 0, 0.1, 0, 0.1, 0, 0.1, 0.0]))
+    assert collapsing.status[0] == Status.UNBOUND
+
+
+@pytest.mark.parametrize(("body", "chart"), [CASES[0], CASES[6], ANGULAR[1]], ids=name)
+def test_results_do_not_depend_on_threads_or_company(body, chart):
+    z = naive.states(body, 200)
+    together = tori(body, z, chart=chart, threads=1)
+    spoiled = z.copy()
+    spoiled[4:, ::7] *= 1e3
+    for other in (tori(body, z, chart=chart), tori(body, spoiled, chart=chart)):
+        keep = np.arange(200) % 7 != 0
+        for row in ("J", "nu", "theta", "constants"):
+            np.testing.assert_array_equal(getattr(together, row)[:, keep], getattr(other, row)[:, keep])
+    alone = tori(body, z[:, 123], chart=chart)
+    np.testing.assert_array_equal(alone.theta[:, 0], together.theta[:, 123])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.floats(-2, 2, allow_nan=False, width=32), min_size=8, max_size=8))
+def test_every_bound_state_has_values_or_a_status(numbers):
+    z = np.array(numbers, dtype=float)
+    for potential in (Harmonic(), Anharmonic(), HeavyTop(1.0, 0.5)):
+        if (potential.margin(z[0] ** 2 + z[1] ** 2, z[2] ** 2 + z[3] ** 2)) <= 1e-9:
+            continue
+        found = tori(Body(potential), z)
+        values = np.concatenate([found.J[:, 0], found.nu[:, 0], found.theta[:, 0]])
+        assert found.status[0] != Status.OK or np.isfinite(values).all()
+        if found.status[0] == Status.OK:
+            assert np.all(found.J[:2, 0] >= 0)
+
+
+def test_wrong_input_is_named():
+    body, z = Body(Hyperelastic()), naive.states(naive.MODELS[2], 3)
+    found = tori(body, z)
+    for call, message in (
+        (lambda: tori(Body(NeoHookean()), z), "NeoHookean is in none"),
+        (lambda: tori(body, z, chart=ALPHA_BETA), "chart must be one that Hyperelastic separates in, r-vartheta"),
+        (lambda: tori(body, z[:7]), "z0 must have shape"),
+        (lambda: tori(body, z, threads=0), "threads must be at least 1"),
+        (lambda: from_action_angle(body, -found.J, found.theta), "must not be negative"),
+        (lambda: from_action_angle(body, found.J[:3], found.theta), "J must have shape"),
+        (lambda: from_action_angle(body, found.J, found.theta[:, :2]), "theta must have as many orbits"),
+        (lambda: from_action_angle(body, found.J * np.nan, found.theta), "J must be finite"),
+        (lambda: from_action_angle(Body(Harmonic()), found.J, found.theta, chart=ELLIPTIC), "alpha-beta or r-vartheta"),
+        (lambda: tori(Body(SeparableAlphaBeta(np.cos, Zero())), z), r"V_alpha must be a function|must be a float or a NamedTuple"),
+    ):
+        with pytest.raises((ValueError, TypeError), match=message):
+            call()
+    bounded = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
+    with pytest.raises(ValueError, match="J must be the actions of a torus: orbit 0"):
+        from_action_angle(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
