@@ -270,9 +270,11 @@ def test_frequency_map_agrees():
         found, averaged = tori(body, z), frequency_map(body, z, time=2000.0)
         nu, _ = primitive(found)
         measured = np.array([averaged.nu[0], averaged.nu[1], averaged.nu_eta, averaged.nu_gamma])
-        gap = np.abs(np.abs(measured) - np.abs(nu))
-        assert np.quantile(gap.max(axis=0), 0.9) < 1e-10
-        assert np.all(gap <= np.maximum(10 * averaged.error.max(axis=0), 1e-10))
+        gap, estimate = np.abs(np.abs(measured) - np.abs(nu)).max(axis=0), averaged.error.max(axis=0)
+        sure = estimate < 1e-10
+        assert sure.mean() > 0.6
+        assert gap[sure].max() < 1e-10
+        assert np.all(gap <= np.maximum(10 * estimate, 1e-10))
 
 
 def test_closed_forms_are_the_quadratures():
@@ -334,7 +336,7 @@ def test_several_wells_need_a_hint():
     z[0], z[5], z[2], z[7] = (1.1, 3.1), 0.2, 0.3, 0.2
     found = tori(body, z)
     found.raise_if_failed()
-    with pytest.raises(ValueError, match="near must be given.*wells"):
+    with pytest.raises(ValueError, match=r"near must be given.*wells"):
         from_action_angle(body, found.J, found.theta)
     for k in range(2):
         back = from_action_angle(body, found.J[:, k], found.theta[:, k], near=z[:, k])
