@@ -264,17 +264,16 @@ def test_gradient_of_the_energy_is_the_frequency(body, chart):
         np.testing.assert_allclose(slope[spins], energy_of_actions(body, J, chart=chart).nu[row][spins], rtol=0, atol=1e-10)
 
 
-def test_frequency_map_agrees():
-    for body in naive.MODELS[:4]:
-        z = naive.states(body, 24, seed=5)
-        found, averaged = tori(body, z), frequency_map(body, z, time=2000.0)
-        nu, _ = primitive(found)
-        measured = np.array([averaged.nu[0], averaged.nu[1], averaged.nu_eta, averaged.nu_gamma])
-        gap, estimate = np.abs(np.abs(measured) - np.abs(nu)).max(axis=0), averaged.error.max(axis=0)
-        sure = estimate < 1e-10
-        assert sure.mean() > 0.6
-        assert gap[sure].max() < 1e-10
-        assert np.all(gap <= np.maximum(10 * estimate, 1e-10))
+@pytest.mark.parametrize("body", naive.MODELS[:4], ids=name)
+def test_frequency_map_agrees(body):
+    z = naive.states(body, 24, seed=5)
+    found = tori(body, z)
+    averaged = frequency_map(body, z, time=200 * np.pi, scheme=SOFRONIOU_SPALETTA10, step=0.01)
+    measured = np.array([averaged.nu[0], averaged.nu[1], averaged.nu_eta, averaged.nu_gamma])
+    gap = np.abs(measured - primitive(found)[0]).max(axis=0)
+    # Nine of ten; the rest have small divisors of 100 periods and say so.
+    assert np.quantile(gap, 0.9) < 1e-10
+    assert np.all(gap <= np.maximum(10 * averaged.error.max(axis=0), 1e-10))
 
 
 def test_closed_forms_are_the_quadratures():
