@@ -106,9 +106,7 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
     z = phase_points("z0", z0, body)
     n = z.shape[1]
     J, nu, theta, constants = (np.empty((4, n)) for _ in range(4))
-    turning, error, status = np.full((2, 3, n), np.nan), np.full(n, np.inf), np.full(n, Status.INTERRUPTED, np.int64)
-    for rows in (J, nu, theta, constants):
-        rows.fill(np.nan)
+    turning, error, status = np.empty((2, 3, n)), np.empty(n), np.empty(n, np.int64)
     out = (z, J, nu, theta, turning, constants, error, status)
     closed = _closed_form(separated)
     if closed is not None:
@@ -118,19 +116,23 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
         angular = np.array([0 if separated.isotropic else 1] * 2)
         arguments = (separated.family.code, *separated.blocks(), *separated.angular_blocks(), separated.mu, angular, *out)
         _run(quadrature.tori_by_quadrature, arguments, n, quadrature.UNIT, threads, report)
-    p_eta, p_gamma = z[0] * z[5] - z[1] * z[4], z[2] * z[7] - z[3] * z[6]
     primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
+    region = np.zeros((2, n), np.int8)
+    np.sign(_momenta(z), out=region, casting="unsafe")
     if separated.isotropic:
-        _to_spin(J, 1.0)
-        _to_spin(nu, 0.5)
-        _to_spin(theta, 0.5)
-        np.mod(theta[2:], 1.0, out=theta[2:])
-        constants[2], constants[3] = p_gamma + p_eta, p_gamma - p_eta
-    region = np.sign(np.array([p_eta, p_gamma])).astype(np.int8)
+        constants[2:] = J[2:] / TURN
+        for rows, factor in ((J, 1.0), (constants, 1.0), (nu, 0.5), (theta, 0.5)):
+            _to_spin(rows, factor)
+        theta[2:] -= np.floor(theta[2:])
     energy = constants[0] + constants[1] if separated.family.code == 0 else constants[0]
     return Tori(
         separated.names, J, nu, theta, energy, separated.constants, constants, region, error, status, *primitive, separated, turning
     )
+
+
+def _momenta(z: np.ndarray) -> np.ndarray:
+    """Return p_eta, p_gamma (2, orbits)."""
+    return np.array([z[0] * z[5] - z[1] * z[4], z[2] * z[7] - z[3] * z[6]])
 
 
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:

@@ -160,6 +160,8 @@ def shells(mu, k, wall_r, wall_a, wall_b, z, J, nu, theta, turning, constants, e
             status[i] = _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants)
             error[i] = 1e-16
             if status[i] == UNBOUND_CODE:
+                error[i] = np.inf
+                turning[:, :, i] = np.nan
                 for m in range(4):
                     J[m, i], nu[m, i], theta[m, i] = np.nan, np.nan, np.nan
         progress[unit] = 1

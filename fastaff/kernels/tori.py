@@ -322,6 +322,8 @@ def tori_by_quadrature(
                 small, results, J, nu, theta, turning, constants, error,
             )  # fmt: skip
             if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):
+                error[k] = np.inf
                 for i in range(4):
                     J[i, k], nu[i, k], theta[i, k] = np.nan, np.nan, np.nan
+                turning[:, :, k] = np.nan
         progress[unit] = 1
