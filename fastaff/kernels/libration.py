@@ -28,6 +28,9 @@ APART = 0.6
 """Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small difference."""
 
 CHUNK, FIT = 16, 16
+FIT_NOISE, EDGE_NOISE = 1e-12, 5e-10
+"""Relative noise of G from a polynomial inside its interval and at its edge, where second derivatives are harder (measured)."""
+
 SMALL = 1e-4
 """Wells at an axis smaller than this get G from a polynomial: their energy has lost that many digits."""
 
@@ -164,7 +167,7 @@ def _refine(potential, params, mu, u, kind, inside, outside, F_inside, work):
 
 
 @jit
-def _powers(p, x, order):
+def powers(p, x, order):
     """Value (order 0), first or second derivative of the polynomial p (FIT,) at x."""
     value = 0.0
     for i in range(FIT - 1, order - 1, -1):
@@ -217,29 +220,29 @@ def _narrow(potential, params, mu, u, kind, s0, work, out):
         return False
     p, x = work[3], 0.0
     for _ in range(10):
-        bend = _powers(p, x, 2)
+        bend = powers(p, x, 2)
         if not bend < 0.0:
             return False
-        x = min(0.6, max(-0.6, x - _powers(p, x, 1) / bend))
-    top, low, high = _powers(p, x, 0), x, x
+        x = min(0.6, max(-0.6, x - powers(p, x, 1) / bend))
+    top, low, high = powers(p, x, 0), x, x
     if top > 4e-16 * scale:
-        half = np.sqrt(-2 * top / _powers(p, x, 2))
+        half = np.sqrt(-2 * top / powers(p, x, 2))
         low, high = x - half, x + half
         for _ in range(8):
-            low -= _powers(p, low, 0) / _powers(p, low, 1)
-            high -= _powers(p, high, 0) / _powers(p, high, 1)
+            low -= powers(p, low, 0) / powers(p, low, 1)
+            high -= powers(p, high, 0) / powers(p, high, 1)
     if not (-0.8 < low <= x <= high < 0.8):
         return False
     _divide(p, low)
     _divide(p, high)
     out[S1], out[S2], out[WIDTH] = s0 + radius * low, s0 + radius * high, radius * (high - low) / 2
     out[T1], out[T2] = complement(kind, out[S1]), complement(kind, out[S2])
-    out[CENTRE], out[RADIUS] = s0, radius
+    out[CENTRE], out[RADIUS], out[ERROR] = s0, radius, FIT_NOISE
     return True
 
 
 @jit
-def _axis(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
+def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
     """Turning points of a well at the axis s = 0 (side 0) or t = 0 (side 1), small beside the scale of U: True where it is one.
 
     Its energy is a small difference too, but with G from a polynomial as in `_narrow` the ends x1, x2 follow without it from
@@ -274,8 +277,8 @@ def _axis(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
             p[i] = work[4, i]
         _divide(p, first)
         _divide(p, second)
-        at_axis = -_powers(p, edge, 0) / (radius * radius)
-        here = -_powers(p, edge - edge * x0 / radius, 0) / (radius * radius)
+        at_axis = -powers(p, edge, 0) / (radius * radius)
+        here = -powers(p, edge - edge * x0 / radius, 0) / (radius * radius)
         if not (at_axis > 0.0 and here > 0.0):
             return False
         product = Lambda2 / at_axis
@@ -289,7 +292,7 @@ def _axis(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
         if abs(x2 - before) <= 4e-16 * x2:
             break
         first, second = edge - edge * x1 / radius, edge - edge * x2 / radius
-    out[WIDTH], out[CENTRE], out[RADIUS] = width, centre, radius
+    out[WIDTH], out[CENTRE], out[RADIUS], out[ERROR] = width, centre, radius, EDGE_NOISE
     if side == 0:
         out[S1], out[S2], out[T1], out[T2] = x1, x2, complement(kind, x1), complement(kind, x2)
     else:
@@ -303,11 +306,11 @@ def turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, work, ou
     out[RADIUS] = 0.0
     falls = kind != LINE and u[3] > ends[0]
     if kind != LINE and not falls and s0 < SMALL and np.isfinite(ends[0]):
-        if _axis(potential, params, mu, u, kind, ends, 0, s0, root0, work, out):
+        if axis_ends(potential, params, mu, u, kind, ends, 0, s0, root0, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
     if kind == SINE and t0 < SMALL and np.isfinite(ends[1]):
-        if _axis(potential, params, mu, u, kind, ends, 1, t0, root0, work, out):
+        if axis_ends(potential, params, mu, u, kind, ends, 1, t0, root0, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
     if kind != LINE:
@@ -357,7 +360,7 @@ def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
     if out[RADIUS] > 0.0:
         p, scale = work[3], -1 / (out[RADIUS] * out[RADIUS])
         for k in range(nodes):
-            F[k] = scale * _powers(p, (s[k] - out[CENTRE]) / out[RADIUS], 0)
+            F[k] = scale * powers(p, (s[k] - out[CENTRE]) / out[RADIUS], 0)
     else:
         radicands(potential, params, mu, u, kind, nodes, s, t, F)
         for k in range(nodes):
@@ -437,7 +440,12 @@ def integrals(potential, params, mu, u, kind, ends, goal, work, out):
         out[D3] = np.inf
     if kind == SINE and out[T2] == 0.0 and at_1 == 0.0:
         out[D2] = np.inf
-    out[NODES], out[ERROR] = nodes, tail
+    # Rounding of F, a difference of terms of this size, beside F in the middle; a polynomial's G has its own noise, set with it.
+    if out[RADIUS] == 0.0:
+        k = nodes // 2
+        terms = 2 * mu * (abs(u[0]) + abs(u[1])) * (work[0, k] * work[1, k] if kind != LINE else 1.0)
+        out[ERROR] = 2e-16 * terms / (out[WIDTH] * out[WIDTH] * work[2, k])
+    out[NODES], out[ERROR] = nodes, max(tail, out[ERROR])
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
 
 

@@ -20,19 +20,24 @@ from .libration import (
     LEAST,
     MOST,
     NODES,
+    RADIUS,
     RESULTS,
     ROWS,
     S1,
     SINE,
+    SMALL,
     T2,
     TABLES,
     W2,
     W3,
     WIDTH,
+    axis_ends,
+    complement,
     integrals,
     inverse_root,
     limits,
     partials,
+    powers,
     radicands,
     set_place,
     turning_points,
@@ -110,11 +115,50 @@ def _loop(potential, params, mu, u, kind, ends, rho, goal, work, out):
 
 
 @jit
+def _match_at_axis(potential, params, mu, u, kind, ends, side, J, bottom, work, out):
+    """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True where it is one."""
+    u[0], edge = bottom, -1.0 if side == 0 else 1.0
+    Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
+    middle, G = 0.0, 0.0
+    for step in range(12):
+        width = 0.0
+        if step > 0:
+            width = np.sqrt(max(0.0, middle * middle - Lambda2 / G))
+        elif Lambda2 > 0.0:
+            middle = 1e-3 * SMALL  # anywhere in the well: only G is wanted
+        if not axis_ends(potential, params, mu, u, kind, ends, side, middle, np.sqrt(G) * width, work, out) and step > 0:
+            return False
+        G = -powers(work[3], edge, 0) / (out[RADIUS] * out[RADIUS]) if out[RADIUS] > 0.0 else 0.0
+        if not G > 0.0:
+            return False
+        error = J
+        if step > 0:
+            if integrals(potential, params, mu, u, kind, ends, 1e-8, work, out) != OK_CODE:
+                return False
+            error -= out[ACTION]
+        else:
+            middle = np.sqrt(Lambda2 / G)
+        middle += error / (np.pi * np.sqrt(G))
+        work[0, 0], work[1, 0] = (middle, complement(kind, middle)) if side == 0 else (1 - middle, middle)
+        _effective(potential, params, u, kind, 1, work)
+        u[0] = work[2, 0] + (G * middle * middle - Lambda2) / (2 * mu * work[0, 0] * work[1, 0]) if middle > 0.0 else bottom
+        if step > 0 and abs(error) <= 1e-15 * J:
+            break
+    return integrals(potential, params, mu, u, kind, ends, 1e-14, work, out) == OK_CODE
+
+
+@jit
 def _match(potential, params, mu, u, kind, ends, J, start, work, out):
     """Find u0 of the action J >= 0 by Newton's method between bounds: (status, wells)."""
     rho, lowest, wells = _bottom(potential, params, u, kind, start, work)
     if not np.isfinite(lowest):
         return UNBOUND_CODE, wells
+    set_place(kind, rho, 0, work)
+    s, t = work[0, 0], work[1, 0]
+    if s < SMALL and np.isfinite(ends[0]) and _match_at_axis(potential, params, mu, u, kind, ends, 0, J, lowest, work, out):
+        return OK_CODE, wells
+    if kind == SINE and t < SMALL and _match_at_axis(potential, params, mu, u, kind, ends, 1, J, lowest, work, out):
+        return OK_CODE, wells
     set_place(kind, rho * 1.15, 0, work)
     set_place(kind, rho / 1.15, 1, work)
     _effective(potential, params, u, kind, 2, work)
