@@ -414,6 +414,19 @@ def _tail(kind, nodes, at_0, at_1, work):
 
 
 @jit
+def _noise(mu, u, kind, nodes, work, out):
+    """Relative error of dJ/du0 from the rounding of F, a difference of large terms."""
+    off, total, sum_f = nodes - LEAST, 0.0, 0.0
+    size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
+    for k in range(nodes):
+        f = work[_FIRST + 1, k]
+        square = TABLES[0, off + k] * TABLES[0, off + nodes - 1 - k]
+        total += size * (work[0, k] * work[1, k] if kind != LINE else 1.0) * f * f * f / square
+        sum_f += f
+    return 1e-15 + total / sum_f
+
+
+@jit
 def integrals(potential, params, mu, u, kind, ends, goal, work, out):
     """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
     at_0, at_1 = _poles(mu, u, kind, ends, out)
@@ -440,11 +453,8 @@ def integrals(potential, params, mu, u, kind, ends, goal, work, out):
         out[D3] = np.inf
     if kind == SINE and out[T2] == 0.0 and at_1 == 0.0:
         out[D2] = np.inf
-    # Rounding of F, a difference of terms of this size, beside F in the middle; a polynomial's G has its own noise, set with it.
     if out[RADIUS] == 0.0:
-        k = nodes // 2
-        terms = 2 * mu * (abs(u[0]) + abs(u[1])) * (work[0, k] * work[1, k] if kind != LINE else 1.0)
-        out[ERROR] = 2e-16 * terms / (out[WIDTH] * out[WIDTH] * work[2, k])
+        out[ERROR] = _noise(mu, u, kind, nodes, work, out)
     out[NODES], out[ERROR] = nodes, max(tail, out[ERROR])
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
 
