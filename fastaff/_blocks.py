@@ -60,7 +60,7 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
         else:
             raise TypeError(
                 f"{type(value).__name__}.{field} must be a float or a NamedTuple of floats, got {entry!r} "
-                f"({type(entry).__name__})"
+                f"({type(entry).__name__})" + (": wrap it, one_variable(f)" if inspect.isfunction(entry) else "")
             )
     return f"{name}({', '.join(arguments) or '0.0'})"
 

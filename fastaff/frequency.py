@@ -270,7 +270,8 @@ class _Work:
         if not orbits.size:
             return
         first, second, whole = (_leading(g, dt, 3) for g in (f[:, :half], f[:, half:], f))
-        error = SAFETY * np.abs(first - second) + 1e-13 * np.abs(whole)
+        drift = np.nan_to_num(energy_error(self.flow.model, self.ensemble)[orbits], posinf=0.0)
+        error = SAFETY * np.abs(first - second) + (1e-13 + 2 * drift) * np.abs(whole)
         # Another combination of the frequencies can have the largest line: agree with the average within its own error.
         known = self.error[k, orbits]
         better = (error < known) & ~(np.abs(whole - self.nu[k, orbits]) > known)

@@ -28,13 +28,13 @@ APART = 0.6
 """Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small difference."""
 
 CHUNK, FIT = 16, 16
-FIT_NOISE, EDGE_NOISE = 1e-12, 5e-10
+FIT_NOISE, EDGE_NOISE = 1e-12, 1e-11
 """Relative noise of G from a polynomial inside its interval and at its edge, where second derivatives are harder (measured)."""
 
-SMALL = 1e-4
-"""Wells at an axis smaller than this get G from a polynomial: their energy has lost that many digits."""
+SMALL = 1e-3
+"""States this near an axis may be in a well whose energy has lost digits; it gets G from a polynomial."""
 
-REACH = 1e30
+REACH = 1e60
 """Where no turning point is found within this ratio of the start, the motion is unbound."""
 
 S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, RESULTS = range(20)
@@ -59,19 +59,19 @@ def _tables():
 
 
 def _fit_tables():
-    """Return Chebyshev nodes and the matrix from values there to coefficients of the powers of x."""
+    """Return Chebyshev nodes, the matrix from values there to coefficients, and the one from these to coefficients of powers."""
     angles = (np.arange(FIT) + 0.5) * np.pi / FIT
     to_chebyshev = 2 / FIT * np.cos(np.outer(np.arange(FIT), angles))
     to_chebyshev[0] /= 2
     powers = np.zeros((FIT, FIT))
     for k in range(FIT):
         powers[: k + 1, k] = np.polynomial.chebyshev.cheb2poly(np.eye(FIT)[k])[: k + 1]
-    return np.cos(angles), np.ascontiguousarray(powers @ to_chebyshev)
+    return np.cos(angles), np.ascontiguousarray(to_chebyshev), powers
 
 
 TABLES = _tables()
 FACTORS = RATIO ** np.outer([1.0, -1.0], np.arange(1, CHUNK + 1))
-FIT_NODES, FIT_MATRIX = _fit_tables()
+FIT_NODES, TO_CHEBYSHEV, TO_POWERS = _fit_tables()
 
 
 @jit
@@ -177,24 +177,42 @@ def powers(p, x, order):
 
 
 @jit
-def _fit(potential, params, mu, u, kind, centre, radius, work):
-    """Fit powers of (s - centre)/radius to F into work[3]; returns the radius, halved until F is finite, and the scale of F."""
-    for _ in range(8):
+def _fit(potential, params, mu, u, kind, side, centre, radius, least, work):
+    """Fit powers of x = (s - centre)/radius to F, into work[3], on an interval halved until the fit is exact to rounding.
+
+    side 0, 1: the interval begins at s = 0 or ends at s = 1, -1: around the centre. Coefficients that are rounding are left out: second
+    derivatives at the edge would multiply them by the fourth power of their number. Returns the radius, 0 where it fell below `least`.
+    """
+    rounding = 2e-16 * 2 * mu * (abs(u[0]) + abs(u[1]))
+    c, p = work[4], work[3]
+    while radius > least:
+        middle = centre if side < 0 else (radius if side == 0 else 1 - radius)
         scale = 0.0
         for k in range(FIT):
-            work[0, k] = centre + radius * FIT_NODES[k]
+            work[0, k] = middle + radius * FIT_NODES[k]
             work[1, k] = complement(kind, work[0, k])
         radicands(potential, params, mu, u, kind, FIT, work[0], work[1], work[2])
         for k in range(FIT):
             scale += abs(work[2, k])
         if np.isfinite(scale):
+            size = 0.0
             for i in range(FIT):
-                work[3, i] = 0.0
+                c[i] = 0.0
                 for k in range(FIT):
-                    work[3, i] += FIT_MATRIX[i, k] * work[2, k]
-            return radius, scale
+                    c[i] += TO_CHEBYSHEV[i, k] * work[2, k]
+                size = max(size, abs(c[i]))
+            noise = max(1e-15 * size, 4 * rounding * (abs(middle) + radius if kind != LINE else 1.0))
+            if abs(c[FIT - 1]) + abs(c[FIT - 2]) + abs(c[FIT - 3]) < 8 * noise:
+                order = FIT
+                while order > 3 and abs(c[order - 1]) < noise:
+                    order -= 1
+                for i in range(FIT):
+                    p[i] = 0.0
+                    for k in range(i, order):
+                        p[i] += TO_POWERS[i, k] * c[k]
+                return radius
         radius *= 0.5
-    return 0.0, 0.0
+    return 0.0
 
 
 @jit
@@ -208,68 +226,67 @@ def _divide(p, root):
 
 
 @jit
-def _narrow(potential, params, mu, u, kind, s0, work, out):
+def _narrow(potential, params, mu, u, kind, s0, root0, work, out):
     """Turning points of a narrow well around s0: True where it is one.
 
     There F is a small difference of large numbers. A polynomial through F on a wider interval is divided by (s - s1)(s2 - s),
-    which leaves G smooth and exact to rounding however narrow the well is; an equilibrium is the limit.
+    which leaves G smooth and exact to rounding however narrow the well is. Its middle m is the root of F', its half-width
+    hypot(s0 - m, root0/sqrt(G)): no difference of energies; an equilibrium is the limit.
     """
-    wide = LINE_STEP if kind == LINE else 0.25 * (min(s0, 1 - s0) if kind == SINE else s0)
-    radius, scale = _fit(potential, params, mu, u, kind, s0, wide, work)
+    wide = 0.5 * LINE_STEP if kind == LINE else 0.2 * (min(s0, 1 - s0) if kind == SINE else s0)
+    radius = _fit(potential, params, mu, u, kind, -1, s0, wide, 0.02 * wide, work)
     if radius == 0.0:
         return False
     p, x = work[3], 0.0
+    for i in range(FIT):
+        work[4, i] = p[i]
     for _ in range(10):
         bend = powers(p, x, 2)
         if not bend < 0.0:
             return False
         x = min(0.6, max(-0.6, x - powers(p, x, 1) / bend))
-    top, low, high = powers(p, x, 0), x, x
-    if top > 4e-16 * scale:
-        half = np.sqrt(-2 * top / powers(p, x, 2))
-        low, high = x - half, x + half
-        for _ in range(8):
-            low -= powers(p, low, 0) / powers(p, low, 1)
-            high -= powers(p, high, 0) / powers(p, high, 1)
-    if not (-0.8 < low <= x <= high < 0.8):
+    if abs(x) >= 0.6:
         return False
-    _divide(p, low)
-    _divide(p, high)
-    out[S1], out[S2], out[WIDTH] = s0 + radius * low, s0 + radius * high, radius * (high - low) / 2
+    middle, half = x, 0.0
+    for _ in range(30):
+        for i in range(FIT):
+            p[i] = work[4, i]
+        _divide(p, middle - half)
+        _divide(p, middle + half)
+        here, top = -powers(p, 0.0, 0), -powers(p, x, 0)
+        if not (here > 0.0 and top > 0.0 and half < 0.35):
+            return False
+        before = half
+        # F' = 0 at the top x: (2 m - 2 x) G + (l^2 - (x - m)^2) G' = 0.
+        middle = x + 0.5 * (half * half - (x - middle) * (x - middle)) * powers(p, x, 1) / top
+        half = np.hypot(middle, root0 / np.sqrt(here))
+        if abs(half - before) <= 4e-16 * half:
+            break
+    x = middle
+    if half <= 4e-16 * s0 / radius or half < 1e-300:
+        half = 0.0
+    out[S1], out[S2], out[WIDTH] = s0 + radius * (x - half), s0 + radius * (x + half), radius * half
     out[T1], out[T2] = complement(kind, out[S1]), complement(kind, out[S2])
     out[CENTRE], out[RADIUS], out[ERROR] = s0, radius, FIT_NOISE
     return True
 
 
 @jit
-def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
-    """Turning points of a well at the axis s = 0 (side 0) or t = 0 (side 1), small beside the scale of U: True where it is one.
+def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, speed2, work, out):
+    """Turning points of a small well at the axis s = 0 (side 0) or t = 0 (side 1): True where it is one.
 
     Its energy is a small difference too, but with G from a polynomial as in `_narrow` the ends x1, x2 follow without it from
     F(0) = -x1 x2 G(0), which is the angular momentum's, and F(x0) = root0^2: sums of positive terms, exact for any amplitude.
+    speed2 is dF/ds of a state on the axis itself, x0 = 0.
     """
-    radius, p, edge = 0.07, work[3], -1.0 if side == 0 else 1.0
-    while True:
-        centre = radius if side == 0 else 1 - radius
-        finite, _ = _fit(potential, params, mu, u, kind, centre, radius, work)
-        size = 0.0
-        for i in range(FIT):
-            size += abs(p[i])
-        if finite == radius and abs(p[FIT - 1]) + abs(p[FIT - 2]) < 1e-11 * size:
-            break
-        radius *= 0.4
-        if radius < 10 * SMALL:
-            return False
+    wide = 0.07 if kind == SINE else (1e6 * x0 if x0 > 0.0 else 1e3)
+    radius = _fit(potential, params, mu, u, kind, side, 0.0, wide, 20 * x0 + 1e-12 * wide, work)
+    if radius == 0.0:
+        return False
+    p, edge = work[3], -1.0 if side == 0 else 1.0
     for i in range(FIT):
         work[4, i] = p[i]
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
-    speed2 = 0.0
-    if x0 <= 0.0:  # on the axis the energy of the motion through it is all there is
-        work[0, 0], work[1, 0] = (1e-30, complement(kind, 1e-30)) if side == 0 else (1.0, 1e-30)
-        radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
-        speed2 = work[2, 0] / 1e-30
-        if speed2 < 1e-13 * 2 * mu * (abs(u[0]) + abs(u[1])):
-            speed2 = 0.0
     first, second, x1, x2, width = edge, edge, 0.0, 0.0, 0.0
     for _ in range(60):
         before = x2
@@ -283,16 +300,18 @@ def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
             return False
         product = Lambda2 / at_axis
         total = (root0 * root0 / here + product) / x0 + x0 if x0 > 0.0 else speed2 / at_axis
-        square = 0.25 * total * total - product
-        width = np.sqrt(square) if square > 4e-16 * total * total else 0.0
+        # l from the state, not from the difference of squares: exact for circular orbits too.
+        width = np.hypot(0.5 * total - x0, root0 / np.sqrt(here)) if x0 > 0.0 else 0.5 * total
+        width = width if width > 4e-16 * total else 0.0
         x2 = 0.5 * total + width
         x1 = product / x2 if x2 > 0.0 else 0.0
-        if not x2 < SMALL:
+        if not x2 < 0.01 * radius:
             return False
         if abs(x2 - before) <= 4e-16 * x2:
             break
         first, second = edge - edge * x1 / radius, edge - edge * x2 / radius
-    out[WIDTH], out[CENTRE], out[RADIUS], out[ERROR] = width, centre, radius, EDGE_NOISE
+    out[WIDTH], out[RADIUS], out[ERROR] = width, radius, EDGE_NOISE
+    out[CENTRE] = radius if side == 0 else 1 - radius
     if side == 0:
         out[S1], out[S2], out[T1], out[T2] = x1, x2, complement(kind, x1), complement(kind, x2)
     else:
@@ -301,24 +320,30 @@ def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, work, out):
 
 
 @jit
-def turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, work, out):
+def _cancels(mu, u, s, t, root0):
+    """Whether the energy of the motion is a small difference: F of the state far below the terms it is made of."""
+    return root0 * root0 < 1e-3 * 2 * mu * (abs(u[0]) + abs(u[1])) * s * t
+
+
+@jit
+def turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, work, out):
     """Find the turning points around s0, t0, where F = root0^2 (root0 < 0 or > 0 for the direction); returns a status."""
     out[RADIUS] = 0.0
     falls = kind != LINE and u[3] > ends[0]
-    if kind != LINE and not falls and s0 < SMALL and np.isfinite(ends[0]):
-        if axis_ends(potential, params, mu, u, kind, ends, 0, s0, root0, work, out):
+    if kind != LINE and not falls and np.isfinite(ends[0]) and (kind != SINE or s0 < SMALL) and _cancels(mu, u, s0, t0, root0):
+        if axis_ends(potential, params, mu, u, kind, ends, 0, s0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
-    if kind == SINE and t0 < SMALL and np.isfinite(ends[1]):
-        if axis_ends(potential, params, mu, u, kind, ends, 1, t0, root0, work, out):
+    if kind == SINE and t0 < SMALL and np.isfinite(ends[1]) and _cancels(mu, u, s0, t0, root0):
+        if axis_ends(potential, params, mu, u, kind, ends, 1, t0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
     if kind != LINE:
-        s0, t0 = max(s0, 1e-29), max(t0, 1e-29)
+        s0, t0 = max(s0, 1e-59), max(t0, 1e-59)
     rho = s0 / t0 if kind == SINE else s0
     below, under, down = _scan(potential, params, mu, u, kind, rho, -1, work)
     above, over, up = _scan(potential, params, mu, u, kind, rho, +1, work)
-    if down == 1 and up == 1 and _narrow(potential, params, mu, u, kind, s0, work, out):
+    if down == 1 and up == 1 and _narrow(potential, params, mu, u, kind, s0, root0, work, out):
         return OK_CODE
     if (up < 0 and kind != SINE) or (down < 0 and (kind == LINE or falls)):
         return UNBOUND_CODE
@@ -345,6 +370,8 @@ def _poles(mu, u, kind, ends, out):
         at_0 = np.sqrt(max(0.0, 2 * mu * (ends[0] - u[3])))
     if kind == SINE and out[T2] < APART * out[T1] and np.isfinite(ends[1]):
         at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] - u[2])))
+    if kind == SINH and out[T1] < APART * out[T2] and np.isfinite(ends[1]):
+        at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] + u[2])))
     return at_0, at_1
 
 
@@ -373,7 +400,7 @@ def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
     J, f0, f1, f2, f3 = work[5], work[6], work[7], work[8], work[9]
     near_0, near_1 = np.sqrt(s1 * out[S2]), np.sqrt(out[T1] * t2)
     take_0, take_1 = 0.0 if at_0 == 0.0 else near_0 / at_0, 0.0 if at_1 == 0.0 else near_1 / at_1
-    give_0, give_1 = at_0 * near_0, at_1 * near_1
+    give_0, give_1 = at_0 * near_0, (-at_1 if kind == SINH else at_1) * near_1
     # Through the axis itself the pole is not integrable: that derivative jumps and has no value.
     has_0, has_1 = s1 > 0.0 or at_0 > 0.0, t2 > 0.0 or at_1 > 0.0
     for k in range(nodes):
@@ -447,7 +474,7 @@ def integrals(potential, params, mu, u, kind, ends, goal, work, out):
         out[ACTION] -= np.pi * at_0
         out[D3] += mu * np.pi / at_0
     if at_1 > 0.0:
-        out[ACTION] -= np.pi * at_1
+        out[ACTION] += np.pi * at_1 if kind == SINH else -np.pi * at_1
         out[D2] += mu * np.pi / at_1
     if kind != LINE and out[S1] == 0.0 and at_0 == 0.0:
         out[D3] = np.inf
@@ -455,7 +482,7 @@ def integrals(potential, params, mu, u, kind, ends, goal, work, out):
         out[D2] = np.inf
     if out[RADIUS] == 0.0:
         out[ERROR] = _noise(mu, u, kind, nodes, work, out)
-    out[NODES], out[ERROR] = nodes, max(tail, out[ERROR])
+    out[NODES], out[ERROR] = nodes, max(10 * tail, out[ERROR])
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
 
 
@@ -533,22 +560,27 @@ def partials(mu, u, kind, ends, work, out):
 def limits(potential, params, kind, work, ends):
     """Write the limits of U s t at s = 0 and at t = 0 to ends (2,): the potential's own walls there."""
     s, U = work[0], work[2]
-    s[0], s[1], s[2] = 1e-200, 1 - 1e-8, 1 - 2e-8
-    if kind != SINE:
-        s[1], s[2] = 1.0, 1.0
+    ends[0], ends[1] = 0.0, 0.0
+    if kind == LINE:
+        return
+    s[0] = 1e-200
+    for k in range(1, 3):  # s = 1 or, beyond the end of the motion, s = -1
+        s[k] = 1 - 10.0 ** (-2 * k - 4) if kind == SINE else 10.0 ** (-2 * k - 4) - 1
     potential(params, 3, s, U)
-    ends[0] = U[0] * 1e-200
-    if abs(ends[0]) < 1e-100:
-        ends[0] = 0.0
-    ends[1] = 2 * U[1] * (1 - s[1]) - U[2] * (1 - s[2])
-    if abs(ends[1]) < 1e-14 * abs(U[1]):
-        ends[1] = 0.0
+    ends[0] = U[0] * 1e-200 if abs(U[0]) > 1e110 or not np.isfinite(U[0]) else 0.0
+    if kind != RADIAL:
+        far, near = U[1] * s[1] * complement(kind, s[1]), U[2] * s[2] * complement(kind, s[2])
+        # A wall c/t keeps its size towards t = 0; a regular potential's falls with t.
+        if not np.isfinite(near):
+            ends[1] = near
+        elif abs(near) > 0.5 * abs(far):
+            ends[1] = near + (near - far) / 99
 
 
 @jit
-def librate(potential, params, mu, u, kind, ends, s0, t0, root0, goal, work, out):
+def librate(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, goal, work, out):
     """Turning points, loop integrals, phase and integrals up to it of one state; returns a status."""
-    code = turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, work, out)
+    code = turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, work, out)
     if code == OK_CODE:
         code = integrals(potential, params, mu, u, kind, ends, goal, work, out)
     if code == OK_CODE:

@@ -58,16 +58,19 @@ ENERGY = np.array([[1.0, 1.0], [1.0, 0.0], [1.0, 0.0]])
 
 @jit
 def place(chart, z, k, where):
-    """Write s, t, root = sqrt(F) with its sign of both coordinates of state k to where (2, 3)."""
+    """Write s, t, root = sqrt(F) with its sign, and dF/ds (or dF/dt) on the axis, of both coordinates of state k to where (2, 4)."""
+    T_a, T_b = z[4, k] * z[4, k] + z[5, k] * z[5, k], z[6, k] * z[6, k] + z[7, k] * z[7, k]
     A, B = z[0, k] * z[0, k] + z[1, k] * z[1, k], z[2, k] * z[2, k] + z[3, k] * z[3, k]
     pA, pB = z[0, k] * z[4, k] + z[1, k] * z[5, k], z[2, k] * z[6, k] + z[3, k] * z[7, k]
     r = A + B
     if chart == ALPHA_BETA:
         where[0, 0], where[0, 1], where[0, 2] = A, 1.0, pA
         where[1, 0], where[1, 1], where[1, 2] = B, 1.0, pB
+        where[0, 3], where[1, 3] = T_a, T_b
     elif chart == R_VARTHETA:
         where[0, 0], where[0, 1], where[0, 2] = r, 1.0, pA + pB
         where[1, 0], where[1, 1], where[1, 2] = B / r, A / r, (A * pB - B * pA) / r
+        where[0, 3], where[1, 3] = 0.0, r * (T_b if B <= A else T_a)
     else:
         sigma = r / 2 - 1
         root = np.sqrt(sigma * sigma + 2 * B)
@@ -77,6 +80,8 @@ def place(chart, z, k, where):
         t = small if sigma >= 0 else large
         where[0, 0], where[0, 1], where[0, 2] = s, 1 + s, s * pA + (1 + s) * pB
         where[1, 0], where[1, 1], where[1, 2] = t, A / (2 * (1 + s)), -t * pA + A / (2 * (1 + s)) * pB
+        # On the axis beta = 0 one of the two is 0: p^2 s t/s there.
+        where[0, 3], where[1, 3] = 2 * (1 - t) * T_b, 2 * (1 + s) * (T_b if B <= A else T_a)
 
 
 @jit
@@ -179,7 +184,7 @@ def _angle(potential, params, mu, c, at, momentum, u, work, out):
     if code >= 0:
         return code
     u[0] = c
-    return librate(potential, params, mu, u, LINE, u, at, 1.0, momentum, 1e-14, work, out)
+    return librate(potential, params, mu, u, LINE, u, at, 1.0, momentum, 0.0, 1e-14, work, out)
 
 
 @jit
@@ -207,7 +212,7 @@ def derivatives(chart, mu, momenta, angular, results, M, N):
             else:
                 p = momenta[j - 2]
                 # On the axis with p = 0 the derivative jumps from +pi to -pi: it has no value.
-                N[i, j - 2] = p / mu * total if p != 0.0 or np.isfinite(total) else np.nan
+                N[i, j - 2] = p / mu * total if np.isfinite(total) else np.nan
 
 
 @jit
@@ -218,7 +223,7 @@ def _state(
     """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
     place(chart, z, k, where)
     c, u, U, V, at, momenta, pair = small[0], small[1], small[2], small[3], small[4], small[5], small[6]
-    answer, turn, partial, M, N = small[7], small[8], small[9], small[10:12], small[12:14]
+    answer, turn, partial, M, N, still = small[7], small[8], small[9], small[10:12], small[12:14], small[14]
     V[0], V[1] = 0.0, 0.0
     first(first_p, 1, where[0, :1], work[2])
     U[0] = work[2, 0]
@@ -239,13 +244,13 @@ def _state(
         constants[j, k] = c[j]
     coefficients(chart, 0, c, u)
     code = librate(
-        first, first_p, mu, u, KINDS[chart, 0], ends[0], where[0, 0], where[0, 1], where[0, 2], 1e-14, work, results[0]
+        first, first_p, mu, u, KINDS[chart, 0], ends[0], where[0, 0], where[0, 1], where[0, 2], where[0, 3], 1e-14, work, results[0]
     )
     if code != OK_CODE:
         return code
     coefficients(chart, 1, c, u)
     code = librate(
-        second, second_p, mu, u, KINDS[chart, 1], ends[1], where[1, 0], where[1, 1], where[1, 2], 1e-14, work, results[1]
+        second, second_p, mu, u, KINDS[chart, 1], ends[1], where[1, 0], where[1, 1], where[1, 2], where[1, 3], 1e-14, work, results[1]
     )
     if code != OK_CODE:
         return code
@@ -254,6 +259,7 @@ def _state(
     code = OK_CODE
     derivatives(chart, mu, momenta, angular, results, M, N)
     for a in range(2):
+        still[a] = 0.0
         if not angular[a]:
             J[2 + a, k], turn[a], partial[a] = 2 * np.pi * momenta[a], 2 * np.pi, at[a]
             continue
@@ -264,6 +270,7 @@ def _state(
         if code != OK_CODE:
             return code
         J[2 + a, k], turn[a], partial[a] = results[2, ACTION], results[2, D0], results[2, W0]
+        still[a] = 1.0 if results[2, WIDTH] <= 0.0 else 0.0
     solve2(M, ENERGY[chart], True, answer)
     nu[0, k], nu[1, k] = answer[0], answer[1]
     J[0, k], J[1, k] = results[0, ACTION], results[1, ACTION]
@@ -292,6 +299,11 @@ def _state(
         if results[i, WIDTH] <= 0.0:
             theta[i, k] = np.nan
             code = ACTION_ZERO_CODE if code == OK_CODE else code
+    for a in range(2):
+        if still[a] == 1.0:
+            theta[2 + a, k], J[2 + a, k] = np.nan, 0.0
+            nu[2 + a, k] = nu[2 + a, k] if np.isfinite(nu[2 + a, k]) else np.nan
+            code = ACTION_ZERO_CODE if code == OK_CODE else code
     for i in range(4):
         theta[i, k] -= np.floor(theta[i, k])
         if theta[i, k] >= 1.0:
@@ -312,8 +324,8 @@ def tori_by_quadrature(
     for unit in numba.prange(progress.size):
         if stop[0] != 0:
             continue
-        work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 3))
-        small, ends = np.zeros((14, 4)), np.zeros((2, 2))
+        work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 4))
+        small, ends = np.zeros((15, 4)), np.zeros((2, 2))
         limits(first, first_p, KINDS[chart, 0], work, ends[0])
         limits(second, second_p, KINDS[chart, 1], work, ends[1])
         for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):

@@ -24,6 +24,7 @@ from .libration import (
     RESULTS,
     ROWS,
     S1,
+    S2,
     SINE,
     SMALL,
     T2,
@@ -47,7 +48,7 @@ from .tori import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, so
 GRID, STEP = 224, 1.3
 """Ratios rho = 1.3^(-112...111) at which the bottom of an effective potential is looked for."""
 
-MINUTE = 1e-30
+MINUTE = 1e-20
 """What an angular momentum of 0 is replaced by: the limit from above."""
 
 
@@ -70,12 +71,24 @@ def _bottom(potential, params, u, kind, start, work):
     for k in range(GRID):
         if not np.isfinite(v[k]):
             v[k] = np.inf
+    # A well has a rim on both sides that stands out of rounding; s = 0 and t = 0 are rims, infinity is not.
+    low, high, falling = v[0], v[0], True
+    for k in range(1, GRID):
+        rim = 1e-9 * (abs(low) + abs(v[k])) if np.isfinite(v[k]) else 0.0
+        if falling:
+            if v[k] < low or not np.isfinite(low):
+                low = v[k]
+            elif v[k] > low + rim:
+                wells += 1
+                falling, high = False, v[k]
+        elif v[k] > high:
+            high = v[k]
+        elif v[k] < high - 1e-9 * (abs(high) if np.isfinite(high) else 0.0):
+            falling, low = True, v[k]
+    if falling and kind == SINE:
+        wells += 1
     for k in range(GRID):
-        left = v[k - 1] if k > 0 else np.inf
-        right = v[k + 1] if k < GRID - 1 else np.inf
-        if v[k] < left and v[k] <= right:
-            wells += 1
-        if v[k] < v[best]:
+        if v[k] < v[best] and not (k == GRID - 1 and kind != SINE):
             best = k
     if start > 0.0:
         best = min(GRID - 1, max(0, int(np.round(np.log(start) / np.log(STEP))) + GRID // 2))
@@ -110,12 +123,12 @@ def _loop(potential, params, mu, u, kind, ends, rho, goal, work, out):
     s, t = work[0, 0], work[1, 0]
     radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
     root = np.sqrt(max(0.0, work[2, 0]))
-    code = turning_points(potential, params, mu, u, kind, ends, s, t, root, work, out)
+    code = turning_points(potential, params, mu, u, kind, ends, s, t, root, 0.0, work, out)
     return integrals(potential, params, mu, u, kind, ends, goal, work, out) if code == OK_CODE else code
 
 
 @jit
-def _match_at_axis(potential, params, mu, u, kind, ends, side, J, bottom, work, out):
+def _match_at_axis(potential, params, mu, u, kind, ends, side, J, room, bottom, work, out):
     """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True where it is one."""
     u[0], edge = bottom, -1.0 if side == 0 else 1.0
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
@@ -125,8 +138,8 @@ def _match_at_axis(potential, params, mu, u, kind, ends, side, J, bottom, work, 
         if step > 0:
             width = np.sqrt(max(0.0, middle * middle - Lambda2 / G))
         elif Lambda2 > 0.0:
-            middle = 1e-3 * SMALL  # anywhere in the well: only G is wanted
-        if not axis_ends(potential, params, mu, u, kind, ends, side, middle, np.sqrt(G) * width, work, out) and step > 0:
+            middle = 1e-3 * min(SMALL, room)  # anywhere in the well: only G is wanted
+        if not axis_ends(potential, params, mu, u, kind, ends, side, middle, np.sqrt(G) * width, 0.0, work, out) and step > 0:
             return False
         G = -powers(work[3], edge, 0) / (out[RADIUS] * out[RADIUS]) if out[RADIUS] > 0.0 else 0.0
         if not G > 0.0:
@@ -155,27 +168,30 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
         return UNBOUND_CODE, wells
     set_place(kind, rho, 0, work)
     s, t = work[0, 0], work[1, 0]
-    if s < SMALL and np.isfinite(ends[0]) and _match_at_axis(potential, params, mu, u, kind, ends, 0, J, lowest, work, out):
+    if s < SMALL and np.isfinite(ends[0]) and _match_at_axis(potential, params, mu, u, kind, ends, 0, J, s, lowest, work, out):
         return OK_CODE, wells
-    if kind == SINE and t < SMALL and _match_at_axis(potential, params, mu, u, kind, ends, 1, J, lowest, work, out):
+    if kind == SINE and t < SMALL and _match_at_axis(potential, params, mu, u, kind, ends, 1, J, t, lowest, work, out):
         return OK_CODE, wells
-    set_place(kind, rho * 1.15, 0, work)
-    set_place(kind, rho / 1.15, 1, work)
-    _effective(potential, params, u, kind, 2, work)
-    rise = max(work[2, 0], work[2, 1]) - lowest
+    rise, factor = 0.0, 1.15
+    while rise <= 1e-6 * abs(lowest) and factor < 1e12:
+        set_place(kind, rho * factor, 0, work)
+        set_place(kind, rho / factor, 1, work)
+        _effective(potential, params, u, kind, 2, work)
+        for k in range(2):
+            if np.isfinite(work[2, k]):
+                rise = max(rise, work[2, k] - lowest)
+        factor *= factor
     low, high = lowest, np.inf
     u[0] = lowest + (0.1 * rise if J > 0.0 else 0.0)
     code = OK_CODE
     for _ in range(80):
         code = _loop(potential, params, mu, u, kind, ends, rho, 1e-8, work, out)
-        if code == UNBOUND_CODE:
+        if code != OK_CODE:  # unbound, or on the rim of the well: too high
             high = u[0]
             u[0] = 0.5 * (low + high)
             if high - low <= 1e-15 * max(abs(low), abs(high)):
-                return UNBOUND_CODE, wells
+                return code, wells
             continue
-        if code != OK_CODE:
-            return code, wells
         gap = J - out[ACTION]
         if gap > 0.0:
             low = max(low, u[0])
@@ -188,7 +204,13 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
         u[0] = following if low < following < high else (0.5 * (low + high) if high < np.inf else following)
         if high - low <= 2e-16 * abs(low):
             break
-    return _loop(potential, params, mu, u, kind, ends, rho, 1e-14, work, out), wells
+    code = _loop(potential, params, mu, u, kind, ends, rho, 1e-14, work, out)
+    if code == OK_CODE and J == 0.0 and out[RADIUS] > 0.0:
+        out[S1] = out[S2] = 0.5 * (out[S1] + out[S2])
+        out[WIDTH], out[ACTION] = 0.0, 0.0
+    if code == OK_CODE and abs(J - out[ACTION]) > 1e-11 * J + 1e-13 * np.pi * np.sqrt(2 * mu * abs(u[3])) + 1e-14:
+        code = UNBOUND_CODE  # the action jumps over J where wells join
+    return code, wells
 
 
 @jit

@@ -211,8 +211,9 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
     compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for an analytic formula
     and twice the cost. Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time
     values write a NamedTuple with the same methods, like those of `fastaff.models.functions`.
+    Where a function returns inf or NaN is outside of its domain: a hard wall for `tori`; for integrations give a potential that grows.
     Returns a NamedTuple with `value`, `slope` and, where given, `curvature`.
-    Raises TypeError for what is not such a function, ValueError where it is not vectorised or not real.
+    Raises TypeError for what is not such a function, ValueError where it is not vectorised, not real, or a slope not the derivative.
     Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
     """
     for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
@@ -220,6 +221,9 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
             _check_function(name, function)
     if slope is None:
         slope = _complex_slope(value)
+    _check_slope("slope", value, slope)
+    if curvature is not None:
+        _check_slope("curvature", slope, curvature)
     methods = {"value": value, "slope": slope, "curvature": curvature}
     cls: type = namedtuple("cls", [])
     cls.__name__ = cls.__qualname__ = getattr(value, "__name__", "function").replace("<lambda>", "function")
@@ -242,8 +246,20 @@ def _check_function(name: str, function: Any) -> None:
         raise ValueError(f"{name} must take an array of numbers, at {x} it raised {type(problem).__name__}: {problem}") from problem
     if result.dtype.kind not in "fiu" or any(one.shape != () for one in ones) or result.shape not in ((2,), ()):
         raise ValueError(f"{name} must return one real number for each of {x}, got {result!r}")
-    if not np.array_equal(np.broadcast_to(result, 2), np.array(ones), equal_nan=True):
+    if not np.allclose(np.broadcast_to(result, 2), np.array(ones), rtol=1e-12, atol=0, equal_nan=True):
         raise ValueError(f"{name} must be vectorised: on {x} it returned {result!r}, one at a time {[float(o) for o in ones]}")
+
+
+def _check_slope(name: str, function: Callable, slope: Callable) -> None:
+    """Refuse a slope that is not the derivative, by differences of fourth order."""
+    x, h = np.array([0.3, 0.7, 1.1]), 1e-3
+    with np.errstate(all="ignore"):
+        given = np.broadcast_to(slope(x), 3)
+        samples = [np.broadcast_to(function(x + k * h), 3) for k in (-2, -1, 1, 2)]
+        expected = (8 * (samples[2] - samples[1]) - (samples[3] - samples[0])) / (12 * h)
+        gap = np.abs(given - expected) / (np.abs(samples).max(axis=0) + np.abs(expected))
+    if np.any(gap[np.isfinite(gap)] > 1e-4):
+        raise ValueError(f"{name} must be the derivative: at {x} it is {given}, differences give {expected}")
 
 
 def _jitable(function: Callable) -> Callable:

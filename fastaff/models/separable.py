@@ -170,11 +170,6 @@ class StackelBody(NamedTuple):
         """Names of the first 4 rows of z."""
         return "a1", "a2", "b1", "b2"
 
-    @property
-    def angles(self) -> Any:
-        """Angle variables natural to the potential."""
-        return self.potential.angles
-
     def velocity(self, pa1, pa2, pb1, pb2):
         """Return dq/dt = p/mu."""
         w = 1.0 / self.mu
