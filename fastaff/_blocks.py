@@ -203,7 +203,13 @@ def function_block(function: Any, variable: str) -> Any:
     constructor = _walk(function, [], classes)
     term = "regular(z[i])" if hasattr(function, "regular") else f"value({variable.format('z[i]')})"
     body = f"    for i in range(lanes):\n        result[i] = value.{term}\n"
-    return _compiled("value", constructor, tuple(classes.items()), body, (("np", np),))
+    try:
+        return _compiled("value", constructor, tuple(classes.items()), body, (("np", np),))
+    except numba.core.errors.NumbaError as problem:
+        raise TypeError(
+            f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python functions): "
+            f"{str(problem).strip().splitlines()[-1]}"
+        ) from problem
 
 
 def idle_block(kind: str) -> Any:

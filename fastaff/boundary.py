@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._blocks import is_value, parameters
-from .models import Body
+from .models import Body, StackelBody
 from .schemes import SCHEMES, RungeKutta, Splitting
 
 _METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
@@ -60,12 +60,12 @@ def checked_model(model: Any, name: str = "body") -> Any:
     if missing:
         hint = " (a potential? wrap it: Body(potential))" if hasattr(model, "slopes") else ""
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{hint}")
-    if isinstance(model, Body) and not is_value(model.potential):
+    if isinstance(model, (Body, StackelBody)) and not is_value(model.potential):
         raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
     flat = parameters(model)
     if not np.all(np.isfinite(flat)):
         raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
-    if isinstance(model, Body) and not model.mu > 0:
+    if isinstance(model, (Body, StackelBody)) and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
     return model
 

@@ -24,7 +24,8 @@ EBK = (2, 2)
 class QuasiclassicalLevels:
     """Levels E (levels,) with their quantum numbers: n (2, levels) of the two coordinates, m of spin, l of vorticity.
 
-    spacing (2, levels): h nu of the two coordinates, the energy of one more quantum to first order.
+    spacing (2, levels): h nu of the two coordinates, the energy of one more quantum to first order. status (levels,): UNBOUND where
+    no torus has these actions; E is NaN there.
     """
 
     names: tuple[str, ...]
@@ -35,13 +36,16 @@ class QuasiclassicalLevels:
     spacing: np.ndarray
     maslov: tuple[int, int]
     hbar: float
+    status: np.ndarray
 
     def degeneracies(self, *, tolerance: float = 1e-9) -> tuple[np.ndarray, np.ndarray]:
         """Return the distinct energies, relative `tolerance` apart, and how many of the levels each has.
 
         Source: Martens & Slawianowski, section 4 (degeneracy of the Bohr-Sommerfeld levels).
         """
-        E = np.sort(self.E)
+        E = np.sort(self.E[np.isfinite(self.E)])
+        if E.size == 0:
+            return E, np.zeros(0, np.int64)
         first = np.concatenate([[True], np.diff(E) > tolerance * np.abs(E[1:])])
         return E[first], np.diff(np.append(np.flatnonzero(first), E.size))
 
@@ -66,9 +70,12 @@ def quasiclassical_levels(
     quanta = [_integers(name, value) for name, value in (("n", n), ("m", m), ("l", l))]
     if quanta[0].ndim not in (1, 2) or quanta[0].shape[0] != 2 or np.any(quanta[0] < 0):
         raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {n!r}")
-    indices = tuple(whole("maslov", index, 0) for index in maslov)
+    indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
+    sizes = {q.size for q in (quanta[0][0], quanta[1], quanta[2])} - {1}
+    if len(sizes) > 1 or quanta[1].ndim > 1 or quanta[2].ndim > 1:
+        raise ValueError(f"n, m and l must be single or have the same number of levels, got {[q.shape for q in quanta]}")
     n1, n2, spin, vorticity = np.broadcast_arrays(*(q.ravel() for q in (quanta[0][0], quanta[0][1], quanta[1], quanta[2])))
     odd = np.flatnonzero((spin + vorticity) % 2)
     if single_valued and odd.size:
@@ -79,7 +86,8 @@ def quasiclassical_levels(
     J = h * np.array([n1 + indices[0] / 4, n2 + indices[1] / 4, spin, vorticity])
     result = energy_of_actions(body, J, chart=chart, near=near)
     numbers = np.array([n1, n2]), spin.copy(), vorticity.copy()
-    return QuasiclassicalLevels(result.names, result.energy, *numbers, h * result.nu[:2], (indices[0], indices[1]), float(hbar))
+    pair = (indices[0], indices[1])
+    return QuasiclassicalLevels(result.names, result.energy, *numbers, h * result.nu[:2], pair, float(hbar), result.status)
 
 
 def quasiclassical_levels_below(
@@ -89,7 +97,8 @@ def quasiclassical_levels_below(
 
     Parameters: energy, finite; the others as in `quasiclassical_levels`. Returns QuasiclassicalLevels, perhaps of no level.
     Formula: E(J) grows with both actions and with |J_eta| and |J_gamma|, so the search stops at the first level above in each
-    direction; each level of m - l, m + l other than 0 comes with both signs.
+    direction; each level of m - l, m + l other than 0 comes with both signs. Actions that belong to no torus (bodies that fall or
+    escape) end their direction too.
     Source: Martens & Slawianowski, EQ3.2 and EQ3.6; Keller 1958, Ann. Phys. 4, 180.
     """
     top = real("energy", energy)
@@ -108,9 +117,8 @@ def quasiclassical_levels_below(
     )
     order = np.argsort(found.E, kind="stable")
     order = order[found.E[order] < top]
-    return QuasiclassicalLevels(
-        found.names, found.E[order], found.n[:, order], found.m[order], found.l[order], found.spacing[:, order], found.maslov, found.hbar
-    )
+    numbers = found.n[:, order], found.m[order], found.l[order], found.spacing[:, order]
+    return QuasiclassicalLevels(found.names, found.E[order], *numbers, found.maslov, found.hbar, found.status[order])
 
 
 def _search(body: Any, top: float, maslov: tuple[int, int], hbar: float, step: int, chart: Any) -> Iterator[tuple[int, int, int, int]]:
@@ -123,34 +131,35 @@ def _search(body: Any, top: float, maslov: tuple[int, int], hbar: float, step: i
         )  # fmt: skip
         return top > levels.E
 
-    for eta in count(0, step):
-        found_eta = False
-        for gamma in count(eta % 2 if step == 1 else 0, 2):
-            found_gamma = False
-            for n2 in count():
-                n1, size = 0, 8
-                while True:
-                    inside = below(np.arange(n1, n1 + size), n2, eta, gamma)
-                    last = int(inside.sum())
-                    yield from ((n1 + k, n2, eta, gamma) for k in range(last))
-                    n1 += last
-                    if last < size:
+    for parity in range(0, 2, step):  # the classes of even and of odd |m - l|, |m + l|
+        for eta in count(parity, 2):
+            found_eta = False
+            for gamma in count(parity, 2):
+                found_gamma = False
+                for n2 in count():
+                    n1, size = 0, 8
+                    while True:
+                        inside = below(np.arange(n1, n1 + size), n2, eta, gamma)
+                        last = size if inside.all() else int(np.argmin(inside))
+                        yield from ((n1 + k, n2, eta, gamma) for k in range(last))
+                        n1 += last
+                        if last < size:
+                            break
+                        size *= 2
+                    if n1 == 0:
                         break
-                    size *= 2
-                if n1 == 0:
+                    found_gamma = True
+                if not found_gamma:
                     break
-                found_gamma = True
-            if not found_gamma:
+                found_eta = True
+            if not found_eta:
                 break
-            found_eta = True
-        if not found_eta:
-            return
 
 
 def _integers(name: str, value: ArrayLike) -> np.ndarray:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf" or numbers.size == 0:
         raise TypeError(f"{name} must be whole numbers, got {value!r}")
-    if not np.all(np.isfinite(numbers)) or np.any(numbers != np.round(numbers)):
+    if not np.all(np.abs(numbers) < 2**53) or np.any(numbers != np.round(numbers)):
         raise ValueError(f"{name} must be whole numbers, got {value!r}")
     return numbers.astype(np.int64)

@@ -108,7 +108,8 @@ def resonances(
 ) -> Resonances:  # fmt: skip
     """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
-    Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, such as `frequency_map(...).nu`; max_order: of the
+    Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and errors, a
+    FrequencyMap or Tori; max_order: of the
     vectors searched, 1 to 50; tolerance >= 0, relative; errors: of the shape of nu, absolute, such as `.error` (default 0);
     names: of the frequencies, for labels; threads, report as in `integrate`.
     Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted never: Ctrl-C is KeyboardInterrupt.
@@ -130,6 +131,11 @@ def resonances(
     Source: Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
     Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
     """
+    if hasattr(nu, "nu") and hasattr(nu, "names"):  # a result that carries its names
+        names = nu.names if names is None else names
+        if errors is None and np.shape(nu.error) == np.shape(nu.nu):
+            errors = nu.error
+        nu = nu.nu
     nu, errors = checked_frequencies(nu, errors)
     max_order, tolerance = whole("max_order", max_order, 1), real("tolerance", tolerance)
     if max_order > MAX_ORDER:

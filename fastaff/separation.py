@@ -128,10 +128,10 @@ def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[s
     Source: Martens & Slawianowski, EQ2.1b, EQ2.2f and K, L of section 3 (corrected).
     """
     separated = separate(body, chart)
-    return involution(separated, phase_points("z", z, body))
+    return involution(body, separated, phase_points("z", z, body))
 
 
-def involution(separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
+def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
     """Return the constants of z (8, ...)."""
     mu, (first, second), (V_eta, V_gamma) = separated.mu, separated.functions, separated.angular
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = z
@@ -150,9 +150,10 @@ def involution(separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
         values.insert(0, T_a + T_b + first.value(r) + (values[0] - h) / r)
     else:
         s, t = SeparableElliptic(first, second).squares(A, B)
-        U, W = first.value(np.arcsinh(np.sqrt(s))), second.value(np.arcsin(np.sqrt(t)))
-        E = T_a + T_b + (U + W) / (2 * (s + t)) + walls
-        K = T_a + h / 2 + (U * (1 - t) + W * (1 + s)) / (2 * (s + t))
+        # The separated form is 0/0 at the focus, the undeformed body; V itself is not.
+        W, V = second.value(np.arcsin(np.sqrt(t))), body.potential.value(A, B)
+        E = T_a + T_b + V + walls
+        K = T_a + h / 2 + V * (1 - t) + W / 2
         K = K + at_eta * (2 + s - t) / (2 * (1 + s) * (1 - t))
         K = K if isinstance(V_gamma, Zero) else K + at_gamma * (1 + s - t) / (2 * s * t)
         values = [E, K]

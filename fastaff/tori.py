@@ -13,14 +13,14 @@ from .boundary import phase_points, whole
 from .engine import Report, available_threads, default_threads, launch
 from .kernels import closed_tori, torus_points
 from .kernels import tori as quadrature
-from .models import Barriers, Oscillator, Spring
+from .models import Barriers, Oscillator, Spring, Zero
 from .separation import Separated, separate
 from .status import Status, describe, raise_if_failed
 
 TURN = 2 * np.pi
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tori:
     """Action-angle description of states of a separable body; arrays over orbits last, rows as `names`.
 
@@ -51,6 +51,9 @@ class Tori:
     theta_gamma: np.ndarray
     separated: Separated
     regular_turning_points: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"<Tori of {self.status.size} states, {', '.join(self.names)}: {self.summary()}>"
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
@@ -115,7 +118,7 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
         kernel, parameters = closed
         _run(kernel, (separated.mu, *parameters, *out), n, closed_tori.UNIT, threads, report)
     else:
-        angular = np.array([0 if separated.isotropic else 1] * 2)
+        angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
         arguments = (separated.family.code, *separated.blocks(), *separated.angular_blocks(), separated.mu, angular, *out)
         _run(quadrature.tori_by_quadrature, arguments, n, quadrature.UNIT, threads, report)
     primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
@@ -184,17 +187,22 @@ def from_action_angle(
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     z = np.empty((8, n))
-    _invert(body, separate(body, chart), actions, np.mod(angles, 1.0), z, near, threads)
+    separated = separate(body, chart)
+    if _closed_form(separated) is not None:
+        z = _closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
+    else:
+        _refuse_failed(actions, _invert(body, separated, actions, np.mod(angles, 1.0), z, near, threads)[2])
     return z[:, 0] if single else z
 
 
 @dataclass(frozen=True)
 class EnergyOfActions:
-    """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits) and the names of the rows."""
+    """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits), the names of the rows; status (orbits,): NaN where not OK."""
 
     names: tuple[str, ...]
     energy: np.ndarray
     nu: np.ndarray
+    status: np.ndarray
 
 
 def energy_of_actions(
@@ -203,7 +211,7 @@ def energy_of_actions(
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
     Parameters as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions; at J_eta = 0 or J_gamma = 0 the gradient is the
-    limit from above. Raises TypeError or ValueError as there.
+    limit from above; an orbit whose actions belong to no torus has the status UNBOUND and NaN. Raises TypeError or ValueError as there.
     Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures.
     Source: Martens & Slawianowski, section 4.
     """
@@ -212,11 +220,12 @@ def energy_of_actions(
     if _closed_form(separated) is not None:
         energy, nu = _closed_energy(separated, _checked_actions(separated, actions))
         _to_spin(nu, 0.5)
+        status = np.zeros(energy.size, np.int64)
     else:
-        energy, nu = _invert(body, separated, actions, np.empty((4, 0)), np.empty((8, 0)), near, threads)
+        energy, nu, status = _invert(body, separated, actions, np.empty((4, 0)), np.empty((8, 0)), near, threads)
     if np.ndim(J) == 1:
-        return EnergyOfActions(separated.names, energy[0], nu[:, 0])
-    return EnergyOfActions(separated.names, energy, nu)
+        return EnergyOfActions(separated.names, energy[0], nu[:, 0], status[0])
+    return EnergyOfActions(separated.names, energy, nu, status)
 
 
 def _rows(name: str, given: ArrayLike) -> np.ndarray:
@@ -259,10 +268,67 @@ def _closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarra
     return E, np.array(nu)
 
 
+def _closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Return the phase points of oscillators with walls: each regular variable is m - l cos(chi)."""
+    mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
+    planes = isinstance(second, Oscillator)
+    walls = (first.c, second.c) if planes else (second.c_alpha, second.c_beta)
+    L_a, L_b = (np.sqrt(p * p + 2 * mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True))
+    if planes:
+        A, pA, psi_a, chi_a = _swing(J1, L_a, np.sqrt(mu * first.k), TURN * theta[0])
+        B, pB, psi_b, chi_b = _swing(J2, L_b, np.sqrt(mu * second.k), TURN * theta[1])
+        turn_a, turn_b = psi_a - chi_a / 2, psi_b - chi_b / 2
+    else:
+        Lambda = J2 / np.pi + L_a + L_b
+        outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
+        r, p_r, psi, chi_r = _swing(J1, outer, np.sqrt(mu * first.k), TURN * theta[0])
+        chi = TURN * theta[1] + 2 * Lambda / outer * (psi - chi_r / 2)
+        # s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2, and l^2 as a product: no cancellation for small J.
+        x = J2 / np.pi
+        amplitude = np.sqrt(x * (x + 2 * L_a) * (x + 2 * L_b) * (x + 2 * L_a + 2 * L_b)) / (2 * Lambda * Lambda)
+        middle_s = (x * (x + 2 * L_a + 2 * L_b) + 2 * L_b * (L_a + L_b)) / (2 * Lambda * Lambda)
+        middle_t = (x * (x + 2 * L_a + 2 * L_b) + 2 * L_a * (L_a + L_b)) / (2 * Lambda * Lambda)
+        s = _between((L_b / Lambda) ** 2, middle_s, amplitude, chi)
+        t = _between((L_a / Lambda) ** 2, middle_t, amplitude, chi + np.pi)
+        p_s = Lambda * amplitude * np.sin(chi)
+        A, B, pA, pB = r * t, r * s, t * p_r - p_s, s * p_r + p_s
+        turns, rest = np.floor(chi / TURN), np.mod(chi, TURN)
+        s2, t1 = middle_s + amplitude, middle_t + amplitude
+        psi_s = np.arctan2(np.sqrt(s2) * np.sin(rest / 2), L_b / Lambda / np.sqrt(s2) * np.cos(rest / 2)) + np.pi * turns
+        psi_t = np.arctan2(L_a / Lambda / np.sqrt(t1) * np.sin(rest / 2), np.sqrt(t1) * np.cos(rest / 2)) + np.pi * turns
+        turn_a, turn_b = psi_t - np.pi * theta[1], psi_s - np.pi * theta[1]
+    ratios = [np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in ((p_eta, L_a), (p_gamma, L_b))]
+    rows = (A, B, TURN * theta[2] + ratios[0] * turn_a, TURN * theta[3] + ratios[1] * turn_b)
+    radii = [np.sqrt(A), np.sqrt(B)]
+    momenta = [np.where(q > 0, p / np.where(q > 0, q, 1.0), 0.0) for p, q in zip((pA, pB), radii, strict=True)]
+    across = [np.where(q > 0, p / np.where(q > 0, q, 1.0), 0.0) for p, q in zip((p_eta, p_gamma), radii, strict=True)]
+    z = []
+    for q, angle in ((radii[0], rows[2]), (radii[1], rows[3])):
+        z += [q * np.cos(angle), q * np.sin(angle)]
+    for p, w, angle in ((momenta[0], across[0], rows[2]), (momenta[1], across[1], rows[3])):
+        z += [p * np.cos(angle) - w * np.sin(angle), p * np.sin(angle) + w * np.cos(angle)]
+    return np.array(z)
+
+
+def _between(product: np.ndarray, middle: np.ndarray, amplitude: np.ndarray, chi: np.ndarray) -> np.ndarray:
+    """Return m - l cos(chi) as its least value and a positive term."""
+    return product / (middle + amplitude) + 2 * amplitude * np.sin(chi / 2) ** 2
+
+
+def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return s, root = s-momentum, psi and chi of an oscillator's plane (or of r) of action J and effective momentum Lambda."""
+    middle = (J / np.pi + Lambda) / stiffness
+    amplitude = np.sqrt(J / np.pi * (J / np.pi + 2 * Lambda)) / stiffness
+    high = middle + amplitude
+    least = (Lambda / stiffness) ** 2 / np.where(high > 0, high, 1.0)
+    psi = np.arctan2(np.sqrt(high) * np.sin(chi / 2), np.sqrt(least) * np.cos(chi / 2))
+    return least + 2 * amplitude * np.sin(chi / 2) ** 2, stiffness * amplitude * np.sin(chi), psi, chi
+
+
 def _invert(
     body: Any, separated: Separated, J: np.ndarray, theta: np.ndarray, z: np.ndarray, near: ArrayLike | None, threads: int | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Fill z where theta has columns; return E and its gradient."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fill z where theta has columns; return E, its gradient and statuses."""
     spins = _checked_actions(separated, J)
     spins[2:] *= TURN
     n = J.shape[1]
@@ -279,6 +345,11 @@ def _invert(
             f"near must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a phase point in the "
             "one that is meant (`tori` of it gives its turning points)"
         )
+    _to_spin(nu, 0.5)
+    return energy, nu, status
+
+
+def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
     failed = np.flatnonzero(status != Status.OK)
     if failed.size:
         k = failed[0]
@@ -286,8 +357,6 @@ def _invert(
             f"J must be the actions of a torus: orbit {k}, J = {J[:, k]}, gives {Status(int(status[k])).name} "
             f"({Status(int(status[k])).sentence}); {failed.size} such orbits"
         )
-    _to_spin(nu, 0.5)
-    return energy, nu
 
 
 def _start(separated: Separated, z: np.ndarray) -> np.ndarray:

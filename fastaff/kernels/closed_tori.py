@@ -16,17 +16,16 @@ UNIT = 1024
 """States that a thread takes at once."""
 
 TURN = 2 * np.pi
-NOISE = 1e-15
-"""Squares of amplitudes below this portion of the squares they are differences of are 0: rounding."""
+NOISE = 4e-16
+"""Amplitudes below this portion of the middle are 0: rounding."""
 
 
 @jit
 def _cycle(middle, product, s, root, stiffness):
     """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (amplitude, s1, s2, chi)."""
-    square = middle * middle - product
-    if square <= NOISE * middle * middle:
+    amplitude = np.hypot(root / stiffness, middle - s)
+    if amplitude <= NOISE * middle:
         return 0.0, middle, middle, 0.0
-    amplitude = np.sqrt(square)
     s2 = middle + amplitude
     chi = np.arctan2(root / stiffness, middle - s)
     return amplitude, product / s2, s2, chi if chi >= 0.0 else chi + TURN
@@ -116,22 +115,36 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
     omega, outer, Lambda = np.sqrt(k / mu), np.sqrt(2 * mu * (h + wall_r)), np.sqrt(2 * mu * h)
     L_a, L_b = np.sqrt(p_eta * p_eta + 2 * mu * wall_a), np.sqrt(p_gamma * p_gamma + 2 * mu * wall_b)
     width_r, r1, r2, chi_r = _cycle(E / k, outer * outer / (mu * k), r, pA + pB, np.sqrt(mu * k))
-    # F = -Lambda^2 s^2 + (Lambda^2 - L_a^2 + L_b^2) s - L_b^2 with s = sin^2(vartheta/2).
-    middle = 0.5 * (1 + (L_b - L_a) / Lambda * ((L_b + L_a) / Lambda))
-    square = middle * middle - (L_b / Lambda) ** 2
-    s1, s2, t2, chi = middle, middle, 1 - middle, 0.0
-    bent = square <= NOISE
-    if not bent:
-        width = np.sqrt(square)
-        s2, t1 = middle + width, 1 - middle + width
-        s1, t2 = (L_b / Lambda) ** 2 / s2, (L_a / Lambda) ** 2 / t1
-        chi = np.arctan2((A * pB - B * pA) / (r * Lambda), middle - B / r)
-        chi = chi if chi >= 0.0 else chi + TURN
+    # F = (s - s1)(s2 - s) Lambda^2 with s = sin^2(vartheta/2), s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The
+    # middle from the nearer axis: a sum of positive terms, F = root^2 there, where the energy would be a difference.
+    s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
+    upper = s > 0.5
+    x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
+    if x > 0.0:
+        total = (root * root + near * near) / x + x
+        width = np.hypot(root, 0.5 * total - x)
+    else:  # on the axis all of the momentum across it counts
+        p = z[4, i] * z[4, i] + z[5, i] * z[5, i] if upper else z[6, i] * z[6, i] + z[7, i] * z[7, i]
+        total = r * p / (Lambda * Lambda) + (near * near if near > 0.0 else 0.0)
+        width = 0.5 * total
+    bent = width <= NOISE * total
+    width = 0.0 if bent else width
+    x2 = 0.5 * total + width
+    x1 = near * near / x2 if x2 > 0.0 else 0.0
+    s1, s2, t1, t2 = (1 - x2, 1 - x1, x2, x1) if upper else (x1, x2, 1 - x1, 1 - x2)
+    if upper:
+        s1 = (L_b / Lambda) ** 2 / s2
+    else:
+        t2 = (L_a / Lambda) ** 2 / t1
+    product_s, product_t = np.sqrt(s1 * s2), np.sqrt(t1 * t2)
+    spread = 2 * width / (np.sqrt(t1) + np.sqrt(t2) if upper else np.sqrt(s1) + np.sqrt(s2)) if width > 0.0 else 0.0
+    chi = np.arctan2(root, 0.5 * total - x if not upper else x - 0.5 * total)
+    chi = 0.0 if bent else (chi if chi >= 0.0 else chi + TURN)
     turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = r1, r2, 1.0
     turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = s1, s2, t2
     J[2, i], J[3, i] = TURN * p_eta, TURN * p_gamma
     J[0, i] = np.pi * k * width_r * width_r / omega / (E / k + outer / np.sqrt(mu * k)) if width_r > 0.0 else 0.0
-    J[1, i] = 0.0 if bent else np.pi * max(0.0, Lambda - L_a - L_b)
+    J[1, i] = np.pi * Lambda * spread * spread / (1 + (product_s - product_t if upper else product_t - product_s))
     code = OK_CODE if L_a > 0.0 and L_b > 0.0 else SEPARATRIX_CODE
     turn_a, turn_b = p_eta / L_a if L_a > 0.0 else np.nan, p_gamma / L_b if L_b > 0.0 else np.nan
     nu[0, i], nu[1, i] = omega / np.pi, omega / np.pi * (Lambda / outer)
@@ -140,7 +153,7 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
     eta = np.arctan2(z[1, i], z[0, i]) if A > 0.0 else np.arctan2(z[5, i], z[4, i])
     gamma = np.arctan2(z[3, i], z[2, i]) if B > 0.0 else np.arctan2(z[7, i], z[6, i])
     theta[0, i], theta[1, i] = _wrap(chi_r / TURN), _wrap(tilt)
-    theta[2, i] = _wrap((eta - turn_a * (_wind(chi, 1 - s1, t2) - np.pi * tilt)) / TURN)
+    theta[2, i] = _wrap((eta - turn_a * (_wind(chi, t1, t2) - np.pi * tilt)) / TURN)
     theta[3, i] = _wrap((gamma - turn_b * (_wind(chi, s1, s2) - np.pi * tilt)) / TURN)
     if width_r == 0.0 or bent:
         theta[0, i] = np.nan if width_r == 0.0 else theta[0, i]

@@ -263,7 +263,7 @@ def _narrow(potential, params, mu, u, kind, s0, root0, work, out):
         if abs(half - before) <= 4e-16 * half:
             break
     x = middle
-    if half <= 4e-16 * s0 / radius or half < 1e-300:
+    if half <= 4e-16 * (1.0 if kind == LINE else s0) / radius:
         half = 0.0
     out[S1], out[S2], out[WIDTH] = s0 + radius * (x - half), s0 + radius * (x + half), radius * half
     out[T1], out[T2] = complement(kind, out[S1]), complement(kind, out[S2])
@@ -280,12 +280,20 @@ def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, speed2, wor
     speed2 is dF/ds of a state on the axis itself, x0 = 0.
     """
     wide = 0.07 if kind == SINE else (1e6 * x0 if x0 > 0.0 else 1e3)
-    radius = _fit(potential, params, mu, u, kind, side, 0.0, wide, 20 * x0 + 1e-12 * wide, work)
-    if radius == 0.0:
-        return False
-    p, edge = work[3], -1.0 if side == 0 else 1.0
-    for i in range(FIT):
-        work[4, i] = p[i]
+    least, p, edge = 20 * x0 + 1e-12 * wide, work[3], -1.0 if side == 0 else 1.0
+    while True:
+        radius = _fit(potential, params, mu, u, kind, side, 0.0, wide, least, work)
+        if radius == 0.0:
+            return False
+        size = 0.0
+        for i in range(FIT):
+            work[4, i] = p[i]
+            size += abs(p[i])
+        _divide(p, edge)
+        _divide(p, edge)
+        if size < 30 * abs(powers(p, edge, 0)):  # else higher powers drown the curvature at the axis
+            break
+        wide = 0.3 * radius
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
     first, second, x1, x2, width = edge, edge, 0.0, 0.0, 0.0
     for _ in range(60):
@@ -322,7 +330,7 @@ def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, speed2, wor
 @jit
 def _cancels(mu, u, s, t, root0):
     """Whether the energy of the motion is a small difference: F of the state far below the terms it is made of."""
-    return root0 * root0 < 1e-3 * 2 * mu * (abs(u[0]) + abs(u[1])) * s * t
+    return root0 * root0 <= 1e-3 * 2 * mu * (abs(u[0]) + abs(u[1])) * s * t
 
 
 @jit
@@ -371,7 +379,9 @@ def _poles(mu, u, kind, ends, out):
     if kind == SINE and out[T2] < APART * out[T1] and np.isfinite(ends[1]):
         at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] - u[2])))
     if kind == SINH and out[T1] < APART * out[T2] and np.isfinite(ends[1]):
+        # Beyond the ends of motion a branch point of sqrt(G) comes to the pole where Lambda is small: then it stays.
         at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] + u[2])))
+        at_1 = at_1 if at_1 * at_1 > 0.1 * mu * (abs(u[0]) + abs(u[1])) else 0.0
     return at_0, at_1
 
 

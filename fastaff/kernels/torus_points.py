@@ -183,15 +183,25 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
         factor *= factor
     low, high = lowest, np.inf
     u[0] = lowest + (0.1 * rise if J > 0.0 else 0.0)
-    code = OK_CODE
-    for _ in range(80):
+    code, tries, rim = OK_CODE, 0, 0.0
+    for _ in range(200):
         code = _loop(potential, params, mu, u, kind, ends, rho, 1e-8, work, out)
-        if code != OK_CODE:  # unbound, or on the rim of the well: too high
+        if code == UNBOUND_CODE:
             high = u[0]
             u[0] = 0.5 * (low + high)
             if high - low <= 1e-15 * max(abs(low), abs(high)):
                 return code, wells
             continue
+        if code != OK_CODE:  # at the rim of a well, or next to a wall: try both sides, further and further off
+            if tries == 0:
+                rim = u[0]
+            tries += 1
+            aside = (rim - low) * 1e-7 * 4.0 ** (tries // 2)
+            u[0] = rim - aside if tries % 2 == 1 else min(rim + aside, 0.5 * (rim + high) if high < np.inf else np.inf)
+            if tries > 24:
+                return code, wells
+            continue
+        tries = 0
         gap = J - out[ACTION]
         if gap > 0.0:
             low = max(low, u[0])
@@ -208,7 +218,7 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
     if code == OK_CODE and J == 0.0 and out[RADIUS] > 0.0:
         out[S1] = out[S2] = 0.5 * (out[S1] + out[S2])
         out[WIDTH], out[ACTION] = 0.0, 0.0
-    if code == OK_CODE and abs(J - out[ACTION]) > 1e-11 * J + 1e-13 * np.pi * np.sqrt(2 * mu * abs(u[3])) + 1e-14:
+    if code == OK_CODE and abs(J - out[ACTION]) > 1e-9 * J + 1e-13 * np.pi * np.sqrt(2 * mu * abs(u[3])) + 1e-14:
         code = UNBOUND_CODE  # the action jumps over J where wells join
     return code, wells
 
@@ -345,6 +355,7 @@ def torus_points(
         limits(first, first_p, KINDS[chart, 0], work, ends[0])
         limits(second, second_p, KINDS[chart, 1], work, ends[1])
         for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+            energy[k], nu[:, k] = np.nan, np.nan
             status[k] = _point(
                 chart, first, first_p, second, second_p, mu, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
             )

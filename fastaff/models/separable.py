@@ -180,9 +180,8 @@ class StackelBody(NamedTuple):
         A, B = a1 * a1 + a2 * a2 + TINY, b1 * b1 + b2 * b2 + TINY
         V_A, V_B = self.potential.slopes(A, B)
         eta, gamma = np.arctan2(a2, a1), np.arctan2(b2, b1)
-        u, v = 1 / (A * A), 1 / (B * B)
-        radial_a, around_a = -2 * (V_A - u * self.V_eta.value(eta)), u * self.V_eta.slope(eta)
-        radial_b, around_b = -2 * (V_B - v * self.V_gamma.value(gamma)), v * self.V_gamma.slope(gamma)
+        radial_a, around_a = -2 * (V_A - self.V_eta.value(eta) / A / A), self.V_eta.slope(eta) / A / A
+        radial_b, around_b = -2 * (V_B - self.V_gamma.value(gamma) / B / B), self.V_gamma.slope(gamma) / B / B
         return (
             radial_a * a1 + around_a * a2, radial_a * a2 - around_a * a1,
             radial_b * b1 + around_b * b2, radial_b * b2 - around_b * b1,
