@@ -300,7 +300,7 @@ def test_closed_forms_are_the_quadratures():
     for closed, plain in pairs:
         one, other = tori(Body(closed, 0.8), z), tori(Body(plain, 0.8), z)
         for left, right in zip((one.J, one.constants, one.turning_points), (other.J, other.constants, other.turning_points), strict=True):
-            np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)
+            np.testing.assert_allclose(left, right, rtol=1e-11, atol=1e-11)
         np.testing.assert_allclose(one.nu, other.nu, rtol=0, atol=1e-11)
         for left, right in zip(primitive(one)[1], primitive(other)[1], strict=True):
             assert np.abs(turned(left - right)).max() < 1e-10
@@ -425,6 +425,44 @@ def test_circular_limit_of_the_quadrature():
     np.testing.assert_allclose(found.J[0], sizes**2 / 2 / limit, rtol=1e-2, atol=1e-15)
 
 
+def test_narrow_shear_next_to_the_wall():
+    """A narrow libration whose fitting interval would reach the pole of EQ2.2h at s = 1/2; values by mpmath quadrature, 50 digits."""
+    z = [2.451019240714001, 0, 2.0012488298310527, 0, -0.10006244149155263, 0.12239805996488533, 0.12255096203570004, 2.8284282268446446]
+    found = tori(Body(Hyperelastic()), z)
+    np.testing.assert_allclose([found.nu[1, 0], found.J[1, 0]], [0.77828, 0.0160648], rtol=1e-5)
+    later = integrate(Body(Hyperelastic()), z, time=3.0, step=0.002, scheme=SOFRONIOU_SPALETTA10).z
+    assert abs(turned(tori(Body(Hyperelastic()), later).theta[1] - found.theta[1] - 3 * found.nu[1])[0]) < 1e-10
+
+
+def quartic_spring(strength):
+    """x^2/2 + strength x^4 as a function of one variable."""
+    return one_variable(lambda x: 0.5 * x * x + strength * x**4)
+
+
+def test_units_do_not_matter():
+    """V = x^2/2 + K x^4: lengths scale with K^(-1/2), actions with 1/K, frequencies stay."""
+    z = np.array([1.0, 0.1, 0.5, 0.2, 0.3, 0.9, 0.2, -0.4])
+    first = None
+    for K in (1e-6, 1.0, 1e6, 1e12):
+        found = tori(Body(SeparableAlphaBeta(quartic_spring(K), quartic_spring(K))), z / np.sqrt(K))
+        values = np.concatenate([found.J[:, 0] * K, found.nu[:, 0], found.theta[:, 0]])
+        first = values if first is None else first
+        np.testing.assert_allclose(values, first, rtol=1e-12)
+
+
+def test_a_constant_in_the_potential_costs_only_its_digits():
+    z = [2.0, 0, 3e-4, 1e-3, 0.1, 1.5, 1e-3, 2e-4]
+    plain = tori(Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: np.cosh(x)))), z).nu[1, 0]
+    raised = tori(Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: 1000.0 + np.cosh(x)))), z).nu[1, 0]
+    assert raised == pytest.approx(plain, rel=1e-8)
+
+
+def test_motion_through_the_axis_keeps_its_energy():
+    """Exactly on beta = 0 the energy of the motion through it is |p_b|^2/2 mu, not a difference: J_vartheta ~ p^2."""
+    ratios = [tori(Body(HeavyTop(1.0, -1.0)), [2.0, 0, 0, 0, 0.1, 1.5, p, 0]).J[1, 0] / p**2 for p in (1e-3, 1e-5, 1e-7)]
+    np.testing.assert_allclose(ratios, 1.742642062, rtol=1e-7)  # mpmath
+
+
 def test_unbound_motion_has_a_status():
     falling = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
     z = np.array([[1.0, 0, 0.3, 0, 2.0, 0.1, 0.1, 0.2], [1.0, 0, 0.3, 0, 0.1, 0.3, 0.1, 0.2]]).T
@@ -486,3 +524,7 @@ def test_wrong_input_is_named():
     bounded = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
     with pytest.raises(ValueError, match="J must be the actions of a torus: orbit 0"):
         from_action_angle(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
+    energies = energy_of_actions(bounded, np.array([[50.0, 1.0, 1.0, 0.5], [0.1, 1.0, 1.0, 0.5]]).T)
+    assert energies.status.tolist() == [Status.UNBOUND, Status.OK]
+    assert np.isnan(energies.energy[0])
+    assert np.isfinite(energies.energy[1])

@@ -98,7 +98,7 @@ class SeparableElliptic(NamedTuple):
     """V = (V_kappa(kappa) + V_lambda(lambda))/(2 (cosh^2 kappa - cos^2 lambda)).
 
     alpha = sqrt2 cosh(kappa) cos(lambda), beta = sqrt2 sinh(kappa) sin(lambda). The chart's focus kappa = lambda = 0 is the undeformed
-    body: V is singular there unless V_kappa(0) + V_lambda(0) vanishes.
+    body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular.
     Source: Martens & Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
     """
 
