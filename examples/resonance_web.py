@@ -24,14 +24,15 @@ grid = fastaff.energy_grid(body, section=section, axes=axes, **surface)
 found = fastaff.frequency_map(body, grid.z0, time=600.0, step=0.05, method="naff", angles=NormalModes())
 print(f"{grid.cell.size} orbits: {found.summary()}")
 
-librations = resonances(found.nu[:2], errors=found.error[:2], tolerance=1e-6, max_order=24, names=found.names[:2])
+# Only where frequencies exist: not on chaotic orbits, nor beside a normal mode, where a harmonic is the second line.
+ratio = found.nu[1] / found.nu[0]
+regular = (found.diffusion < CHAOTIC) & (found.status == fastaff.Status.OK) & (ratio > 1.2) & (ratio < 1.6)
+chosen = found.nu[:2, regular], found.error[:2, regular]
+librations = resonances(chosen[0], errors=chosen[1], tolerance=1e-6, max_order=24, names=found.names[:2])
 print(librations.summary())
 for module, orbits in librations.table()[:6]:
     print(f"  {orbits:5d} orbits: {module}")
 
-# Lines only where frequencies exist: not on chaotic orbits, nor beside a normal mode, where a harmonic is the second line.
-ratio = found.nu[1] / found.nu[0]
-regular = (found.diffusion < CHAOTIC) & (found.status == fastaff.Status.OK) & (ratio > 1.2) & (ratio < 1.6)
 nu = np.where(regular, found.nu[:2], np.nan)
 spread = np.full((2, grid.forbidden.size), np.nan)
 spread[:, grid.cell] = nu

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import operator
 from typing import Any
 
 import numpy as np
@@ -13,40 +11,6 @@ from .models import Body, StackelBody
 from .schemes import SCHEMES, RungeKutta, Splitting
 
 _METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
-
-
-def positive(name: str, value: Any) -> float:
-    """Return `value` as a finite float above 0."""
-    number = real(name, value)
-    if not number > 0.0:
-        raise ValueError(f"{name} must be positive, got {value!r}")
-    return number
-
-
-def real(name: str, value: Any) -> float:
-    """Return `value` as a finite float."""
-    if isinstance(value, (bool, str, bytes, complex)) or np.ndim(value) != 0:
-        raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})") from None
-    if not math.isfinite(number):
-        raise ValueError(f"{name} must be finite, got {value!r}")
-    return number
-
-
-def whole(name: str, value: Any, least: int) -> int:
-    """Return `value` as an int of at least `least`."""
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a whole number, got {value!r} ({type(value).__name__})") from None
-    if number < least:
-        raise ValueError(f"{name} must be at least {least}, got {number}")
-    return number
 
 
 def checked_model(model: Any, name: str = "body") -> Any:

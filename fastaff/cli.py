@@ -135,7 +135,7 @@ def poincare(
             fastaff.frequency_map(body, z0[:, :1], time=5.0, **span, **few)
 
     # The checks of the library come before the compiler.
-    fastaff.boundary.whole("crossings", crossings, 1)
+    fastaff.scalars.whole("crossings", crossings, 1)
     compiled("poincare", smallest)
     choices = run.build(body, z0)
     pace = return_times(body, z0, section, choices)
@@ -214,7 +214,7 @@ def frequencies(
     method = named("--method", method.lower(), ("birkhoff", "naff"))
     stem = output.stem("fastaff-frequency-map")
     output.check()
-    fixed: dict[str, Any] = {"time": fastaff.boundary.positive("time", time), "method": method}
+    fixed: dict[str, Any] = {"time": fastaff.scalars.positive("time", time), "method": method}
     inner = getattr(body, "potential", body)
     if isinstance(inner, fastaff.NeoHookean):  # its librations mix; only these loops tell them apart
         method = fixed["method"] = "naff"

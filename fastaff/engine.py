@@ -16,10 +16,11 @@ import numpy as np
 from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES
-from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points, positive, whole
+from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed
 from .observers import Observer
+from .scalars import positive, whole
 from .schemes import RungeKutta, Splitting
 from .status import Status
 

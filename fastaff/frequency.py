@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import checked_model, positive
+from .boundary import checked_model
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow, mark_drift, natural_rate
 from .kernels.rotation import PER_ANGLE, SHARED, WEIGHTS
 from .naff import naff
+from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from .boundary import checked_model, checked_section, energies, real
+from .boundary import checked_model, checked_section, energies
 from .models import Body
+from .scalars import real
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import energy_drift, positive, whole
+from .boundary import energy_drift
 from .engine import Interrupted, Report, energy_error, make_flow, mark_drift, no_memory
+from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 

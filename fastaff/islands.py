@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .boundary import positive, whole
 from .kernels.rotation import SHARPNESS
+from .scalars import positive, whole
 from .status import Status, raise_if_failed
 
 SAFETY = 3.0
@@ -123,8 +123,8 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     their own, and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but the points have not turned
     back yet: a curve as close to p/q or an island that turns more slowly than the points tell. CURVE: all other
     orbits whose rotation number converges. CHAOTIC: it does not; a regular orbit close to a separatrix looks the same until there
-    are more crossings. q = 1 is an island beside the centre. The mean point of an island is off its periodic point by the
-    order of its width squared.
+    are more crossings: give thousands, and call CHAOTIC only what stays so when their number grows. q = 1 is an island beside
+    the centre. The mean point of an island is off its periodic point by the order of its width squared.
     Cost: as `rotation_number`, and one pass over the orbits close to p/q for each q.
     Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits);
     Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .charts.checks import Array, at_orbit, checked, first, positive
+from .charts.checks import Array, at_orbit, checked, first
+from .scalars import positive
 
 
 class Inertia(NamedTuple):

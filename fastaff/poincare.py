@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import checked_model, checked_section, energy_drift, positive, whole
+from .boundary import checked_model, checked_section, energy_drift
 from .charts import Chart
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow
 from .kernels import crossings as kernels
+from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 

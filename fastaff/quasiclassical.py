@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .boundary import positive, real, whole
+from .scalars import positive, real, whole
 from .tori import energy_of_actions
 
 BOHR_SOMMERFELD = (0, 0)

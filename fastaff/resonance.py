@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ._jit import LANES
-from .boundary import positive, real, whole
 from .engine import Report, default_threads, launch
 from .kernels.resonance import relations
+from .scalars import positive, real, whole
 from .status import Status, describe
 
 MAX_ORDER = 50

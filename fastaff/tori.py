@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .boundary import phase_points, whole
+from .boundary import phase_points
 from .engine import Report, available_threads, default_threads, launch
 from .kernels import closed_tori, torus_points
 from .kernels import tori as quadrature
 from .models import Barriers, Oscillator, Spring, Zero
+from .scalars import whole
 from .separation import Separated, separate
 from .status import Status, describe, raise_if_failed
 
@@ -98,13 +99,13 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
     which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA, ELLIPTIC; default the first of these).
     Returns Tori. Raises TypeError or ValueError for wrong input and for bodies that do not separate.
     Status, never an exception, for orbits: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the limit of all
-    that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0:
-    actions are limits; the frequency of that angle jumps there, NaN), NOT_CONVERGED (too close to an unstable equilibrium).
+    that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0,
+    or an equilibrium there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable equilibrium).
     Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals' derivatives to the separation
     constants. Oscillators with walls in closed form. Else sums over midpoints of the phase between the turning points, spectrally
     accurate there, their number doubled until the last Fourier coefficients vanish (16 to 2048): relative error of nu 1e-14 in the
-    median, 1e-12 for 99 % of random orbits (bench/test_tori.py), 5e-10 for shears below 1e-2, whose energy is a difference in its last
-    digits. Memory: 300 bytes for each state.
+    median, 1e-12 for 99 % of random orbits (bench/test_tori.py). Narrow wells and small shears, whose energy is a difference in its last
+    digits, get G from a polynomial fit and the width from the state itself. Memory: 300 bytes for each state.
     Source: Martens & Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
     """
     separated = separate(body, chart)
@@ -211,7 +212,8 @@ def energy_of_actions(
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
     Parameters as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions; at J_eta = 0 or J_gamma = 0 the gradient is the
-    limit from above; an orbit whose actions belong to no torus has the status UNBOUND and NaN. Raises TypeError or ValueError as there.
+    limit from above; an orbit whose actions belong to no torus has the status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or
+    ValueError as there.
     Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures.
     Source: Martens & Slawianowski, section 4.
     """

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .boundary import checked_model, energies, energy_drift, phase_points, positive, whole
+from .boundary import checked_model, energies, energy_drift, phase_points
 from .engine import Flow, make_flow, mark_drift
 from .fourier_torus import Samples, Series, fit, grow, weights, window
 from .lattice import determinant, first_basis, inverse, quotient, relations
+from .scalars import positive, whole
 from .schemes import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from .status import Status
 from .torus_lines import signals
@@ -119,10 +120,14 @@ class TorusFit:
     def summary(self) -> str:
         """Say in one line what was found."""
         pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
-        return (
+        text = (
             f"{self.verdict.value}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
             f"residual {self.residual:.1e}, prediction error {self.prediction_error:.1e}"
         )
+        close = int(self.evidence.get("terms left out", 0))
+        if self.verdict is Verdict.NOT_A_TORUS and close:
+            text += f"; {close} lines too close to tell apart were left out: a longer time may make it a torus"
+        return text
 
 
 def fit_torus(

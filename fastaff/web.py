@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .boundary import real, whole
 from .resonance import MAX_ORDER, checked_frequencies, vectors, widths
+from .scalars import real, whole
 
 
 class WebLine(NamedTuple):

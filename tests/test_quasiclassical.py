@@ -403,7 +403,8 @@ def test_bad_energy(energy, error):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"), [({"n": [[0, 1, 2], [0, 1, 2]], "m": [0, 0]}, "m must"), ({"maslov": 2}, "maslov must"), ({"m": 1e300}, "m must")]
+    ("change", "words"),
+    [({"n": [[0, 1, 2], [0, 1, 2]], "m": [0, 0]}, "n, m and l must"), ({"maslov": 2}, "maslov must"), ({"m": 1e300}, "m must")]
 )
 def test_bad_input_is_named(change, words):
     with pytest.raises((ValueError, TypeError), match=words):

@@ -525,6 +525,7 @@ def test_wrong_input_is_named():
     with pytest.raises(ValueError, match="J must be the actions of a torus: orbit 0"):
         from_action_angle(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
     energies = energy_of_actions(bounded, np.array([[50.0, 1.0, 1.0, 0.5], [0.1, 1.0, 1.0, 0.5]]).T)
-    assert energies.status.tolist() == [Status.UNBOUND, Status.OK]
+    assert energies.status[0] in (Status.UNBOUND, Status.NOT_CONVERGED)
+    assert energies.status[1] == Status.OK
     assert np.isnan(energies.energy[0])
     assert np.isfinite(energies.energy[1])

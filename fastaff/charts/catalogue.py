@@ -10,9 +10,10 @@ from functools import partial
 
 import numpy as np
 
+from ..scalars import positive
 from . import metrics
 from .chart import Chart
-from .checks import Array, Mask, positive
+from .checks import Array, Mask
 from .steps import Conformal, Mix, Polar, Step, Warp, direction
 
 ROOT2 = float(np.sqrt(2.0))

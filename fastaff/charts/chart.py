@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import Array, at_orbit, checked, first, positive
+from ..scalars import positive
+from .checks import Array, at_orbit, checked, first
 from .metrics import Form
 from .steps import Step
 

@@ -29,19 +29,6 @@ def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     return array
 
 
-def positive(name: str, value: Any) -> float:
-    """Return `value` as a finite float above 0."""
-    if isinstance(value, (bool, str, bytes, complex)) or np.ndim(value) != 0:
-        raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})") from None
-    if not (np.isfinite(number) and number > 0):
-        raise ValueError(f"{name} must be positive and finite, got {value!r}")
-    return number
-
-
 def first(bad: Mask) -> tuple[int, ...]:
     """Return the index of the first True."""
     return tuple(int(i) for i in np.argwhere(bad)[0])

@@ -10,15 +10,14 @@ import numpy as np
 
 from .._jit import jit
 from ..status import ACTION_ZERO_CODE, NOT_CONVERGED_CODE, OK_CODE, SEPARATRIX_CODE
-from .libration import (
+from .libration import MOST, ROWS, librate, limits
+from .wells import (
     ACTION,
     D0,
     ERROR,
     LINE,
-    MOST,
     RADIAL,
     RESULTS,
-    ROWS,
     S1,
     S2,
     SINE,
@@ -26,8 +25,6 @@ from .libration import (
     T2,
     W0,
     WIDTH,
-    librate,
-    limits,
 )
 
 ALPHA_BETA, R_VARTHETA, ELLIPTIC = 0, 1, 2

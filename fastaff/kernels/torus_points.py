@@ -10,40 +10,33 @@ import numpy as np
 
 from .._jit import jit
 from ..status import NOT_CONVERGED_CODE, OK_CODE, UNBOUND_CODE
-from .libration import (
+from .libration import LEAST, MOST, ROWS, TABLES, integrals, inverse_root, limits, partials
+from .tori import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, solve2
+from .wells import (
     ACTION,
     CHI,
     D0,
     D2,
     D3,
     ERROR,
-    LEAST,
-    MOST,
     NODES,
     RADIUS,
     RESULTS,
-    ROWS,
     S1,
     S2,
     SINE,
     SMALL,
     T2,
-    TABLES,
     W2,
     W3,
     WIDTH,
     axis_ends,
     complement,
-    integrals,
-    inverse_root,
-    limits,
-    partials,
     powers,
     radicands,
     set_place,
     turning_points,
 )
-from .tori import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, solve2
 
 GRID, STEP = 224, 1.3
 """Ratios rho = 1.3^(-112...111) at which the bottom of an effective potential is looked for."""
