@@ -95,7 +95,8 @@ def quasiclassical_levels_below(
 ) -> QuasiclassicalLevels:
     """Compute all quasiclassical levels of a separable body below an energy, in ascending order.
 
-    Parameters: energy, finite; the others as in `quasiclassical_levels`. Returns QuasiclassicalLevels, perhaps of no level.
+    Parameters: energy, finite; maslov, hbar, single_valued, chart as in `quasiclassical_levels`.
+    Returns QuasiclassicalLevels, perhaps of no level. Raises ValueError or TypeError for wrong input.
     Formula: E(J) grows with both actions and with |J_eta| and |J_gamma|, so the search stops at the first level above in each
     direction; each level of m - l, m + l other than 0 comes with both signs. Actions that belong to no torus (bodies that fall or
     escape) end their direction too.

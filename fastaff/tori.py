@@ -96,11 +96,13 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
 
     Parameters: body: Body (or StackelBody) whose potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop, SeparableAlphaBeta,
     SeparableRVartheta, SeparableElliptic, or any with a property alpha_beta, r_vartheta or elliptic; z0 (8,) or (8, orbits); chart:
-    which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA, ELLIPTIC; default the first of these).
+    which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA, ELLIPTIC; default the first of these); threads, report
+    as in `integrate`.
     Returns Tori. Raises TypeError or ValueError for wrong input and for bodies that do not separate.
     Status, never an exception, for orbits: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the limit of all
     that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0,
-    or an equilibrium there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable equilibrium).
+    or an equilibrium there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable
+    equilibrium).
     Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals' derivatives to the separation
     constants. Oscillators with walls in closed form. Else sums over midpoints of the phase between the turning points, spectrally
     accurate there, their number doubled until the last Fourier coefficients vanish (16 to 2048): relative error of nu 1e-14 in the
@@ -174,7 +176,8 @@ def from_action_angle(
 
     Parameters: body: doubly isotropic and separable in (alpha, beta) or (r, vartheta); J (4,) or (4, orbits), J >= 0 of the two
     coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number of the other; chart as
-    in `tori`; near: phase point (8,) in the well that is meant, where the effective potentials have several.
+    in `tori`; near: phase point (8,), or one for each orbit, in the well that is meant, where the effective potentials have several;
+    threads as in `integrate`.
     Returns z (8, orbits), (8,) for single ones. Raises ValueError or TypeError for wrong input, and where no torus has these actions.
     Formulas: the constants by Newton's method on J, from the bottom of the effective potential; the phases by Newton's method on
     theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `tori` agree to 1e-11 or better.
@@ -211,9 +214,9 @@ def energy_of_actions(
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
-    Parameters as in `from_action_angle`; J (4,) or (4, orbits). Returns EnergyOfActions; at J_eta = 0 or J_gamma = 0 the gradient is the
-    limit from above; an orbit whose actions belong to no torus has the status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or
-    ValueError as there.
+    Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angle`. Returns EnergyOfActions; at J_eta = 0 or
+    J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the status UNBOUND or
+    NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there.
     Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures.
     Source: Martens & Slawianowski, section 4.
     """
