@@ -26,7 +26,7 @@ def test_tori(benchmark, potential, chart):
     body = Body(potential)
     z = naive.states(body, STATES)
     found = tori(body, z, chart=chart)
-    elapsed = best(lambda: tori(body, z, chart=chart), repeats=3)
+    elapsed = best(lambda: tori(body, z, chart=chart), repeats=5)
     truth = naive.frequencies(body, z[:, :CHECKED])
     nu = np.array([*found.nu[:2], found.nu_eta, found.nu_gamma])[:, :CHECKED]
     error = (np.abs(nu - truth) / np.abs(truth).max(axis=0)).max(axis=0)

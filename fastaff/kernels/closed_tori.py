@@ -22,19 +22,27 @@ NOISE = 4e-16
 
 @jit
 def _cycle(middle, product, s, root, stiffness):
-    """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (amplitude, s1, s2, chi)."""
-    amplitude = np.hypot(root / stiffness, middle - s)
+    """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (l, l cos(chi), l sin(chi), s1, s2, chi)."""
+    cosine, sine = middle - s, root / stiffness
+    amplitude = np.sqrt(cosine * cosine + sine * sine)
     if amplitude <= NOISE * middle:
-        return 0.0, middle, middle, 0.0
+        return 0.0, 0.0, 0.0, middle, middle, 0.0
     s2 = middle + amplitude
-    chi = np.arctan2(root / stiffness, middle - s)
-    return amplitude, product / s2, s2, chi if chi >= 0.0 else chi + TURN
+    return amplitude, cosine, sine, product / s2, s2, _angle(sine, cosine)
 
 
 @jit
-def _wind(chi, near, far):
-    """psi of that chi between the ends `near` (chi = 0) and `far`."""
-    return np.arctan2(np.sqrt(far) * np.sin(0.5 * chi), np.sqrt(near) * np.cos(0.5 * chi))
+def _angle(sine, cosine):
+    """Angle in [0, 2 pi)."""
+    chi = np.arctan2(sine, cosine)
+    return chi if chi >= 0.0 else chi + TURN
+
+
+@jit
+def _wind(mean, far, size, cosine, sine):
+    """psi from l, l cos(chi), l sin(chi): atan2(far (1 - cos(chi)), mean sin(chi)) with mean = sqrt(near far), without half-angles."""
+    rest = far * (size - cosine) if cosine <= 0.0 else far * sine * sine / (size + cosine)
+    return np.arctan2(rest, mean * sine) if size > 0.0 else 0.0
 
 
 @jit
@@ -52,7 +60,9 @@ def _plane(mu, k, wall, x, y, px, py, out):
     Lambda = np.sqrt(spin * spin + 2 * mu * wall)
     omega = np.sqrt(k / mu)
     middle = energy / k
-    amplitude, s1, s2, chi = _cycle(middle, Lambda * Lambda / (mu * k), s, root, np.sqrt(mu * k))
+    stiffness = np.sqrt(mu * k)
+    mean = Lambda / stiffness
+    amplitude, cosine, sine, s1, s2, chi = _cycle(middle, mean * mean, s, root, stiffness)
     out[6], out[7], out[8], out[9] = energy, spin, s1, s2
     angle = np.arctan2(y, x) if s > 0.0 else np.arctan2(py, px)
     code, ratio = OK_CODE, 0.0
@@ -61,10 +71,10 @@ def _plane(mu, k, wall, x, y, px, py, out):
     else:
         code, ratio = SEPARATRIX_CODE, np.nan
     # (J + Lambda/2 pi) = energy/omega as a difference: amplitude^2 keeps the digits of a small action.
-    out[0] = np.pi * k * amplitude * amplitude / omega / (middle + Lambda / np.sqrt(mu * k)) if amplitude > 0.0 else 0.0
+    out[0] = np.pi * stiffness * amplitude * amplitude / (middle + mean) if amplitude > 0.0 else 0.0
     out[1], out[2], out[3] = TURN * spin, omega / np.pi, 0.5 * omega / np.pi * ratio
     out[4] = chi / TURN
-    out[5] = _wrap((angle - ratio * (_wind(chi, s1, s2) - 0.5 * chi)) / TURN) if code == OK_CODE else np.nan
+    out[5] = _wrap((angle - ratio * (_wind(mean, s2, amplitude, cosine, sine) - 0.5 * chi)) / TURN) if code == OK_CODE else np.nan
     if amplitude == 0.0:
         out[4] = np.nan
         code = ACTION_ZERO_CODE if code == OK_CODE else code
@@ -114,7 +124,9 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
         return UNBOUND_CODE
     omega, outer, Lambda = np.sqrt(k / mu), np.sqrt(2 * mu * (h + wall_r)), np.sqrt(2 * mu * h)
     L_a, L_b = np.sqrt(p_eta * p_eta + 2 * mu * wall_a), np.sqrt(p_gamma * p_gamma + 2 * mu * wall_b)
-    width_r, r1, r2, chi_r = _cycle(E / k, outer * outer / (mu * k), r, pA + pB, np.sqrt(mu * k))
+    stiffness = np.sqrt(mu * k)
+    mean = outer / stiffness
+    width_r, cos_r, sin_r, r1, r2, chi_r = _cycle(E / k, mean * mean, r, pA + pB, stiffness)
     # F = (s - s1)(s2 - s) Lambda^2 with s = sin^2(vartheta/2), s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The
     # middle from the nearer axis: a sum of positive terms, F = root^2 there, where the energy would be a difference.
     s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
@@ -122,7 +134,7 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
     x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
     if x > 0.0:
         total = (root * root + near * near) / x + x
-        width = np.hypot(root, 0.5 * total - x)
+        width = np.sqrt(root * root + (0.5 * total - x) * (0.5 * total - x))
     else:  # on the axis all of the momentum across it counts
         p = z[4, i] * z[4, i] + z[5, i] * z[5, i] if upper else z[6, i] * z[6, i] + z[7, i] * z[7, i]
         total = r * p / (Lambda * Lambda) + (near * near if near > 0.0 else 0.0)
@@ -136,25 +148,26 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
         s1 = (L_b / Lambda) ** 2 / s2
     else:
         t2 = (L_a / Lambda) ** 2 / t1
-    product_s, product_t = np.sqrt(s1 * s2), np.sqrt(t1 * t2)
+    product_s, product_t = L_b / Lambda, L_a / Lambda  # sqrt(s1 s2), sqrt(t1 t2)
     spread = 2 * width / (np.sqrt(t1) + np.sqrt(t2) if upper else np.sqrt(s1) + np.sqrt(s2)) if width > 0.0 else 0.0
-    chi = np.arctan2(root, 0.5 * total - x if not upper else x - 0.5 * total)
-    chi = 0.0 if bent else (chi if chi >= 0.0 else chi + TURN)
+    cosine = 0.0 if bent else (x - 0.5 * total if upper else 0.5 * total - x)
+    root = 0.0 if bent else root
+    chi = _angle(root, cosine)
     turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = r1, r2, 1.0
     turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = s1, s2, t2
     J[2, i], J[3, i] = TURN * p_eta, TURN * p_gamma
-    J[0, i] = np.pi * k * width_r * width_r / omega / (E / k + outer / np.sqrt(mu * k)) if width_r > 0.0 else 0.0
+    J[0, i] = np.pi * stiffness * width_r * width_r / (E / k + mean) if width_r > 0.0 else 0.0
     J[1, i] = np.pi * Lambda * spread * spread / (1 + (product_s - product_t if upper else product_t - product_s))
     code = OK_CODE if L_a > 0.0 and L_b > 0.0 else SEPARATRIX_CODE
     turn_a, turn_b = p_eta / L_a if L_a > 0.0 else np.nan, p_gamma / L_b if L_b > 0.0 else np.nan
     nu[0, i], nu[1, i] = omega / np.pi, omega / np.pi * (Lambda / outer)
     nu[2, i], nu[3, i] = 0.5 * nu[1, i] * turn_a, 0.5 * nu[1, i] * turn_b
-    tilt = (chi / 2 - Lambda / outer * (_wind(chi_r, r1, r2) - chi_r / 2)) / np.pi
+    tilt = (chi / 2 - Lambda / outer * (_wind(mean, r2, width_r, cos_r, sin_r) - chi_r / 2)) / np.pi
     eta = np.arctan2(z[1, i], z[0, i]) if A > 0.0 else np.arctan2(z[5, i], z[4, i])
     gamma = np.arctan2(z[3, i], z[2, i]) if B > 0.0 else np.arctan2(z[7, i], z[6, i])
     theta[0, i], theta[1, i] = _wrap(chi_r / TURN), _wrap(tilt)
-    theta[2, i] = _wrap((eta - turn_a * (_wind(chi, t1, t2) - np.pi * tilt)) / TURN)
-    theta[3, i] = _wrap((gamma - turn_b * (_wind(chi, s1, s2) - np.pi * tilt)) / TURN)
+    theta[2, i] = _wrap((eta - turn_a * (_wind(product_t, t2, width, cosine, root) - np.pi * tilt)) / TURN)
+    theta[3, i] = _wrap((gamma - turn_b * (_wind(product_s, s2, width, cosine, root) - np.pi * tilt)) / TURN)
     if width_r == 0.0 or bent:
         theta[0, i] = np.nan if width_r == 0.0 else theta[0, i]
         theta[1, i] = np.nan if bent else theta[1, i]
