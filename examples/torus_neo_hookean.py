@@ -48,7 +48,7 @@ beta, p_beta = found.coordinates(fastaff.ALPHA_BETA)[[1, 5]]
 figure = Figure(figsize=(10, 4.6), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
 colours = ("#00204d", "#7c7b78", "#bc5a00", "#2a788e")
-orders = np.array([2, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40])
+orders = np.array([2, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 56, 72])
 for fit, colour, x, y, marker in zip(fits, colours, beta, p_beta, "osD^"):
     left.plot(*predicted(fit.truncated(20)), ".", markersize=1.2, color=colour)
     left.plot(x, y, marker, markersize=4.5, markerfacecolor="none", markeredgewidth=0.7, color=colour)
@@ -56,7 +56,7 @@ for fit, colour, x, y, marker in zip(fits, colours, beta, p_beta, "osD^"):
     right.semilogy(orders[: len(residuals)], residuals, marker + "-", markersize=4, linewidth=1, color=colour, label=f"{x[0]:.2f}")
 left.set_xlabel(r"$\beta$")
 left.set_ylabel(r"$p_\beta$")
-left.set_title("section $p_\\alpha = 0$: series (dots), orbit (open symbols)", fontsize=10)
+left.set_title("section $p_\\alpha = 0$: series (dots), orbit (open); arcs end where the torus touches it", fontsize=9)
 right.set_xlabel(r"order: largest $\sum_i |k_i|$ that is kept")
 right.set_ylabel("residual of the invariance equation")
 right.set_title("convergence", fontsize=10)
