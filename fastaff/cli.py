@@ -83,7 +83,7 @@ def _app() -> Any:
         name="fastaff", version=__version__, help_format="markdown", suppress_keyboard_interrupt=False, help=HELP,
         default_parameter=Parameter(negative="", show_default=False),
     )  # fmt: skip
-    for name, command in zip(COMMANDS, (demo, poincare, frequencies, warmup, doctor), strict=True):
+    for name, command in dict[str, Any](zip(COMMANDS, (demo, poincare, frequencies, warmup, doctor), strict=True)).items():
         app.command(command, name=name)
     return app
 

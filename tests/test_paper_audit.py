@@ -16,6 +16,8 @@ import paper_audit
 from audit import CHAPTERS, numerics
 from audit.record import Chapter, Random, examine, residual
 
+pytestmark = pytest.mark.slow  # 20 s: every formula at 50 digits
+
 # Errata known before this audit, by the words of the paper's place, and the labels of the entries that find them again.
 ERRATA = {
     "T_tr + T_int: one index i too many": ["sec. 2, T_tr + T_int"],

@@ -166,6 +166,7 @@ def test_slope_by_complex_step():
     assert repr(made) == "well()"
 
 
+@pytest.mark.slow
 def test_compiled_functions_are_those_of_their_closure():
     """Two functions of the same text differ by what they read: k x^2/2 has the period 2 pi/sqrt k (KAHAN_LI8 to rounding)."""
 
