@@ -46,6 +46,14 @@ def available_threads() -> int:
     return 1 if JIT_DISABLED else int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
+def checked_threads(threads: Any) -> int:
+    """Return the number of threads to use: `threads` if it is one this process can have, the default for None."""
+    count = default_threads() if threads is None else whole("threads", threads, 1)
+    if count > available_threads():
+        raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
+    return count
+
+
 def launch(
     kernel: Callable, arguments: tuple, stop: np.ndarray, progress: np.ndarray, work: float, threads: int,
     report: Report | None,
@@ -238,9 +246,7 @@ def make_flow(
     """
     checked_model(model)
     checked_scheme(scheme)
-    count = default_threads() if threads is None else whole("threads", threads, 1)
-    if count > available_threads():
-        raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
+    count = checked_threads(threads)
     size = math.inf if step is None else positive("step", step)
     flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
     z = phase_points("z0", z0, model)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ._jit import LANES
-from .engine import Report, default_threads, launch
+from .engine import Report, checked_threads, launch
 from .kernels.resonance import relations
 from .scalars import positive, real, whole
 from .status import Status, describe
@@ -142,6 +142,7 @@ def resonances(
         raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
     if tolerance < 0:
         raise ValueError(f"tolerance must not be negative, got {tolerance}")
+    count = checked_threads(threads)
     n, shape = nu.shape[0], nu.shape[1:]
     names = _names(names, n)
     flat, spread = np.zeros((2, 4, math.prod(shape)))
@@ -155,9 +156,8 @@ def resonances(
     table[:, :n] = vectors(n, max_order)
     stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(status.size / LANES))
     if status.size:
-        chosen = default_threads() if threads is None else whole("threads", threads, 1)
         arguments = (n, table, flat, spread, rank, basis, stop, progress)
-        launch(relations, arguments, stop, progress, float(progress.size), chosen, report)
+        launch(relations, arguments, stop, progress, float(progress.size), count, report)
     basis = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
     size = np.abs(basis)
     present = np.arange(n)[:, None] < rank

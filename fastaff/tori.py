@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .boundary import phase_points
-from .engine import Report, available_threads, default_threads, launch
+from .engine import Report, checked_threads, launch
 from .kernels import closed_tori, torus_points
 from .kernels import tori as quadrature
 from .models import Barriers, Oscillator, Spring, Zero
-from .scalars import whole
 from .separation import Separated, separate
 from .status import Status, describe, raise_if_failed
 
@@ -144,9 +143,7 @@ def _momenta(z: np.ndarray) -> np.ndarray:
 
 
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
-    count = default_threads() if threads is None else whole("threads", threads, 1)
-    if count > available_threads():
-        raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
+    count = checked_threads(threads)
     stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(n / unit), np.int64)
     launch(kernel, (*arguments, stop, progress), stop, progress, float(progress.size), count, report)
 
@@ -254,13 +251,20 @@ def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     return np.array([J[0], J[1], (J[2] - J[3]) / (2 * TURN), (J[2] + J[3]) / (2 * TURN)])
 
 
+def _barriers(separated: Separated, p_eta: np.ndarray, p_gamma: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return Lambda = sqrt(p^2 + 2 mu wall) of both planes of oscillators with walls, and p/Lambda, from above at 0."""
+    second = separated.functions[1]
+    walls = (separated.functions[0].c, second.c) if isinstance(second, Oscillator) else (second.c_alpha, second.c_beta)
+    barriers = [np.sqrt(p * p + 2 * separated.mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True)]
+    ratios = [np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in zip((p_eta, p_gamma), barriers, strict=True)]
+    return barriers, ratios
+
+
 def _closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return E and its gradient to J_1, J_2, J_eta, J_gamma of oscillators with walls."""
     mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
     omega, one = np.sqrt(first.k / mu), np.ones_like(J1)
-    walls = (first.c, second.c) if isinstance(second, Oscillator) else (second.c_alpha, second.c_beta)
-    barriers = [np.sqrt(p * p + 2 * mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True)]
-    ratios = [np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in zip((p_eta, p_gamma), barriers, strict=True)]
+    barriers, ratios = _barriers(separated, p_eta, p_gamma)
     if isinstance(second, Oscillator):
         other = np.sqrt(second.k / mu)
         E = omega * (J1 / np.pi + barriers[0]) + other * (J2 / np.pi + barriers[1])
@@ -277,8 +281,7 @@ def _closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray)
     """Return the phase points of oscillators with walls: each regular variable is m - l cos(chi)."""
     mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
     planes = isinstance(second, Oscillator)
-    walls = (first.c, second.c) if planes else (second.c_alpha, second.c_beta)
-    L_a, L_b = (np.sqrt(p * p + 2 * mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True))
+    (L_a, L_b), ratios = _barriers(separated, p_eta, p_gamma)
     if planes:
         A, pA, psi_a, chi_a = _swing(J1, L_a, np.sqrt(mu * first.k), TURN * theta[0])
         B, pB, psi_b, chi_b = _swing(J2, L_b, np.sqrt(mu * second.k), TURN * theta[1])
@@ -302,7 +305,6 @@ def _closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray)
         psi_s = np.arctan2(np.sqrt(s2) * np.sin(rest / 2), L_b / Lambda / np.sqrt(s2) * np.cos(rest / 2)) + np.pi * turns
         psi_t = np.arctan2(L_a / Lambda / np.sqrt(t1) * np.sin(rest / 2), np.sqrt(t1) * np.cos(rest / 2)) + np.pi * turns
         turn_a, turn_b = psi_t - np.pi * theta[1], psi_s - np.pi * theta[1]
-    ratios = [np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in ((p_eta, L_a), (p_gamma, L_b))]
     rows = (A, B, TURN * theta[2] + ratios[0] * turn_a, TURN * theta[3] + ratios[1] * turn_b)
     radii = [np.sqrt(A), np.sqrt(B)]
     momenta = [np.where(q > 0, p / np.where(q > 0, q, 1.0), 0.0) for p, q in zip((pA, pB), radii, strict=True)]
