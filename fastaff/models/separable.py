@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..angles import AlphaBeta, RVartheta
+from .body import planar_body
 
 TINY = 1e-300
 """Added to A and B under square roots: at alpha = 0 or beta = 0 slopes are those of a point next to it."""
@@ -147,6 +148,7 @@ class SeparableElliptic(NamedTuple):
         return 1.0 * (V - V == 0) - 0.5
 
 
+@planar_body
 class StackelBody(NamedTuple):
     """Body with angular potentials: H = |p|^2/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
 
@@ -160,21 +162,6 @@ class StackelBody(NamedTuple):
     V_gamma: Any
     mu: float = 1.0
 
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 4."""
-        return 4
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the first 4 rows of z."""
-        return "a1", "a2", "b1", "b2"
-
-    def velocity(self, pa1, pa2, pb1, pb2):
-        """Return dq/dt = p/mu."""
-        w = 1.0 / self.mu
-        return w * pa1, w * pa2, w * pb1, w * pb2
-
     def force(self, a1, a2, b1, b2):
         """Return dp/dt = -grad V."""
         A, B = a1 * a1 + a2 * a2 + TINY, b1 * b1 + b2 * b2 + TINY
@@ -186,10 +173,6 @@ class StackelBody(NamedTuple):
             radial_a * a1 + around_a * a2, radial_a * a2 - around_a * a1,
             radial_b * b1 + around_b * b2, radial_b * b2 - around_b * b1,
         )  # fmt: skip
-
-    def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return T = |p|^2/(2 mu)."""
-        return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
     def potential_energy(self, a1, a2, b1, b2):
         """Return V."""
