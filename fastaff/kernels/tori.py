@@ -185,12 +185,11 @@ def _angle(potential, params, mu, c, at, momentum, u, work, out):
 
 
 @jit
-def solve2(M, right, transposed, answer):
-    """Solve the 2 x 2 system M x = right, or M^T x = right."""
-    b, c = (M[1, 0], M[0, 1]) if transposed else (M[0, 1], M[1, 0])
+def solve_transposed(M, right, answer):
+    """Solve the 2 x 2 system M^T x = right."""
     determinant = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
-    answer[0] = (right[0] * M[1, 1] - b * right[1]) / determinant
-    answer[1] = (M[0, 0] * right[1] - c * right[0]) / determinant
+    answer[0] = (right[0] * M[1, 1] - M[1, 0] * right[1]) / determinant
+    answer[1] = (M[0, 0] * right[1] - M[0, 1] * right[0]) / determinant
 
 
 @jit
@@ -253,7 +252,7 @@ def _state(
         return code
     for i in range(2):
         turning[i, 0, k], turning[i, 1, k], turning[i, 2, k] = results[i, S1], results[i, S2], results[i, T2]
-    code = OK_CODE
+    error[k] = max(results[0, ERROR], results[1, ERROR])
     derivatives(chart, mu, momenta, angular, results, M, N)
     for a in range(2):
         still[a] = 0.0
@@ -268,7 +267,8 @@ def _state(
             return code
         J[2 + a, k], turn[a], partial[a] = results[2, ACTION], results[2, D0], results[2, W0]
         still[a] = 1.0 if results[2, WIDTH] <= 0.0 else 0.0
-    solve2(M, ENERGY[chart], True, answer)
+        error[k] = max(error[k], results[2, ERROR])
+    solve_transposed(M, ENERGY[chart], answer)
     nu[0, k], nu[1, k] = answer[0], answer[1]
     J[0, k], J[1, k] = results[0, ACTION], results[1, ACTION]
     for a in range(2):
@@ -281,7 +281,7 @@ def _state(
             for row in range(4):
                 if LINKS[chart, i, row, j] != 0.0:
                     pair[j] += LINKS[chart, i, row, j] * results[i, W0 + row]
-    solve2(M, pair, True, answer)
+    solve_transposed(M, pair, answer)
     for a in range(2):
         total = 0.0
         for i in range(2):
@@ -305,9 +305,6 @@ def _state(
         theta[i, k] -= np.floor(theta[i, k])
         if theta[i, k] >= 1.0:
             theta[i, k] = 0.0
-    error[k] = max(results[0, ERROR], results[1, ERROR])
-    if angular[0] or angular[1]:
-        error[k] = max(error[k], results[2, ERROR])
     return code
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from .._jit import jit
 from ..status import NOT_CONVERGED_CODE, OK_CODE, UNBOUND_CODE
 from .libration import LEAST, MOST, ROWS, TABLES, integrals, inverse_root, limits, partials
-from .tori import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, solve2
+from .tori import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, solve_transposed
 from .wells import (
     ACTION,
     CHI,
@@ -302,7 +302,7 @@ def _point(
     c[0] = u[0]
     energy[k] = ENERGY[chart, 0] * c[0] + ENERGY[chart, 1] * c[1]
     derivatives(chart, mu, momenta, np.zeros(2, np.int64), results, M, N)
-    solve2(M, ENERGY[chart], True, answer)
+    solve_transposed(M, ENERGY[chart], answer)
     nu[0, k], nu[1, k] = answer[0], answer[1]
     for a in range(2):
         nu[2 + a, k] = -(answer[0] * N[0, a] + answer[1] * N[1, a]) / (2 * np.pi)

@@ -94,12 +94,11 @@ def _scan(potential, params, mu, u, kind, rho, direction, work):
     """Step away from rho to negative F: (last point before, that point, steps); steps < 0 where there is none."""
     inside, steps, factors = rho, 0, FACTORS[0 if direction > 0 else 1]
     while True:
-        start = rho if kind != LINE else rho + direction * steps * LINE_STEP
         for k in range(CHUNK):
-            set_place(kind, start + direction * (k + 1) * LINE_STEP if kind == LINE else start * factors[k], k, work)
+            set_place(kind, rho + direction * (k + 1) * LINE_STEP if kind == LINE else rho * factors[k], k, work)
         radicands(potential, params, mu, u, kind, CHUNK, work[0], work[1], work[2])
         for k in range(CHUNK):
-            at = start + direction * (k + 1) * LINE_STEP if kind == LINE else start * factors[k]
+            at = rho + direction * (k + 1) * LINE_STEP if kind == LINE else rho * factors[k]
             if not work[2, k] >= 0.0:
                 return inside, at, steps + k + 1
             inside = at
@@ -109,8 +108,7 @@ def _scan(potential, params, mu, u, kind, rho, direction, work):
                 return inside, inside, -1
         elif (direction > 0 and inside > REACH) or (direction < 0 and inside < 1 / REACH):
             return inside, inside, -1
-        else:
-            rho = inside
+        rho = inside
 
 
 @jit
