@@ -36,7 +36,7 @@ for module, orbits in librations.table()[:6]:
 nu = np.where(regular, found.nu[:2], np.nan)
 spread = np.full((2, grid.forbidden.size), np.nan)
 spread[:, grid.cell] = nu
-lines = web(spread.reshape(2, *grid.forbidden.shape), axes=axes, max_order=24, tolerance=1e-6, jump=0.02, shortest=9)
+lines = web(spread.reshape(2, *grid.forbidden.shape), axes=axes, max_order=24, tolerance=1e-6, jump=0.02)
 
 figure = Figure(figsize=(10, 5), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
