@@ -40,6 +40,7 @@ from .schemes import (
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .separation import constants_of_motion
 from .status import OrbitError, Status
+from .tangent import TangentMap, tangent_map
 from .tori import EnergyOfActions, Tori, energy_of_actions, from_action_angle, tori
 from .torus_fit import TorusFit, Verdict, fit_torus
 from .web import WebLine, ratio_web, web
@@ -93,6 +94,7 @@ __all__ = [
     "Splitting",
     "StackelBody",
     "Status",
+    "TangentMap",
     "Tori",
     "TorusFit",
     "Verdict",
@@ -117,6 +119,7 @@ __all__ = [
     "resonances",
     "rotation_number",
     "scheme_named",
+    "tangent_map",
     "to_matrix",
     "tori",
     "web",

@@ -23,7 +23,8 @@ from numba import types
 from numba.extending import overload_method
 
 from . import _jit
-from ._jit import JIT_DISABLED, LANES, SIGNATURES
+from ._block_texts import ARGUMENTS, TEXTS, Rows
+from ._jit import JIT_DISABLED, SIGNATURES
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
@@ -76,125 +77,15 @@ def _compilable(cls: type) -> type:
     return twin
 
 
-def _row(array: str, rows: range) -> str:
-    return ", ".join(f"{array}[{r * LANES} + i]" for r in rows)
+def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
+    """Return the compiled block function `kind` of a model or section; a state is an orbit with so many tangent vectors.
 
-
-def _assign(array: str, rows: range, values: list[str]) -> str:
-    return "".join(f"        {array}[{r * LANES} + i] = {v}\n" for r, v in zip(rows, values, strict=True))
-
-
-def _names(prefix: str, count: int) -> list[str]:
-    return [f"{prefix}{r}" for r in range(count)]
-
-
-def _stage(n: int) -> str:
-    """Drift and kick of the state in place."""
-    q, p = _names("q", n), _names("p", n)
-    drift = [f"{_row('z', range(r, r + 1))} + hd*v{r}" for r in range(n)]
-    return _drift_kick(n, [_row("z", range(n + r, n + r + 1)) for r in range(n)], drift, "", q, p, 0)
-
-
-def _precise_stage(n: int) -> str:
-    """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small size."""
-    momenta = [f"{_row('z', range(n + r, n + r + 1))} + {_row('z', range(3 * n + r, 3 * n + r + 1))}" for r in range(n)]
-    drift = [f"{_row('z', range(2 * n + r, 2 * n + r + 1))} + hd*v{r}" for r in range(n)]
-    states = "".join(f"        q{r} = {_row('z', range(r, r + 1))} + d{r}\n" for r in range(n))
-    increments = [_row("z", range(3 * n + r, 3 * n + r + 1)) for r in range(n)]
-    return _drift_kick(n, momenta, drift, states, _names("d", n), increments, 2 * n)
-
-
-def _drift_kick(n: int, momenta: list[str], drift: list[str], states: str, drifted: list[str], kicked: list[str], first: int) -> str:
-    """Text of a drift of rows first...first+n and a kick of the n rows after them."""
-    p, v, f, q = _names("p", n), _names("v", n), _names("f", n), _names("q", n)
-    move = (
-        "".join(f"        {p[r]} = {momenta[r]}\n" for r in range(n))
-        + f"        {', '.join(v)}, = value.velocity({', '.join(p)})\n"
-        + "        hd = drift*step[i]\n"
-        + "".join(f"        {drifted[r]} = {drift[r]}\n" for r in range(n))
-        + _assign("z", range(first, first + n), drifted)
-    )
-    return (
-        "    if kick == 0.0:\n        for i in range(lanes):\n"
-        + move.replace("        ", "            ")
-        + "        return\n    for i in range(lanes):\n"
-        + move
-        + states
-        + f"        {', '.join(f)}, = value.force({', '.join(q)})\n        hk = kick*step[i]\n"
-        + _assign("z", range(first + n, first + 2 * n), [f"{kicked[r]} + hk*{f[r]}" for r in range(n)])
-    )
-
-
-def _march(n: int) -> str:
-    """Whole steps of lane 0 with its state in scalars, and the arithmetic of `stage` to the bit: for a single orbit."""
-    q, p, v, f = (_names(letter, n) for letter in "qpvf")
-    drift = (
-        f"            {', '.join(v)}, = value.velocity({', '.join(p)})\n            hd = drift[s]*step\n"
-        + "".join(f"            {q[r]} = {q[r]} + hd*{v[r]}\n" for r in range(n))
-    )  # fmt: skip
-    return (
-        f"    {', '.join(q + p)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
-        "    for _ in range(steps):\n        for s in range(drift.size):\n"
-        + drift
-        + "            if s < kick.size:\n"
-        f"                {', '.join(f)}, = value.force({', '.join(q)})\n                hk = kick[s]*step\n"
-        + "".join(f"                {p[r]} = {p[r]} + hk*{f[r]}\n" for r in range(n))
-        + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(q + p))
-    )
-
-
-def _derivative(n: int) -> str:
-    v, f = _names("v", n), _names("f", n)
-    return (
-        "    for i in range(lanes):\n"
-        f"        {', '.join(v)}, = value.velocity({_row('z', range(n, 2 * n))})\n"
-        f"        {', '.join(f)}, = value.force({_row('z', range(n))})\n" + _assign("result", range(2 * n), v + f)
-    )
-
-
-def _check(n: int) -> str:
-    z = _names("z", 2 * n)
-    # 0*z is 0 for finite z and NaN else; comparisons with NaN are false.
-    return (
-        "    for i in range(lanes):\n"
-        f"        {', '.join(z)}, = {_row('z', range(2 * n))},\n"
-        f"        finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"        size = {' + '.join(f'{name}*{name}' for name in z[:n])}\n"
-        f"        margin = value.margin({', '.join(z[:n])})\n"
-        "        code = 0.0 if margin > 0.0 else 2.0\n"
-        "        code = code if size < radius*radius else 3.0\n"
-        "        result[i] = code if finite == 0.0 else 1.0\n"
-    )
-
-
-def _value(n: int) -> str:
-    return f"    for i in range(lanes):\n        result[i] = value.value({_row('z', range(2 * n))})\n"
-
-
-_BODIES: dict[str, Callable[[int], str]] = {
-    "stage": _stage,
-    "precise_stage": _precise_stage,
-    "march": _march,
-    "derivative": _derivative,
-    "check": _check,
-    "value": _value,
-}
-_ARGUMENTS = {
-    "stage": "params, lanes, drift, kick, step, z",
-    "precise_stage": "params, lanes, drift, kick, step, z",
-    "march": "params, drift, kick, step, steps, z",
-    "check": "params, lanes, radius, z, result",
-    "derivative": "params, lanes, z, result",
-    "value": "params, lanes, z, result",
-    "observe": "params, lanes, orbit, fresh, t, z, memory, out, done",
-}
-
-
-def model_block(kind: str, value: Any, degrees_of_freedom: int) -> Any:
-    """Return the compiled block function `kind` of a model, section or set of angles."""
+    Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is symplectic,
+    and a Runge-Kutta tableau solves the variational equations.
+    """
     classes: dict[type, str] = {}
     constructor = _walk(value, [], classes)
-    return _compiled(kind, constructor, tuple(classes.items()), _BODIES[kind](degrees_of_freedom), ())
+    return _compiled(kind, constructor, tuple(classes.items()), TEXTS[kind](Rows(degrees_of_freedom, vectors)), ())
 
 
 def function_block(function: Any, variable: str) -> Any:
@@ -229,7 +120,7 @@ def _compiled(kind: str, constructor: str, classes: tuple, body: str, namespace:
     """Write, execute and compile the text of a block function; once per process for each value type."""
     text = (
         f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, _ in classes)])}\n"
-        f"def {kind}({_ARGUMENTS[kind]}):\n    value = {constructor}\n{body}"
+        f"def {kind}({ARGUMENTS[kind]}):\n    value = {constructor}\n{body}"
     )
     identity = class_fingerprint(tuple(cls for cls, _ in classes))
     folder = None if identity is None or JIT_DISABLED else _jit.cache_directory()

@@ -34,6 +34,21 @@ def checked_model(model: Any, name: str = "body") -> Any:
     return model
 
 
+def checked_tangent_model(model: Any) -> Any:
+    """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
+    checked_model(model)
+    if not hasattr(model, "tangent_force"):
+        raise TypeError(
+            f"body {type(model).__name__} has no tangent_force(q..., dq...), the change of the force along dq: tangent vectors need it"
+        )
+    n = model.degrees_of_freedom
+    p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
+    linear = np.array(model.velocity(*(p + d))) - np.array(model.velocity(*p)) - np.array(model.velocity(*d))
+    if not np.abs(linear).max() <= 1e-12 * np.abs(model.velocity(*p)).max():
+        raise ValueError(f"body {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent vectors")
+    return model
+
+
 def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     """Return `scheme` if it is one."""
     if not isinstance(scheme, (Splitting, RungeKutta)):

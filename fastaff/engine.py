@@ -99,11 +99,15 @@ def _worker(process: int) -> ThreadPoolExecutor:
 
 @dataclass
 class Ensemble:
-    """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits, z (2n, orbits)."""
+    """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
+
+    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise.
+    """
 
     z: np.ndarray
     energy: np.ndarray
     scale: np.ndarray
+    vectors: int = 0
     status: np.ndarray = field(init=False)
     count: np.ndarray = field(init=False)
     time: np.ndarray = field(init=False)
@@ -115,10 +119,28 @@ class Ensemble:
         self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.time, self.ahead = np.zeros(n), np.zeros(n)
 
+    @property
+    def points(self) -> np.ndarray:
+        """The orbits' phase points (2n, orbits)."""
+        return self.z if self.vectors == 0 else self.parts[:, 0].reshape(-1, self.z.shape[1])
+
+    @property
+    def parts(self) -> np.ndarray:
+        """A view (2, 1 + vectors, n, orbits) of z: positions and momenta of the orbit and of its tangent vectors."""
+        return self.z.reshape(2, 1 + self.vectors, -1, self.z.shape[1])
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """The tangent vectors (vectors, 2n, orbits)."""
+        return self.parts[:, 1:].transpose(1, 0, 2, 3).reshape(self.vectors, -1, self.z.shape[1])
+
 
 @dataclass(frozen=True)
 class Flow:
-    """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`)."""
+    """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`).
+
+    Each orbit carries so many tangent `vectors`.
+    """
 
     model: Any
     scheme: Splitting | RungeKutta
@@ -127,6 +149,7 @@ class Flow:
     atol: float
     threads: int
     radius: float = ESCAPE_RADIUS
+    vectors: int = 0
 
     @property
     def adaptive(self) -> bool:
@@ -138,10 +161,14 @@ class Flow:
         """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that small."""
         return isinstance(self.scheme, Splitting) and self.scheme.order >= 10
 
-    def ensemble(self, z0: np.ndarray) -> Ensemble:
-        """Start orbits from z0 (2n, orbits), which is taken over."""
-        started = Ensemble(z0, energies(self.model, z0), energy_scale(self.model, z0))
+    def ensemble(self, z0: np.ndarray, deviations: np.ndarray | None = None) -> Ensemble:
+        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n, orbits)."""
         n = self.model.degrees_of_freedom
+        state = z0
+        if deviations is not None:
+            whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
+            state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
+        started = Ensemble(state, energies(self.model, z0), energy_scale(self.model, z0), self.vectors)
         with np.errstate(all="ignore"):
             slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
@@ -155,9 +182,10 @@ class Flow:
         return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
 
     def _blocks(self) -> tuple[Callable, Callable, Callable]:
-        n = self.model.degrees_of_freedom
-        stage = "precise_stage" if self.precise else "stage"
-        return model_block(stage, self.model, n), model_block("derivative", self.model, n), model_block("check", self.model, n)
+        return self._block("precise_stage" if self.precise else "stage"), self._block("derivative"), self._block("check")
+
+    def _block(self, kind: str) -> Callable:
+        return model_block(kind, self.model, self.model.degrees_of_freedom, self.vectors)
 
     def steps(self, time: float) -> int:
         """Return the number of steps that reach `time`."""
@@ -191,7 +219,7 @@ class Flow:
         errors, dense = self.scheme.error_array, self.scheme.dense_array  # type: ignore[union-attr]
         arguments = (
             derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
-            self.rtol, self.atol, time, time / observations if observations else 0.0, self.radius, unit,
+            self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, self.radius, unit,
             ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, ensemble.count, stop,
             progress,
         )  # fmt: skip
@@ -208,7 +236,7 @@ class Flow:
             h = time / steps
         unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
-        march = model_block("march", self.model, self.model.degrees_of_freedom) if solo else idle_block("march")
+        march = self._block("march") if solo else idle_block("march")
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
         total = np.full(orbits, steps, np.int64)
         arguments = (
@@ -229,10 +257,10 @@ class Flow:
             return
         stop, (stage, derivative, _) = np.zeros(1, np.int64), self._blocks()
         progress = np.zeros(math.ceil(where.size / LANES), np.int64)
-        value = model_block("value", section, self.model.degrees_of_freedom)
+        value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)
         arguments = (
             stage, derivative, value, parameters(self.model), parameters(section), *self._tables(),
-            float(section.direction), self.precise, 2 * self.model.degrees_of_freedom, records, where, stop, progress,
+            float(section.direction), self.precise, 2 * self.model.degrees_of_freedom * (1 + self.vectors), records, where, stop, progress,
         )  # fmt: skip
         launch(crossing_kernels.locate, arguments, stop, progress, float(where.size), self.threads, report)
 
@@ -295,7 +323,7 @@ def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
 
 def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
     """Return |E - E0|/(T0 + |V0|) of each orbit; inf where the energy has no value."""
-    return energy_drift(model, ensemble.z, ensemble.energy, ensemble.scale)
+    return energy_drift(model, ensemble.points, ensemble.energy, ensemble.scale)
 
 
 def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:

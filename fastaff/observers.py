@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._block_texts import Rows
 from ._blocks import observer_block, parameters
 from ._jit import LANES
 from .kernels import crossings as crossing_kernels
@@ -81,13 +82,14 @@ def samples(rows: int) -> Observer:
     return Observer(_Nothing(), body, (("sample", rotation_kernels.sample),), rows + 1)
 
 
-def crossings(section: Any, wanted: int, degrees_of_freedom: int) -> Observer:
+def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0) -> Observer:
     """Record the brackets of section crossings until `wanted` certain ones are found or the record is full."""
-    rows = 2 * degrees_of_freedom
+    rows = 2 * degrees_of_freedom * (1 + vectors)
+    orbit = ", ".join(f"z[{r * LANES} + i]" for r in Rows(degrees_of_freedom, vectors).orbit)
     value = _Crossings(section, float(wanted), float(section.direction))
     body = (
         "    for i in range(lanes):\n"
-        f"        memory[i] = value.section.value({_coordinates(rows)})\n"
+        f"        memory[i] = value.section.value({orbit})\n"
         f"    return detect(value.direction, value.wanted, {rows}, lanes, orbit, fresh, t, z, memory, out, done)\n"
     )
     return Observer(value, body, (("detect", crossing_kernels.detect),), crossing_kernels.MEMORY + rows)

@@ -164,13 +164,13 @@ def observe_dense(
 
 @jit(parallel=True)
 def run_adaptive(
-    derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time, cadence, radius, unit,
+    derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time, cadence, renew, radius, unit,
     z0, time0, step0, ticks0, memory0, out, status, steps, stop, progress,
 ):  # fmt: skip
     """Advance orbits from time0 to end_time with step control of each orbit's own, the lanes always refilled.
 
-    The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant. Each attempted step of
-    a block costs stages - 1 slopes (the last slope is the first of the next step), 3 more where the interpolant is used.
+    The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it may change
+    the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 more where the interpolant is used.
     """
     rows, orbits = z0.shape
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
@@ -243,6 +243,8 @@ def run_adaptive(
                 steps[orbit[i]] += 1
             if cadence == 0.0:
                 ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
+                if renew:
+                    derivative(params, lanes, z, k[:size])
             write_now(progress, u, following - u * unit - lanes)
             i = 0
             while i < lanes:
