@@ -131,14 +131,15 @@ class Hyperelastic(NamedTuple):
 
     def slopes(self, A, B):
         """Return V_A, V_B."""
-        wall = 2 * self.C / ((A - B) * (A - B))
+        w = 1 / (A - B)
+        wall = 2 * self.C * w * w
         return self.C / 2 - wall, self.C / 2 + wall
 
     def curvatures(self, A, B):
         """Return V_AA, V_AB, V_BB."""
-        d = A - B
-        w = 4 * self.C / (d * d * d)
-        return w, -w, w
+        w = 1 / (A - B)  # the one division that slopes make too
+        wall = 4 * self.C * w * w * w
+        return wall, -wall, wall
 
     def margin(self, A, B):
         """Return 2 det phi."""
@@ -209,15 +210,15 @@ class NeoHookean(NamedTuple):
 
     def slopes(self, A, B):
         """Return V_A, V_B."""
-        d = (A - B) / 2
-        wall = (self.K * (d - 1) - self.G / d) / 2
+        d, w = (A - B) / 2, 2 / (A - B)
+        wall = (self.K * (d - 1) - self.G * w) / 2
         return self.G / 2 + wall, self.G / 2 - wall
 
     def curvatures(self, A, B):
         """Return V_AA, V_AB, V_BB."""
-        d = (A - B) / 2
-        w = (self.K + self.G / (d * d)) / 4
-        return w, -w, w
+        w = 2 / (A - B)  # the one division that slopes make too
+        wall = (self.K + self.G * w * w) / 4
+        return wall, -wall, wall
 
     def margin(self, A, B):
         """Return 2 det phi."""
