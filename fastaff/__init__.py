@@ -1,9 +1,23 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels."""
 
+from .chaos import ChaosMap, chaos
 from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
 from .engine import Interrupted
 from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
+from .indicators import (
+    FLI,
+    GALI,
+    MEGNO,
+    OFLI,
+    SALI,
+    BirkhoffDigits,
+    FrequencyDiffusion,
+    Lyapunov,
+    LyapunovSpectrum,
+    ReversibilityError,
+    ZeroOne,
+)
 from .integrate import Orbits, integrate
 from .islands import Islands, Rotation, islands, rotation_number
 from .models import (
@@ -55,10 +69,15 @@ __all__ = [
     "DOP853",
     "EBK",
     "ELLIPTIC",
+    "FLI",
+    "GALI",
     "KAHAN_LI8",
     "LEAPFROG",
+    "MEGNO",
+    "OFLI",
     "RK4",
     "R_VARTHETA",
+    "SALI",
     "SOFRONIOU_SPALETTA10",
     "TWO_POLAR",
     "YOSHIDA4",
@@ -68,8 +87,11 @@ __all__ = [
     "AreaEquals",
     "BetaEquals",
     "BetaTurning",
+    "BirkhoffDigits",
     "Body",
+    "ChaosMap",
     "EnergyOfActions",
+    "FrequencyDiffusion",
     "FrequencyMap",
     "Grid",
     "Harmonic",
@@ -80,11 +102,14 @@ __all__ = [
     "Islands",
     "Linear",
     "Lines",
+    "Lyapunov",
+    "LyapunovSpectrum",
     "NeoHookean",
     "OrbitError",
     "Orbits",
     "QuasiclassicalLevels",
     "Resonances",
+    "ReversibilityError",
     "Rotation",
     "RungeKutta",
     "SectionMap",
@@ -100,6 +125,8 @@ __all__ = [
     "Verdict",
     "WebLine",
     "Zero",
+    "ZeroOne",
+    "chaos",
     "constants_of_motion",
     "diffusion_histogram",
     "energy_grid",

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 
 from ._jit import LANES
 
-
 VECTORS_PER_LOOP = {1: 8, 2: 4}
 """Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
 

@@ -92,7 +92,7 @@ def frequency_map(
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
     if isinstance(fallback, bool) or not (isinstance(fallback, (int, float)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
-    angles = _checked_angles(angles, checked_model(body))
+    angles = checked_angles(angles, checked_model(body))
     flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
     work = _Work(flow, angles, z, time, report)
     interrupted = False
@@ -114,7 +114,8 @@ def frequency_map(
     return result
 
 
-def _checked_angles(angles: Any, body: Any) -> Any:
+def checked_angles(angles: Any, body: Any) -> Any:
+    """Return `angles`, or those natural to the body for None, if they suit it."""
     chosen: Any = getattr(body, "angles", None) if angles is None else angles
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(

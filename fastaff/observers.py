@@ -16,6 +16,7 @@ from ._block_texts import Rows
 from ._blocks import observer_block, parameters
 from ._jit import LANES
 from .kernels import crossings as crossing_kernels
+from .kernels import deviations as deviation_kernels
 from .kernels import rotation as rotation_kernels
 
 
@@ -58,6 +59,21 @@ class _Signals(NamedTuple):
 
 class _Rotation(NamedTuple):
     angles: Any
+    model: Any
+    time: float
+
+
+class _Deviations(NamedTuple):
+    model: Any
+    limits: tuple[float, ...]
+    signs: tuple[float, ...]
+    time: float
+    stride: float
+    early_stop: float
+    slots: float
+
+
+class _Average(NamedTuple):
     model: Any
     time: float
 
@@ -137,6 +153,60 @@ def rotation(angles: Any, model: Any, time: float) -> Observer:
     return Observer(value, body, (("rotate", rotation_kernels.rotate),), rows)
 
 
+def deviations(
+    model: Any, vectors: int, readings: tuple[str, ...], limits: tuple[float, ...], signs: tuple[float, ...], *, time: float,
+    stride: int, early_stop: bool, slots: int,
+) -> Observer:  # fmt: skip
+    """Keep growth and alignment of the tangent vectors, at every `stride`-th observation, and judge orbits by readings of them.
+
+    `readings` are texts over the rows of `kernels.deviations`; out holds `slots` records of the time and the readings.
+    """
+    n, k, m = model.degrees_of_freedom, vectors, len(readings)
+    rows = Rows(n, k)
+    at = [f"z[{r * LANES} + i]" for r in rows.orbit]
+    along = " + ".join(f"{name}*z[{(r + n) * LANES} + i]" for name, r in zip(_names("vf", n), rows.orbit))
+    flow = (
+        f"            {_letters('v', n)}, = value.model.velocity({', '.join(at[n:])})\n"
+        f"            {_letters('f', n)}, = value.model.force({', '.join(at[:n])})\n"
+        f"            size = {' + '.join(f'{name}*{name}' for name in _names('vf', n))}\n"
+        f"            across(k, m, i, ({along})/math.sqrt(size) if size > 0.0 else 0.0, memory)\n"
+    )
+    text = (
+        f"    k, m = {k}, {m}\n"
+        "    if wait(value.stride, lanes, fresh, memory) == 0.0:\n        return 0\n"
+        f"    orthonormalise({n}, k, m, lanes, z, memory)\n    follow(k, m, lanes, memory)\n"
+        "    grow(k, m, 0.5*value.time, lanes, t, memory)\n"
+        f"    sums, lengths, readings = {' , '.join(f'place(k, m, {what})*{LANES}' for what in (0, 2, 5))}\n"
+        "    for i in range(lanes):\n"
+        f"        if memory[DUE * LANES + i] > 0.0:\n{flow if any('ACROSS' in reading for reading in readings) else ''}"
+        + "".join(f"            memory[readings + {j * LANES} + i] = {reading}\n" for j, reading in enumerate(readings))
+        + "    return judge(k, m, value.limits, value.signs, value.early_stop, value.slots, value.time,\n"
+        "                 lanes, orbit, t, memory, out, done)\n"
+    )
+    names = ("wait", "orthonormalise", "follow", "grow", "across", "volume", "alignment", "judge", "place", "LN10", "LANES", "DUE", "AREA",
+             "LARGEST", "LARGEST_ACROSS", "math")  # fmt: skip
+    value = _Deviations(model, limits, signs, time, float(stride), float(early_stop), float(slots))
+    end = deviation_kernels.SHARED + 3 * k + 2 * k * k + 2 * m
+    return Observer(value, text, tuple((name, getattr(deviation_kernels, name)) for name in names), end)
+
+
+def averages(model: Any, vectors: int, time: float) -> Observer:
+    """Keep weighted sums of the kinetic energy over both halves of `time`."""
+    text = _kinetic(model, vectors) + "    average(value.time, lanes, fresh, t, memory)\n    return 0\n"
+    return Observer(_Average(model, time), text, (("average", rotation_kernels.average),), 5)
+
+
+def kinetic_samples(model: Any) -> Observer:
+    """Keep the kinetic energy at each observation."""
+    text = _kinetic(model, 0) + "    sample(1, lanes, orbit, fresh, memory, memory, out)\n    return 0\n"
+    return Observer(_Average(model, 0.0), text, (("sample", rotation_kernels.sample),), 2)
+
+
+def _kinetic(model: Any, vectors: int) -> str:
+    momenta = [f"z[{r * LANES} + i]" for r in Rows(model.degrees_of_freedom, vectors).orbit[model.degrees_of_freedom :]]
+    return f"    for i in range(lanes):\n        memory[i] = value.model.kinetic_energy({', '.join(momenta)})\n"
+
+
 def together(first: Observer, second: Observer, columns: int) -> Observer:
     """Make one observer of two: a single pass over the orbits serves both.
 
@@ -172,3 +242,7 @@ def together(first: Observer, second: Observer, columns: int) -> Observer:
 
 def _letters(letter: str, count: int) -> str:
     return ", ".join(f"{letter}{r}" for r in range(count))
+
+
+def _names(letters: str, count: int) -> list[str]:
+    return [f"{letter}{r}" for letter in letters for r in range(count)]

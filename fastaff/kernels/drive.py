@@ -170,7 +170,8 @@ def run_adaptive(
     """Advance orbits from time0 to end_time with step control of each orbit's own, the lanes always refilled.
 
     The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it may change
-    the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 more where the interpolant is used.
+    the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next
+    step), 3 more where the interpolant is used.
     """
     rows, orbits = z0.shape
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]

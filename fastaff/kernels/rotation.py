@@ -116,3 +116,15 @@ def sample(rows, lanes, orbit, fresh, block, memory, out):
             for r in range(rows):
                 out[orbit[i], taken * rows + r] = block[r * LANES + i]
             memory[rows * LANES + i] += 1.0
+
+
+@jit
+def average(time, lanes, fresh, t, memory):
+    """Add row 0 of memory to its weighted sums over both halves of `time`: rows 1 and 3 the weights, 2 and 4 the weighted values."""
+    for i in range(lanes):
+        x = 2.0 * t[i] / time - 1.0
+        w1, w2 = fresh[i] * weight(2.0 * x + 1.0), fresh[i] * weight(2.0 * x - 1.0)
+        memory[LANES + i] += w1
+        memory[2 * LANES + i] += w1 * memory[i] if w1 > 0.0 else 0.0
+        memory[3 * LANES + i] += w2
+        memory[4 * LANES + i] += w2 * memory[i] if w2 > 0.0 else 0.0

@@ -1,0 +1,68 @@
+"""Indicators of chaos that make passes of their own over the orbits (layer L3). Each returns its values and statuses (orbits,)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from . import observers
+from .engine import Flow, Report, launch
+from .frequency import frequency_map
+from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
+from .kernels import zero_one as kernels
+from .status import Status
+
+ANGLES = 100
+"""Angles c of the 0-1 test, random in (pi/5, 4 pi/5): away from the resonances with the sampling."""
+
+
+def frequency_diffusion(
+    indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
+    step = flow.step if math.isfinite(flow.step) else None
+    found = frequency_map(
+        flow.model, z0, time=time, angles=indicator.angles, step=step, scheme=flow.scheme, rtol=flow.rtol, atol=flow.atol,
+        energy_tolerance=1e300, threads=flow.threads, report=report,
+    )  # fmt: skip
+    value = found.diffusion - math.log10(rate / (2 * math.pi))
+    return np.where(found.status == Status.OK, value, np.nan), found.status
+
+
+def zero_one(
+    indicator: ZeroOne, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the median correlation K of the 0-1 test on samples of the kinetic energy."""
+    count = indicator.samples or int(min(4000, max(400, 0.8 * time * rate)))
+    orbits = z0.shape[1]
+    ensemble, observer = flow.ensemble(z0.copy()), observers.kinetic_samples(flow.model)
+    memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, count))
+    flow.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
+    angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
+    stop, progress, result = np.zeros(1, np.int64), np.zeros(orbits, np.int64), np.full(orbits, np.nan)
+    launch(kernels.zero_one, (out, angles, result, stop, progress), stop, progress, float(orbits), flow.threads, report)
+    return np.where(ensemble.status == Status.OK, result, np.nan), ensemble.status
+
+
+def reversibility_error(
+    indicator: ReversibilityError, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return log10 of the relative distance from the start after going to `time` and coming back."""
+    n = flow.model.degrees_of_freedom
+    there = flow.ensemble(z0.copy())
+    _advance(flow, there, time, report)
+    back = flow.ensemble(there.z * np.repeat([1.0, -1.0], n)[:, None])
+    back.status[:] = there.status
+    _advance(flow, back, time, report)
+    away = back.z * np.repeat([1.0, -1.0], n)[:, None] - z0
+    with np.errstate(all="ignore"):
+        distance = np.sqrt((away * away).sum(axis=0) / (z0 * z0).sum(axis=0))
+        value = np.log10(np.maximum(distance, 1e-17))
+    return np.where(back.status == Status.OK, value, np.nan), back.status
+
+
+def _advance(flow: Flow, ensemble: Any, time: float, report: Report | None) -> None:
+    memory, out = np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
+    flow.advance(ensemble, observers.nothing(), memory, out, time=time, observations=1, report=report)

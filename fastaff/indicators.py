@@ -1,0 +1,249 @@
+"""Indicators of chaos, as values: what each measures, and the rule by which it calls an orbit chaotic (layer L1).
+
+Every indicator has a `limit`: chaotic orbits are above it, or below it where `above` is False. The default limits follow from how an
+indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbits' natural angular frequency, tangent vectors
+grow at most like x (shear between tori) and alignments fall at most as the powers stated, while those of chaotic orbits are exponential.
+Four factors of ten (MARGIN) lie between. So chaos is seen where lambda T is above about ln(10^4 x): a shorter run calls it regular.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+MARGIN = 4.0
+
+
+def _decades(phase: float) -> float:
+    return math.log10(max(phase, 10.0))
+
+
+def _growth(n: int, phase: float) -> float:
+    return MARGIN + _decades(phase)
+
+
+@dataclass(frozen=True)
+class Lyapunov:
+    """Largest Lyapunov exponent log |w(T)| / T of a tangent vector w, per unit time.
+
+    Chaotic above `limit`, by default ln(10^4 x)/T. Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+    """
+
+    limit: float | None = None
+    name: ClassVar[str] = "lyapunov"
+    above: ClassVar[bool] = True
+    rate: ClassVar[bool] = True
+    reading: ClassVar[str] = "memory[lengths + i] / LN10"
+    default: ClassVar[Callable[[int, float], float]] = staticmethod(_growth)
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return 1
+
+
+@dataclass(frozen=True)
+class LyapunovSpectrum:
+    """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); judged by the largest.
+
+    They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis, of whose QR
+    factors R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway, for GALI(2n) or as
+    `deviations`, all are computed. Chaotic above `limit`, as `Lyapunov`.
+    Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 21.
+    """
+
+    limit: float | None = None
+    name: ClassVar[str] = "largest"
+    above: ClassVar[bool] = True
+    rate: ClassVar[bool] = True
+    reading: ClassVar[str] = "memory[sums + i] / LN10"
+    default: ClassVar[Callable[[int, float], float]] = staticmethod(_growth)
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return n
+
+
+@dataclass(frozen=True)
+class FLI:
+    """Fast Lyapunov indicator: the largest log10 |w(t)| up to T.
+
+    Chaotic above `limit`, by default 4 + log10 x. Source: Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67, 41.
+    """
+
+    limit: float | None = None
+    name: ClassVar[str] = "fli"
+    above: ClassVar[bool] = True
+    rate: ClassVar[bool] = False
+    reading: ClassVar[str] = "memory[LARGEST * LANES + i] / LN10"
+    default: ClassVar[Callable[[int, float], float]] = staticmethod(_growth)
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return 1
+
+
+@dataclass(frozen=True)
+class OFLI:
+    """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic orbits.
+
+    Chaotic above `limit`, by default 4 + log10 x. Source: Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech. Dyn. Astron. 83, 205.
+    """
+
+    limit: float | None = None
+    name: ClassVar[str] = "ofli"
+    above: ClassVar[bool] = True
+    rate: ClassVar[bool] = False
+    reading: ClassVar[str] = "memory[LARGEST_ACROSS * LANES + i] / LN10"
+    default: ClassVar[Callable[[int, float], float]] = staticmethod(_growth)
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return 1
+
+
+@dataclass(frozen=True)
+class MEGNO:
+    """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on chaotic ones.
+
+    Chaotic above `limit`. Source: Cincotta & Simo 2000, Astron. Astrophys. Suppl. 147, 205.
+    """
+
+    limit: float = 5.0
+    name: ClassVar[str] = "megno"
+    above: ClassVar[bool] = True
+    rate: ClassVar[bool] = False
+    reading: ClassVar[str] = "memory[AREA * LANES + i] / t[i]"
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return 1
+
+
+def _volume(count: int, n: int, phase: float) -> float:
+    return -MARGIN - (count - 1 + 2 * max(0, count - n)) * _decades(phase)
+
+
+@dataclass(frozen=True)
+class SALI:
+    """Smaller alignment index, as log10: min |w1 +- w2| of two unit tangent vectors.
+
+    Falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits; on regular ones it stays, or falls as 1/x where only one combination of
+    the frequencies changes between tori. Chaotic below `limit`, by default -4 - log10 x. Source: Skokos 2001, J. Phys. A 34, 10029.
+    """
+
+    limit: float | None = None
+    name: ClassVar[str] = "sali"
+    above: ClassVar[bool] = False
+    rate: ClassVar[bool] = False
+    reading: ClassVar[str] = "alignment(k, m, i, memory)"
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return 2
+
+    def default(self, n: int, phase: float) -> float:
+        """Return the limit that follows from the phase x."""
+        return _volume(2, n, phase)
+
+
+@dataclass(frozen=True)
+class GALI:
+    """Generalised alignment index of `count` unit tangent vectors, as log10 of the volume that they span.
+
+    It is the product of their singular values, taken from the accumulated QR factors: no floor at 1e-16. Chaotic orbits:
+    exp(-sum_(i<=k) (lambda_1 - lambda_i) t). Regular ones on n-tori: constant for k <= n, t^(-2(k - n)) beyond. Chaotic below `limit`, by
+    default -4 - (k - 1 + 2 max(0, k - n)) log10 x, which covers degenerate frequencies too.
+    Source: Skokos, Bountis & Antonopoulos 2007, Physica D 231, 30; 2008, Eur. Phys. J. Special Topics 165, 5.
+    """
+
+    count: int
+    limit: float | None = None
+    above: ClassVar[bool] = False
+    rate: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """Return gali_2, gali_3, ..."""
+        return f"gali_{self.count}"
+
+    @property
+    def reading(self) -> str:
+        """Return the text of the reading."""
+        return f"volume({self.count}, k, m, i, memory) / LN10"
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return self.count
+
+    def default(self, n: int, phase: float) -> float:
+        """Return the limit that follows from the phase x."""
+        return _volume(self.count, n, phase)
+
+
+@dataclass(frozen=True)
+class BirkhoffDigits:
+    """Digits to which weighted Birkhoff averages of the kinetic energy over both halves of the run agree.
+
+    Many on regular orbits, about log10(T)/2 on chaotic ones. Chaotic below `limit`. Takes fixed steps.
+    Source: Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
+    """
+
+    limit: float = 5.0
+    name: ClassVar[str] = "birkhoff_digits"
+    above: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class FrequencyDiffusion:
+    """log10 of the difference of the fundamental frequencies of both halves of the run, in cycles per natural period 2 pi/omega.
+
+    Chaotic above `limit`. `angles` as in `frequency_map`, which it calls: a pass of its own. Source: Laskar 1993, Physica D 67, 257.
+    """
+
+    limit: float = -5.0
+    angles: Any = None
+    name: ClassVar[str] = "frequency_diffusion"
+    above: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class ZeroOne:
+    """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular, 1 chaotic.
+
+    `samples` of the kinetic energy in a pass of its own (None: five in 2 pi/omega, at least 400, at most 4000).
+    Cost: 10 samples^2 operations an orbit. Chaotic above `limit`. Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
+    """
+
+    limit: float = 0.5
+    samples: int | None = None
+    name: ClassVar[str] = "zero_one"
+    above: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class ReversibilityError:
+    """log10 of the distance |z0 - z|/|z0| after going to T, turning the momenta round and coming back.
+
+    Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones. A pass of its
+    own, of twice the length, with a splitting (which is reversible). Chaotic above `limit`, by default -13 + 2 log10 x, at most -2.
+    Source: Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
+    """
+
+    limit: float | None = None
+    name: ClassVar[str] = "reversibility_error"
+    above: ClassVar[bool] = True
+
+    def default(self, n: int, phase: float) -> float:
+        """Return the limit that follows from the phase x."""
+        return min(-2.0, -13.0 + 2 * _decades(phase))
+
+
+TangentIndicator = Lyapunov | LyapunovSpectrum | FLI | OFLI | MEGNO | SALI | GALI
+Indicator = TangentIndicator | BirkhoffDigits | FrequencyDiffusion | ZeroOne | ReversibilityError
+
+
+def limit_of(indicator: Any, n: int, phase: float) -> float:
+    """Return the limit of an indicator for n degrees of freedom at the phase x = omega T; rates as log10 of the growth."""
+    return float(indicator.default(n, phase) if indicator.limit is None else indicator.limit)
