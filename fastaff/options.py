@@ -194,7 +194,7 @@ class Run:
     """How to integrate."""
 
     scheme: str = "KAHAN_LI8"
-    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853 (adaptive). [KAHAN_LI8]"""
+    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive). [KAHAN_LI8]"""
     step: float | None = None
     """Fixed step. [chosen by a short trial for an energy error of 1e-11]"""
     threads: int | None = None

@@ -14,10 +14,11 @@ ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 LAYERS = {
     "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0,
-    "models": 1, "charts": 1, "kinematics": 1, "geometry": 1, "schemes": 1, "_dop853": 1, "sections": 1, "angles": 1,
+    "models": 1, "charts": 1, "kinematics": 1, "geometry": 1, "schemes": 1, "_dop853": 1, "_verner98": 1, "sections": 1, "angles": 1,
     "kernels": 2, "observers": 2.3,
     "boundary": 2.5, "engine": 2.5, "separation": 2.6,
-    "integrate": 3, "tangent": 3, "indicators": 1, "chaos_passes": 3, "poincare": 3, "frequency": 3, "grid": 3, "naff": 3, "chaos": 3, "tori": 3, "resonance": 3, "quantum": 3,
+    "indicators": 1, "integrate": 3, "tangent": 3, "chaos_passes": 3, "poincare": 3, "frequency": 3, "grid": 3, "naff": 3,
+    "chaos": 3, "tori": 3, "resonance": 3, "quantum": 3,
     "web": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,
     "jobs": 4, "files": 4,
     "plot": 5, "plot_resonance": 5, "cli": 5, "options": 5, "progress": 5, "demo": 5, "__main__": 5,

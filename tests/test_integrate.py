@@ -13,6 +13,7 @@ from fastaff import (
     LEAPFROG,
     RK4,
     SOFRONIOU_SPALETTA10,
+    VERNER9,
     Anharmonic,
     Body,
     Harmonic,
@@ -29,8 +30,9 @@ from fastaff.schemes import SCHEMES
 from fastaff.sections import AlphaTurning
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)
-FIXED_DOP853 = replace(DOP853, name="DOP853 fixed", errors=(), error_orders=())
-FIXED = [FIXED_DOP853 if s is DOP853 else s for s in SCHEMES.values()]
+ADAPTIVE = (DOP853, VERNER9)
+FIXED = [replace(s, name=f"{s.name} fixed", errors=(), error_orders=()) if s in ADAPTIVE else s for s in SCHEMES.values()]
+every_adaptive = pytest.mark.parametrize("scheme", ADAPTIVE, ids=label)
 every_fixed = pytest.mark.parametrize("scheme", FIXED, ids=label)
 SPLITTINGS = [s for s in FIXED if isinstance(s, Splitting)]
 BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
@@ -68,24 +70,26 @@ def test_every_model_follows_scipy(model):
         np.testing.assert_allclose(run.samples[:, :, i], solve(model, z0[:, i], [5.0, 10.0]), rtol=0, atol=2e-11)
 
 
+@every_adaptive
 @every_model
-def test_dop853_follows_scipy(model):
+def test_adaptive_schemes_follow_scipy(model, scheme):
     z0 = states(model, 2, seed=4)
-    run = integrate(model, z0, time=10.0, scheme=DOP853, rtol=1e-13, atol=1e-13)
+    run = integrate(model, z0, time=10.0, scheme=scheme, rtol=1e-13, atol=1e-13)
     for i in range(2):
         np.testing.assert_allclose(run.z[:, i], solve(model, z0[:, i], 10.0)[0], rtol=0, atol=5e-11)
     assert run.step == np.inf
     np.testing.assert_array_equal(run.t, 10.0)
 
 
-def test_dop853_samples_by_its_interpolant():
-    """Order 7 interpolant: as good as the steps at small tolerances, at times that are no step ends."""
+@every_adaptive
+def test_adaptive_schemes_sample_by_their_interpolants(scheme):
+    """Interpolants of order 7 and 8: as good as the steps at small tolerances, at times that are no step ends."""
     z0 = states(BODY, 2, seed=4)
-    run = integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=1e-13, atol=1e-13, samples=37)
+    run = integrate(BODY, z0, time=10.0, scheme=scheme, rtol=1e-13, atol=1e-13, samples=37)
     np.testing.assert_allclose(run.times, np.arange(1, 38) * 10 / 37, rtol=1e-15)
     for i in range(2):
         np.testing.assert_allclose(run.samples[:, :, i], solve(BODY, z0[:, i], run.times), rtol=0, atol=1e-10)
-    plain = integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=1e-13, atol=1e-13)
+    plain = integrate(BODY, z0, time=10.0, scheme=scheme, rtol=1e-13, atol=1e-13)
     np.testing.assert_array_equal(plain.z, run.z)  # sampling does not touch the steps
 
 
@@ -99,16 +103,30 @@ def test_dop853_error_follows_the_tolerance():
     assert 20 < error[1] / error[2] < 500
 
 
+@every_adaptive
+def test_error_is_proportional_to_the_tolerance(scheme):
+    """Global error ~ h^order and estimate ~ h^order (9 for VERNER9, 8 for DOP853's blend): error/rtol = const, 1e-6 to 1e-13."""
+    z0, tolerances = states(BALL, 6, seed=8), np.logspace(-6, -13, 8)
+    truth = integrate(BALL, z0, time=40.0, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
+    errors = [np.abs(integrate(BALL, z0, time=40.0, scheme=scheme, rtol=t, atol=t).z - truth).max() for t in tolerances]
+    assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.06)
+    assert (np.array(errors) < 50 * tolerances).all()
+
+
 STEPS = {  # the coarsest of three steps in the ratio sqrt2 for Henon-Heiles and the body: errors between 1e-3 and 1e-12
     "LEAPFROG": (0.02, 0.02), "YOSHIDA4": (0.05, 0.05), "BLANES_MOAN6": (0.5, 0.2), "KAHAN_LI8": (0.4, 0.28),
     "SOFRONIOU_SPALETTA10": (0.5, 0.28), "RK4": (0.05, 0.05), "DOP853": (0.28, 0.2),
+    "VERNER9": (0.4, 0.28),
 }  # fmt: skip
 
 
 @every_fixed
 @pytest.mark.parametrize("model", [BALL, BODY], ids=label)
 def test_order(model, scheme):
-    """The slope of log error against log step is the declared order, for tableaux with a term more: order + O(h)."""
+    """The slope of log error against log step is the declared order, for tableaux with a term more: order + O(h).
+
+    That term is large for VERNER9, whose leading terms are small; the rooted trees know its order.
+    """
     z0, time = states(model, 6, seed=7, spread=0.1), 16.0
     truth = integrate(model, z0, time=time, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
     coarse = STEPS[scheme.name.split()[0]][model is BODY]
@@ -116,7 +134,8 @@ def test_order(model, scheme):
     errors = [np.abs(integrate(model, z0, time=time, step=time / n, scheme=scheme, energy_tolerance=1.0).z - truth).max() for n in counts]
     assert 1e-14 < errors[-1] < errors[0] < 2e-3
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert slope == pytest.approx(scheme.order, abs=0.15 if isinstance(scheme, Splitting) else 0.3)
+    allowance = 0.15 if isinstance(scheme, Splitting) else 0.8 if scheme.order == VERNER9.order else 0.3
+    assert slope == pytest.approx(scheme.order, abs=allowance)
 
 
 def test_the_step_is_the_longest_allowed():

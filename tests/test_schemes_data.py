@@ -1,10 +1,12 @@
 """The schemes have the orders they claim, and corrupted ones do not come into being.
 
 Orders are measured in 30 digits by naive steppers, against mpmath's Taylor series (`odefun`), which shares nothing with
-them.
+them; those of tableaux are also checked on all rooted trees.
 """
 
+import math
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from itertools import combinations, pairwise
 
@@ -15,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import DOP853 as ScipyDOP853
 
-from fastaff import schemes
+from fastaff import _verner98, schemes
 from fastaff.schemes import (
     BLANES_MOAN6,
     DOP853,
@@ -24,6 +26,7 @@ from fastaff.schemes import (
     RK4,
     SCHEMES,
     SOFRONIOU_SPALETTA10,
+    VERNER9,
     YOSHIDA4,
     RungeKutta,
     Splitting,
@@ -34,6 +37,7 @@ from fastaff.schemes import (
 
 SPLITTINGS = [s for s in SCHEMES.values() if isinstance(s, Splitting)]
 TABLEAUX = [s for s in SCHEMES.values() if isinstance(s, RungeKutta)]
+ESTIMATES = [(s, r) for s in TABLEAUX for r in range(len(s.errors))]
 Z0 = ("0.1", "-0.2", "0.35", "0.2")
 TIME = 6
 
@@ -46,6 +50,7 @@ ORDERS = [
     (SOFRONIOU_SPALETTA10, 10, 12),
     (RK4, 4, 90),
     (DOP853, 8, 24),
+    (VERNER9, 9, 28),
 ]
 
 
@@ -132,6 +137,14 @@ def halving_slope(error_of):
     return float(mp.log(error_of(1)/error_of(2), 2))
 
 
+def agrees(scheme, slope, order, allowance):
+    """VERNER9's leading terms are so small that the next ones still show where the rounding of its coefficients begins.
+
+    Its orders themselves are the business of the rooted trees.
+    """
+    return -allowance < slope - order < (1.0 if scheme is VERNER9 else allowance)
+
+
 def test_the_order_table_is_complete():
     assert {scheme.name: order for scheme, order, _ in ORDERS} == {s.name: s.order for s in SCHEMES.values()}
 
@@ -139,7 +152,7 @@ def test_the_order_table_is_complete():
 @pytest.mark.parametrize(("scheme", "order", "steps"), ORDERS, ids=lambda v: getattr(v, "name", None))
 def test_order(scheme, order, steps):
     slope = halving_slope(lambda m: global_error(lambda z, h: step(scheme, z, h), rate, m*steps))
-    assert slope == pytest.approx(order, abs=0.06)
+    assert agrees(scheme, slope, order, 0.06)
 
 
 @pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
@@ -164,7 +177,7 @@ def test_order_of_the_interpolant(scheme, x):
         h = mp.mpf("0.4")/m
         return distance(dense(scheme, start(), h, mp.mpf(x), slopes(scheme, start(), h)), exact(rate, mp.mpf(x)*h))
 
-    assert halving_slope(error) == pytest.approx(scheme.dense_order + 1, abs=0.25)
+    assert agrees(scheme, halving_slope(error), scheme.dense_order + 1, 0.25)
 
 
 @pytest.mark.parametrize("scheme", TABLEAUX, ids=lambda s: s.name)
@@ -175,13 +188,89 @@ def test_the_interpolant_meets_both_ends(scheme):
     assert distance(dense(scheme, z, h, 1, k), step(scheme, z, h)) == 0
 
 
-@pytest.mark.parametrize(("row", "order"), list(enumerate(DOP853.error_orders)))
-def test_order_of_the_error_estimates(row, order):
+@pytest.mark.parametrize(("scheme", "row"), ESTIMATES, ids=lambda v: getattr(v, "name", v))
+def test_order_of_the_error_estimates(scheme, row):
     def estimate(m):
         h = mp.mpf("0.4")/m
-        return mp.norm(mp.matrix(combine([0]*4, h, DOP853.errors[row], slopes(DOP853, start(), h))))
+        return mp.norm(mp.matrix(combine([0]*4, h, scheme.errors[row], slopes(scheme, start(), h))))
 
-    assert halving_slope(estimate) == pytest.approx(order + 1, abs=0.25)
+    assert agrees(scheme, halving_slope(estimate), scheme.error_orders[row] + 1, 0.25)
+
+
+# A rooted tree is the sorted tuple of its branches.
+
+def grown(tree):
+    """All trees with a leaf more."""
+    yield tuple(sorted((*tree, ())))
+    for i, branch in enumerate(tree):
+        for larger in grown(branch):
+            yield tuple(sorted((*tree[:i], larger, *tree[i + 1:])))
+
+
+def trees(largest):
+    """The trees with 1, 2, ..., `largest` nodes."""
+    every = [{()}]
+    while len(every) < largest:
+        every.append({larger for tree in every[-1] for larger in grown(tree)})
+    return every
+
+
+def nodes(tree):
+    return 1 + sum(map(nodes, tree))
+
+
+def density(tree):
+    """gamma(t): the product of the numbers of nodes of all subtrees."""
+    return nodes(tree)*math.prod(map(density, tree))
+
+
+def elementary_weights(scheme, tree, known):
+    """Phi(t): the vector over slopes of products, over the branches, of a times their vectors."""
+    if tree not in known:
+        branches = [scheme.a_array @ elementary_weights(scheme, branch, known) for branch in tree]
+        known[tree] = math.prod(branches, start=np.ones(len(scheme.a_array)))
+    return known[tree]
+
+
+def test_rooted_trees_are_counted_right():
+    assert [len(t) for t in trees(9)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
+    assert sorted(density(t) for t in trees(4)[-1]) == [4, 8, 12, 24]
+
+
+def test_order_conditions():
+    """Sum of w_i Phi_i(t) = x^n/gamma(t) for all trees of n <= order nodes, and not for all trees with a node more.
+
+    For b at x = 1, for the interpolant at any x, and with 0 at the right for the estimates: Hairer, Norsett & Wanner II.2.
+    """
+    largest = trees(max(s.order for s in TABLEAUX) + 1)
+    for scheme in TABLEAUX:
+        known, size = {}, len(scheme.a_array)
+        cases = [(scheme.b, 1.0, scheme.order), *((e, 0.0, p) for e, p in zip(scheme.errors, scheme.error_orders))]
+        for x in (0.2, 0.37, 0.8):
+            weights = np.zeros(size)
+            for r, row in reversed(list(enumerate(scheme.dense))):
+                weights = (np.array(row) + weights)*(x if r % 2 == 0 else 1 - x)
+            cases.append((weights, x, scheme.dense_order))
+        for weights, x, order in cases:
+            full = np.array([*weights, *[0.0]*(size - len(weights))])
+            residuals = [
+                max(abs(full @ elementary_weights(scheme, tree, known) - x**n/density(tree)) for tree in level)
+                for n, level in enumerate(largest[:order + 1], 1)
+            ]
+            assert max(residuals[:-1]) < 5e-16*max(1.0, np.abs(full).sum())*len(full)**0.5, (scheme.name, x)
+            assert residuals[-1] > 1e-6, (scheme.name, x)
+
+
+@pytest.mark.parametrize("x", ["0", "1/7", "1/2", "6/7", "1"])
+def test_verner9_interpolates_by_the_published_polynomials(x):
+    """The nested rows, each rounded once, are the polynomials in powers of x."""
+    x, value = Fraction(x), [Fraction(0)]*len(VERNER9.dense[0])
+    for r, row in reversed(list(enumerate(VERNER9.dense))):
+        value = [(Fraction(c) + v)*(x if r % 2 == 0 else 1 - x) for c, v in zip(row, value)]
+    for column, weight in enumerate(value):
+        published = sum(Fraction(c)*x**n for n, c in enumerate(_verner98._POWERS.get(column, ()), 1))
+        rounding = sum(abs(row[column])*float(x*(1 - x))**(r//2) for r, row in enumerate(VERNER9.dense))
+        assert abs(weight - published) <= 2e-16*rounding + 1e-30
 
 
 def test_dop853_steps_and_interpolates_like_scipy():
@@ -198,12 +287,12 @@ def test_dop853_steps_and_interpolates_like_scipy():
 def test_shapes_and_derived_properties():
     assert {s.name: (s.stages, s.evaluations) for s in SCHEMES.values()} == {
         "LEAPFROG": (1, 1), "YOSHIDA4": (3, 3), "BLANES_MOAN6": (14, 14), "KAHAN_LI8": (17, 17),
-        "SOFRONIOU_SPALETTA10": (35, 35), "RK4": (4, 4), "DOP853": (13, 12),
+        "SOFRONIOU_SPALETTA10": (35, 35), "RK4": (4, 4), "DOP853": (13, 12), "VERNER9": (17, 16),
     }
-    assert (DOP853.fsal, DOP853.adaptive, RK4.fsal, RK4.adaptive) == (True, True, False, False)
+    assert [(s.fsal, s.adaptive) for s in (RK4, DOP853, VERNER9)] == [(False, False), (True, True), (True, True)]
     for s in SPLITTINGS:
         assert (s.drift_array.shape, s.kick_array.shape) == ((s.stages + 1,), (s.stages,))
-    for s, extra in ((RK4, 0), (DOP853, 3)):
+    for s, extra in ((RK4, 0), (DOP853, 3), (VERNER9, 4)):
         every = s.stages + extra
         shapes = [a.shape for a in (s.a_array, s.b_array, s.c_array, s.error_array, s.dense_array)]
         assert shapes == [(every, every), (s.stages,), (every,), (len(s.errors), s.stages), (len(s.dense), every)]
@@ -276,6 +365,8 @@ def test_exchanged_coefficients_are_refused(scheme):
     (DOP853, {"error_orders": (5,)}, "one order per row"),
     (DOP853, {"error_orders": (6, 3)}, r"errors\[0\] contradicts the order 6"),
     (DOP853, {"errors": (DOP853.errors[0], DOP853.errors[1][:-1])}, "one weight per stage"),
+    (DOP853, {"errors": DOP853.errors*2, "error_orders": (5, 3, 5, 3)}, "at most two rows"),
+    (RK4, {"errors": ((0.0,)*4,), "error_orders": (3,)}, r"errors need a last row of a that is b, with b\[-1\] = 0"),
     (DOP853, {"extra_c": DOP853.extra_c[:2]}, "per extra slope"),
     (DOP853, {"dense_order": 8}, "at least as many rows"),
 ])
@@ -316,7 +407,7 @@ def test_adjacent_drifts_are_merged_with_one_rounding():
 def test_scheme_named():
     assert scheme_named("KAHAN_LI8") is KAHAN_LI8
     assert scheme_named("dop853") is DOP853
-    with pytest.raises(ValueError, match=r"one of LEAPFROG, .*, DOP853, got 'KAHAN_LI9'\. Did you mean KAHAN_LI8\?"):
+    with pytest.raises(ValueError, match=r"one of LEAPFROG, .*, VERNER9, got 'KAHAN_LI9'\. Did you mean KAHAN_LI8\?"):
         scheme_named("KAHAN_LI9")
     with pytest.raises(ValueError, match=r"got 'xyz'\.$"):
         scheme_named("xyz")
