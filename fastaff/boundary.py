@@ -37,11 +37,15 @@ def checked_model(model: Any, name: str = "body") -> Any:
 def checked_tangent_model(model: Any) -> Any:
     """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
     checked_model(model)
-    if not hasattr(model, "tangent_force"):
-        raise TypeError(
-            f"body {type(model).__name__} has no tangent_force(q..., dq...), the change of the force along dq: tangent vectors need it"
-        )
     n = model.degrees_of_freedom
+    try:
+        with np.errstate(all="ignore"):
+            model.tangent_force(*np.linspace(1.3, 0.2, n), *np.ones(n))
+    except AttributeError as problem:
+        raise TypeError(
+            f"body {type(model).__name__} has no second derivatives ({problem}): tangent vectors need tangent_force(q..., dq...) of a "
+            "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
+        ) from None
     p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
     linear = np.array(model.velocity(*(p + d))) - np.array(model.velocity(*p)) - np.array(model.velocity(*d))
     if not np.abs(linear).max() <= 1e-12 * np.abs(model.velocity(*p)).max():

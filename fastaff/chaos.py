@@ -211,7 +211,7 @@ class _Work:
         self.k, self.m = self.flow.vectors, len(tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
         self.values = np.full((len(chosen), self.orbits), np.nan)
-        self.memory, self.out = no_memory(self.ensemble)
+        self.memory, self.out = no_memory(self.ensemble)  # until the stream runs
 
     @property
     def _spectrum(self) -> bool:
@@ -286,7 +286,11 @@ class _Work:
         stopped = reached < self.time * (1 - 1e-12)
         detected = np.full(self.values.shape, np.nan)
         history = np.full((len(names), self.slots, self.orbits), np.nan)
-        records = self.out.reshape(self.orbits, -1)[:, : self.slots * (self.m + 1)].reshape(self.orbits, self.slots, self.m + 1)
+        width = self.slots * (self.m + 1)
+        records = np.full((self.orbits, width), np.nan)
+        if self.out.shape[1] >= width > 0:
+            records[:] = self.out[:, :width]
+        records = records.reshape(self.orbits, self.slots, self.m + 1)
         above = np.array([entry.above for entry in self.chosen])[:, None]
         limits = self.limits[:, None]
         chaotic_by = known & np.where(above, self.values > limits, self.values < limits)

@@ -34,6 +34,7 @@ from fastaff import (
     constants_of_motion,
     integrate,
     one_variable,
+    tangent_map,
     tori,
 )
 from fastaff.models import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring
@@ -271,13 +272,43 @@ def test_sextic_of_the_elliptic_chart():
     np.testing.assert_allclose(slopes[1], 0.2 * sigma + 0.275, rtol=1e-12, atol=1e-13)
 
 
-def test_curvatures_of_alpha_beta():
-    V = SeparableAlphaBeta(Oscillator(1.3, 0.4), Oscillator(0.7))
-    A, B = deformations()
-    V_AA, V_AB, V_BB = V.curvatures(A, B)
-    np.testing.assert_allclose(V_AA, complex_step(lambda x: V.slopes(x, B)[0], A), rtol=1e-12)
-    np.testing.assert_allclose(V_BB, complex_step(lambda x: V.slopes(A, x)[1], B) + 0 * B, rtol=1e-12, atol=1e-14)
-    np.testing.assert_array_equal(V_AB, 0)
+CURVED = [
+    SeparableAlphaBeta(Oscillator(1.3, 0.4), Oscillator(0.7)),
+    SeparableRVartheta(Spring(1.1, 0.3), Barriers(0.3, 0.7)),
+    SeparableElliptic(CoshOscillator(1.3, 0.4), CosOscillator(1.3, 0.4)),
+    SeparableElliptic(Oscillator(0.4), CosOscillator(0.9)),
+]
+
+
+@pytest.mark.parametrize("V", [*CURVED, *(getattr(P, member) for P, member in NAMED)], ids=lambda V: repr(V)[:60])
+def test_curvatures_are_the_derivatives_of_slopes(V):
+    q = deformations()
+    V_AA, V_AB, V_BB = np.broadcast_arrays(*V.curvatures(*q), q[0])[:3]
+    (slope_A, slope_B), tolerance = zip(*(differences(lambda q, k=k: V.slopes(*q)[k] + 0 * q[0], q, 1e-3) for k in (0, 1))), 1e-8
+    for found, expected in ((V_AA, slope_A[0]), (V_AB, slope_A[1]), (V_AB, slope_B[0]), (V_BB, slope_B[1])):
+        np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance * (1 + np.abs(V_BB).max()))
+
+
+def test_curvature_of_functions_of_ones_own():
+    """Complex step of a given slope; none where the slope is itself one: then tangent vectors are refused with the remedy."""
+    x = np.linspace(0.2, 2.0, 9)
+    made = one_variable(well, slope_of_well)
+    np.testing.assert_allclose(made.curvature(x), complex_step(slope_of_well, x), rtol=1e-14)
+    bare = StackelBody(Harmonic(), one_variable(well), Zero())
+    with pytest.raises(TypeError, match=r"curvature.*one_variable\(value, slope, curvature\)"):
+        tangent_map(bare, np.ones(8), time=1.0, step=0.1)
+
+
+def test_tangent_force_of_a_stackel_body():
+    ripple = one_variable(lambda v: 0.3 * np.cos(v) + 0.1 * np.sin(2 * v), lambda v: -0.3 * np.sin(v) + 0.2 * np.cos(2 * v))
+    body = StackelBody(CURVED[1], ripple, ripple, 1.2)
+    q, direction = np.random.default_rng(3).standard_normal((2, 4, 30))
+    expected = differences(lambda t: np.array(body.force(*(q + t * direction))), np.zeros((1, 30)), 1e-3)[0]
+    found = np.array(body.tangent_force(*q, *direction))
+    size = np.abs(found).max(axis=0)
+    assert np.median(np.abs(found - expected) / size) < 1e-10
+    near = (q[:2] ** 2).sum(axis=0).clip(max=(q[2:] ** 2).sum(axis=0)) < 0.1  # differences fail next to the axes
+    assert (np.abs(found - expected) / size)[:, ~near].max() < 1e-6
 
 
 @pytest.mark.parametrize(("potential", "member"), NAMED, ids=str)

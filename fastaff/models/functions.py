@@ -8,6 +8,7 @@ of a plain Python function.
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 from collections import namedtuple
 from collections.abc import Callable
@@ -108,6 +109,12 @@ class Barriers(NamedTuple):
         wall = self.c_alpha * s / (c * c * c) if self.c_alpha != 0 else 0.0 * c
         return wall - self.c_beta * c / (s * s * s) if self.c_beta != 0 else wall
 
+    def curvature(self, vartheta):
+        """Return d2V/dvartheta2."""
+        c, s = np.cos(vartheta / 2) ** 2, np.sin(vartheta / 2) ** 2
+        wall = self.c_alpha * (1.5 / c - 1) / c if self.c_alpha != 0 else 0.0 * c
+        return wall + self.c_beta * (1.5 / s - 1) / s if self.c_beta != 0 else wall
+
     def regular(self, s):
         """Return V at s = sin^2(vartheta/2)."""
         wall = self.c_alpha / (1 - s) if self.c_alpha != 0 else 0.0 * s
@@ -131,6 +138,11 @@ class Secant(NamedTuple):
         c = np.cos(vartheta)
         return self.k * np.sin(vartheta) / (c * c)
 
+    def curvature(self, vartheta):
+        """Return d2V/dvartheta2."""
+        c = np.cos(vartheta)
+        return self.k * (2 / (c * c) - 1) / c
+
     def regular(self, s):
         """Return V at s = sin^2(vartheta/2)."""
         return self.k / np.maximum(1 - 2 * s, 0.0)
@@ -151,6 +163,10 @@ class Cosine(NamedTuple):
     def slope(self, vartheta):
         """Return dV/dvartheta."""
         return -self.k * np.sin(vartheta)
+
+    def curvature(self, vartheta):
+        """Return d2V/dvartheta2."""
+        return -self.k * np.cos(vartheta)
 
     def regular(self, s):
         """Return V at s = sin^2(vartheta/2)."""
@@ -173,6 +189,11 @@ class CoshOscillator(NamedTuple):
     def slope(self, kappa):
         """Return dV/dkappa."""
         return 2 * self.k * np.cosh(2 * kappa) * np.sinh(2 * kappa) + 2 * self.c * np.tanh(kappa) / np.cosh(kappa) ** 2
+
+    def curvature(self, kappa):
+        """Return d2V/dkappa2."""
+        w = 1 / np.cosh(kappa) ** 2
+        return 4 * self.k * np.cosh(4 * kappa) + 2 * self.c * w * (3 * w - 2)
 
     def regular(self, s):
         """Return V at s = sinh^2(kappa)."""
@@ -198,6 +219,12 @@ class CosOscillator(NamedTuple):
         wall = 2 * self.c * s / (c * c * c) if self.c != 0 else 0.0 * s
         return 2 * self.k * np.cos(2 * lam) * np.sin(2 * lam) + wall
 
+    def curvature(self, lam):
+        """Return d2V/dlambda2."""
+        w = 1 / np.cos(lam) ** 2
+        wall = 2 * self.c * w * (3 * w - 2) if self.c != 0 else 0.0 * w
+        return 4 * self.k * np.cos(4 * lam) + wall
+
     def regular(self, s):
         """Return V at s = sin^2(lambda)."""
         oscillator = -self.k / 2 * (1 - 2 * s) * (1 - 2 * s)
@@ -209,7 +236,7 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
 
     value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form that Numba
     compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for an analytic formula
-    and twice the cost. Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time
+    and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it). Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time
     values write a NamedTuple with the same methods, like those of `fastaff.models.functions`.
     Where a function returns inf or NaN is outside of its domain: a hard wall for `tori`; for integrations give a potential that grows.
     Returns a NamedTuple with `value`, `slope` and, where given, `curvature`.
@@ -220,7 +247,12 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
         if function is not None:
             _check_function(name, function)
     if slope is None:
-        slope = _complex_slope(value)
+        slope = _complex_slope("value", value)
+    elif curvature is None:
+        with contextlib.suppress(ValueError):  # a slope with kinks, or not for complex numbers, is as good as any without tangent vectors
+            derived = _complex_slope("slope", slope)
+            _check_slope("curvature", slope, derived)
+            curvature = derived
     _check_slope("slope", value, slope)
     if curvature is not None:
         _check_slope("curvature", slope, curvature)
@@ -269,7 +301,7 @@ def _jitable(function: Callable) -> Callable:
     return register_jitable(function)
 
 
-def _complex_slope(value: Callable) -> Callable:
+def _complex_slope(name: str, value: Callable) -> Callable:
     compiled = _jitable(value)
 
     def slope(x):
@@ -282,7 +314,7 @@ def _complex_slope(value: Callable) -> Callable:
                 raise TypeError("it dropped the imaginary part")
     except Exception as problem:
         raise ValueError(
-            f"value must take complex numbers where no slope is given ({type(problem).__name__}: {problem}); give slope=dV/dx"
+            f"{name} must take complex numbers where its slope is not given ({type(problem).__name__}: {problem}); give slope=dV/dx"
         ) from problem
     slope.__module__ = value.__module__
     return slope

@@ -1,0 +1,407 @@
+"""Chaos maps: indicators against slow twins and laws, verdicts on known orbits, streaming, history, early stop, outcomes."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from naive import march
+
+import fastaff
+import fastaff.files
+from fastaff import (
+    DOP853,
+    FLI,
+    GALI,
+    KAHAN_LI8,
+    MEGNO,
+    OFLI,
+    SALI,
+    BirkhoffDigits,
+    Body,
+    FrequencyDiffusion,
+    HenonHeiles,
+    Lyapunov,
+    LyapunovSpectrum,
+    ReversibilityError,
+    Status,
+    ZeroOne,
+    chaos,
+    integrate,
+    tangent_map,
+)
+from fastaff.chaos import symplectic_frame
+
+EVERY = (
+    Lyapunov(), LyapunovSpectrum(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4), BirkhoffDigits(), FrequencyDiffusion(),
+    ZeroOne(), ReversibilityError(),
+)  # fmt: skip
+STREAMED = EVERY[:9]
+CHAOTIC, REGULAR = [0.0, -0.25, 0.42081, 0.0], [0.0, 0.483, 0.27898039, 0.0]
+"""Skokos 2001, J. Phys. A 34, 10029 and Skokos, Bountis & Antonopoulos 2007: E = 1/8."""
+BOTH = np.array([CHAOTIC, REGULAR]).T
+
+
+@pytest.fixture(scope="module")
+def known():
+    """All indicators of the two orbits of the literature."""
+    return chaos(HenonHeiles(), BOTH, time=1000.0, indicators=EVERY, step=0.05, history=20)
+
+
+def test_every_indicator_knows_the_orbits_of_the_literature(known):
+    assert known.names[3] == "ofli"
+    np.testing.assert_array_equal(known.chaotic_by, [[True, False]] * len(EVERY))
+    np.testing.assert_array_equal(known.chaotic, [True, False])
+    assert not known.disagree.any()
+    assert 0.04 <= known.lyapunov[0] <= 0.08  # the range of the literature at E = 1/8
+    assert known.megno[1] == pytest.approx(2.0, abs=0.05)
+    assert known.megno[0] == pytest.approx(known.lyapunov[0] * 1000 / 2, rel=0.1)
+    assert known.fraction == 0.5
+    assert known.summary().startswith("1 chaotic, 1 regular, 0 in doubt")
+
+
+def test_spectra_sum_to_zero_and_pair(known):
+    """With 2n vectors (GALI(4) runs) nothing is mirrored: the splitting and the symplectic frame pair them to rounding."""
+    np.testing.assert_allclose(known.spectrum.sum(axis=0), 0, atol=1e-13)
+    np.testing.assert_allclose(known.spectrum, -known.spectrum[::-1], atol=1e-13)
+    half = chaos(HenonHeiles(), REGULAR, time=1000.0, indicators=(LyapunovSpectrum(),), step=0.05)
+    np.testing.assert_allclose(half.spectrum[:, 0], known.spectrum[:, 1], atol=1e-11)  # the regular one: chaos would magnify roundings
+    # Two exponents are 0; what is left of them at T = 1000 is covered by the error estimate.
+    assert (np.abs(known.spectrum[1:3]) <= 3 * known.spectrum_error[1:3]).all()
+    assert (np.abs(known.spectrum[0, 1]) <= 3 * known.spectrum_error[0, 1]).all()
+
+
+def test_any_frame_pairs_within_the_error_estimate():
+    frame = np.linalg.qr(np.random.default_rng(8).standard_normal((4, 4)))[0]
+    found = chaos(HenonHeiles(), BOTH, time=2000.0, indicators=(LyapunovSpectrum(),), step=0.1, deviations=frame)
+    np.testing.assert_allclose(found.spectrum.sum(axis=0), 0, atol=1e-13)
+    error = found.spectrum_error + found.spectrum_error[::-1]
+    assert (np.abs(found.spectrum + found.spectrum[::-1]) <= error + 1e-3).all()
+
+
+def twin(model, z0, time, observations):
+    """Growth of raw vectors by SVD: log10 of the volumes of the first k, MEGNO by its sum, from tangent maps over short stretches."""
+    n = model.degrees_of_freedom
+    vectors, z, dt = symplectic_frame(n, 2 * n), np.array(z0), time / observations
+    logs, mean, megno, weighted = np.zeros(2 * n), 0.0, 0.0, 0.0
+    for k in range(observations):
+        step = tangent_map(model, z, time=dt, step=0.05, deviations=vectors)
+        z, lengths = step.z[:, 0], np.linalg.norm(step.vectors[:, :, 0], axis=1)
+        vectors = step.vectors[:, :, 0] / lengths[:, None]
+        logs += np.log(lengths)
+        weighted += (k + 0.5) * dt * math.log(lengths[0])
+        now = 2 * weighted / ((k + 1) * dt)
+        mean, megno = mean + 0.5 * (megno + now) * dt, now
+    volumes = [np.log10(np.linalg.svd(vectors[:k], compute_uv=False)).sum() for k in range(2, 2 * n + 1)]
+    return logs / math.log(10), volumes, mean / time
+
+
+@pytest.mark.parametrize("start", [CHAOTIC, REGULAR], ids=["chaotic", "regular"])
+def test_streamed_values_are_those_of_raw_vectors(start):
+    """Singular values of vectors that were never made orthogonal, over a time in which they can still be told apart."""
+    run = {"time": 60.0, "step": 0.05, "indicators": (FLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4)), "history": 60}
+    found = chaos(HenonHeiles(), start, **run)
+    logs, volumes, megno = twin(HenonHeiles(), start, 60.0, 60)
+    assert found.gali_2[0] == pytest.approx(volumes[0], abs=1e-9)
+    assert found.gali_3[0] == pytest.approx(volumes[1], abs=1e-7)
+    assert found.gali_4[0] == pytest.approx(volumes[2], abs=1e-5)
+    assert found.megno[0] == pytest.approx(megno, abs=2e-3)  # sums over other intervals
+    assert found.fli[0] >= logs[0] - 1e-12
+    angle = math.asin(10 ** volumes[0])
+    assert found.sali[0] == pytest.approx(math.log10(2 * math.sin(angle / 2)), abs=1e-9)
+
+
+def test_alignment_laws():
+    """GALI_k of a regular orbit of n = 2: constant for k = 2, t^-2 for 3, t^-4 for 4; of a chaotic one by the exponents, past 1e-16."""
+    run = {"time": 10_000.0, "step": 0.1, "indicators": (LyapunovSpectrum(), GALI(2), GALI(3), GALI(4)), "history": 100}
+    found = chaos(HenonHeiles(), BOTH, **run)
+    t = np.log10(found.history_times[9:, 1])
+    for j, power in ((1, 0), (2, -2), (3, -4)):
+        assert np.polyfit(t, found.history[j, 9:, 1], 1)[0] == pytest.approx(power, abs=0.15)
+    largest = found.spectrum[0, 0]
+    # lambda = (l, 0, 0, -l): volumes of 2, 3, 4 vectors shrink as exp(-l t), exp(-2 l t), exp(-4 l t)
+    for name, factor in (("gali_2", 1), ("gali_3", 2), ("gali_4", 4)):
+        assert getattr(found, name)[0] == pytest.approx(-factor * largest * 1e4 / math.log(10), rel=0.06)
+    assert found.gali_4[0] < -500
+
+
+def test_isochronous_orbits_have_constant_vectors():
+    """Harmonic oscillator with mu omega = 1: the tangent map is a rotation, so all volumes stay 1 and MEGNO is 0."""
+    body = Body(fastaff.Harmonic(C=1.25), mu=0.8)
+    z0 = np.random.default_rng(2).standard_normal((8, 5))
+    found = chaos(body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(5), GALI(8)))
+    for j, name in enumerate(found.names):
+        expected = math.log10(math.sqrt(2)) if name == "sali" else 0.0
+        np.testing.assert_allclose(found.values[j], expected, atol=1e-10, err_msg=name)
+
+
+class Cubic(NamedTuple):
+    """V = (A x^2 + B y^2)/2 + x^2 y - c y^3/3; integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor & Weiss 1982)."""
+
+    A: float
+    B: float
+    c: float
+
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
+    margin, angles = HenonHeiles.margin, HenonHeiles.angles
+
+    def force(self, x, y):
+        return -self.A * x - 2 * x * y, -self.B * y - x * x + self.c * y * y
+
+    def tangent_force(self, x, y, dx, dy):
+        return -self.A * dx - 2 * (y * dx + x * dy), -self.B * dy - 2 * x * dx + 2 * self.c * y * dy
+
+    def potential_energy(self, x, y):
+        return (self.A * x * x + self.B * y * y) / 2 + x * x * y - self.c * y * y * y / 3
+
+
+class Toda(NamedTuple):
+    """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to third order."""
+
+    unused: float = 0.0
+
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
+    margin, angles = HenonHeiles.margin, HenonHeiles.angles
+
+
+
+    def potential_energy(self, x, y):
+        a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
+        return a + b + c - 0.125
+
+    def force(self, x, y):
+        a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
+        return -2 * np.sqrt(3) * (a - b), -2 * (a + b) + 4 * c
+
+    def tangent_force(self, x, y, dx, dy):
+        a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
+        cross = -4 * np.sqrt(3) * (a - b)
+        return -12 * (a + b) * dx + cross * dy, cross * dx - (4 * (a + b) + 16 * c) * dy
+
+
+def random_starts(model, orbits, size, seed=3):
+    """Random bound states inside the domain, some fast."""
+    n = model.degrees_of_freedom
+    z = size * np.random.default_rng(seed).standard_normal((2 * n, 3 * orbits))
+    if isinstance(model, Body):
+        z[:4] *= 0.5
+        z[0] += 1.4
+    margin = np.broadcast_to(model.margin(*z[:n]), z.shape[1:])
+    return np.ascontiguousarray(z[:, margin > 0.1][:, :orbits])
+
+
+INTEGRABLE = {
+    "harmonic": (Body(fastaff.Harmonic()), 1.0),
+    "anharmonic": (Body(fastaff.Anharmonic()), 1.0),
+    "hyperelastic": (Body(fastaff.Hyperelastic()), 1.0),
+    "heavy-top": (Body(fastaff.HeavyTop(A=0.5)), 1.0),
+    "separable cubic": (Cubic(1.0, 1.0, -1.0), 0.1),
+    "cubic -6": (Cubic(1.3, 0.7, -6.0), 0.015),
+    "cubic -16": (Cubic(0.5, 8.0, -16.0), 0.05),
+    "toda": (Toda(), 0.5),
+}
+
+
+def none_is_chaotic(model, size, orbits, time, indicators, **run):
+    z0 = random_starts(model, orbits, size)
+    found = chaos(model, z0, time=time, indicators=indicators, **run)
+    fine = found.status == Status.OK
+    assert fine.mean() > 0.9
+    assert not found.chaotic_by[:, fine].any(), found.summary()
+
+
+@pytest.mark.parametrize(("model", "size"), INTEGRABLE.values(), ids=INTEGRABLE)
+def test_integrable_models_have_no_chaotic_orbit(model, size):
+    none_is_chaotic(model, size, 300, 60.0, (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("model", "size"), list(INTEGRABLE.values())[:4], ids=list(INTEGRABLE)[:4])
+def test_no_orbit_of_ten_thousand_is_chaotic_where_the_body_is_integrable(model, size):
+    none_is_chaotic(model, size, 10_000, 100.0, (MEGNO(), SALI(), GALI(4)), scheme=DOP853, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("model", "size"), list(INTEGRABLE.values())[4:], ids=list(INTEGRABLE)[4:])
+def test_no_orbit_of_a_thousand_is_chaotic_in_integrable_planes(model, size):
+    none_is_chaotic(model, size, 1000, 1000.0, (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(3), GALI(4)))
+
+
+def test_energy_surfaces_of_henon_heiles_are_as_in_the_literature():
+    """E = 1/12: hardly any chaos; E = 1/6: nearly all (Henon & Heiles 1964, figures 4 to 7)."""
+    section, axes = fastaff.Linear((1.0, 0.0, 0.0, 0.0)), (np.linspace(-0.45, 0.95, 16), np.linspace(-0.5, 0.5, 16))
+    fractions = []
+    for energy in (1 / 12, 1 / 8, 0.999 / 6):
+        z0 = fastaff.energy_grid(HenonHeiles(), energy=energy, section=section, axes=axes).z0
+        fractions.append(chaos(HenonHeiles(), z0, time=2000.0, step=0.2, early_stop=True).fraction)
+    assert fractions[0] < 0.05
+    assert 0.3 < fractions[1] < 0.75
+    assert fractions[2] > 0.9
+
+
+def test_history_and_detection(known):
+    """The last record is the value; a limit is passed between two records."""
+    streamed = len(STREAMED)
+    np.testing.assert_allclose(known.history_times[:, 0], np.arange(1, 21) * 50.0, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(known.history[:streamed, -1], known.values[:streamed])
+    assert np.isnan(known.history[streamed:]).all()
+    np.testing.assert_array_equal(np.isfinite(known.detected[:streamed]), known.chaotic_by[:streamed])
+    for j in (4, 5, 8):
+        beyond = known.history[j, :, 0] > known.limits[j] if STREAMED[j].above else known.history[j, :, 0] < known.limits[j]
+        first = known.history_times[np.argmax(beyond), 0]
+        assert first - 50 <= known.detected[j, 0] <= first
+
+
+@pytest.mark.parametrize("run", [{"step": 0.05}, {"scheme": DOP853}], ids=["fixed", "adaptive"])
+def test_early_stop(run):
+    found = chaos(HenonHeiles(), BOTH, time=1000.0, indicators=(MEGNO(), SALI()), early_stop=True, **run)
+    whole = chaos(HenonHeiles(), BOTH, time=1000.0, indicators=(MEGNO(), SALI()), **run)
+    assert (found.status == Status.OK).all()
+    np.testing.assert_array_equal(found.chaotic, [True, False])
+    assert found.t[1] == pytest.approx(1000.0)
+    assert found.t[0] == np.nanmax(found.detected[:, 0]) < 600
+    if "step" in run:
+        np.testing.assert_allclose(found.detected, whole.detected)
+        np.testing.assert_array_equal(found.values[:, 1], whole.values[:, 1])
+
+
+SOME_SCHEMES = (fastaff.LEAPFROG, fastaff.SOFRONIOU_SPALETTA10, fastaff.RK4, DOP853, fastaff.VERNER9)
+
+
+@pytest.mark.parametrize("scheme", SOME_SCHEMES, ids=lambda s: s.name)
+def test_schemes_agree_on_a_regular_orbit(scheme):
+    """Growth is a smooth function of the orbit: schemes agree to their own error."""
+    indicators = (Lyapunov(), MEGNO(), SALI(), GALI(4))
+    truth = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.025, indicators=indicators)
+    found = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.005, scheme=scheme, indicators=indicators, energy_tolerance=1e-3)
+    loose = 2e-3 if scheme.order == 2 else 1e-7
+    for name in ("lyapunov", "sali", "gali_4"):
+        assert getattr(found, name)[0] == pytest.approx(getattr(truth, name)[0], abs=loose), name
+    assert found.megno[0] == pytest.approx(truth.megno[0], abs=0.05)  # its sum has the observations' resolution
+
+
+RUNS = {"fixed": {"step": 0.05}, "early stop": {"step": 0.05, "early_stop": True}, "adaptive": {"scheme": DOP853}}
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+def test_threads_neighbours_and_order_change_no_bit(run):
+    """Limits follow the median frequency of the given orbits, so they are given here."""
+    body = Body(fastaff.NeoHookean())
+    z0 = random_starts(body, 150, 1.0)
+    z0[:, 7] = [0.8, 0.0, 0.75, 0.0, -3.0, 0.0, 3.0, 0.0]  # hits the wall
+    fixed = {"time": 40.0, "indicators": (MEGNO(limit=3.0), SALI(limit=-3.0), Lyapunov(limit=0.1)), **run}
+    whole = chaos(body, z0, threads=1, **fixed)
+    assert (whole.status == Status.OK).sum() > 100
+
+    def same(one, orbits=slice(None)):
+        for name in ("values", "detected", "t", "energy_error", "status"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(whole, name)[..., orbits], err_msg=name)
+
+    same(chaos(body, z0, **fixed))
+    if "scheme" in run:  # the interval of renormalisation follows the frequency too
+        return
+    backwards = np.arange(150)[::-1]
+    same(chaos(body, np.ascontiguousarray(z0[:, backwards]), **fixed), backwards)
+
+
+def test_averages_are_those_of_samples():
+    z0 = np.array(REGULAR)
+    found = chaos(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(BirkhoffDigits(),))
+    path = march(HenonHeiles(), KAHAN_LI8, z0[:, None], 0.05, 6000)[1:, :, 0]
+    kinetic, t = (path[:, 2:] ** 2).sum(axis=1) / 2, np.arange(1, 6001) * 0.05
+    means = []
+    for shift in (1, -1):
+        x = 2 * (2 * t / 300.0 - 1) + shift
+        weight = np.where(np.abs(x) < 1, np.exp(30.0 * (np.sqrt(np.clip(1 - x * x, 0, None)) - 1)), 0)
+        means.append((weight * kinetic).sum() / weight.sum())
+    assert found.birkhoff_digits[0] == pytest.approx(-math.log10(abs(means[0] - means[1]) / max(means)), abs=0.3)
+
+
+def test_zero_one_is_that_of_its_definition():
+    """On one angle against sums written out with NumPy; samples of the kinetic energy at equal times."""
+    from fastaff.kernels.zero_one import correlation
+
+    samples = integrate(HenonHeiles(), CHAOTIC, time=500.0, step=0.05, samples=400).samples[:, 2:, 0]
+    phi, c, lags = (samples**2).sum(axis=1) / 2, 1.9, 40
+    turn = np.exp(1j * c * np.arange(1, 401))
+    walk = np.cumsum(phi * turn)
+    square = np.array([np.mean(np.abs(walk[n : n + 360] - walk[:360]) ** 2) for n in range(1, lags + 1)])
+    n = np.arange(1, lags + 1)
+    square -= phi.mean() ** 2 * (1 - np.cos(n * c)) / (1 - math.cos(c))
+    assert correlation(phi, c, lags, np.empty(400), np.empty(400)) == pytest.approx(np.corrcoef(n, square)[0, 1], abs=1e-10)
+    found = chaos(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOne(samples=1000),))
+    assert found.zero_one[0] > 0.8
+    assert abs(found.zero_one[1]) < 0.2
+
+
+def test_reversibility_error_grows_as_rounding_errors_do():
+    run = {"step": 0.1, "indicators": (ReversibilityError(),)}
+    found = [chaos(HenonHeiles(), BOTH, time=time, **run).reversibility_error for time in (50.0, 200.0, 800.0)]
+    regular, chaotic = np.array(found)[:, 1], np.array(found)[:, 0]
+    assert (regular < -11).all()
+    assert chaotic[2] > -3
+    assert chaotic[1] - chaotic[0] > 1.5  # lambda 150/ln 10 is 3.7
+
+
+def test_ensemble_of_indicators_without_tangent_vectors():
+    found = chaos(HenonHeiles(), BOTH, time=1000.0, step=0.1, indicators=(FrequencyDiffusion(), ReversibilityError()))
+    np.testing.assert_array_equal(found.chaotic, [True, False])
+    assert found.history.shape == (2, 0, 2)
+    assert np.isnan(found.detected).all()
+
+
+def test_orbits_that_fail_have_a_status_and_no_verdict():
+    z0 = np.column_stack([REGULAR, [0.0, 1.5, 0.0, 1.0], [0.0, 0.1, 0.0, 0.0]])
+    found = chaos(HenonHeiles(), z0, time=100.0, step=0.1)
+    assert found.status[1] in (Status.ESCAPED, Status.NONFINITE)
+    assert (found.status[[0, 2]] == Status.OK).all()
+    assert found.t[1] < 20
+    with pytest.raises(fastaff.OrbitError):
+        found.raise_if_failed()
+    rough = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.9, scheme=fastaff.LEAPFROG)
+    assert rough.status[0] in (Status.ENERGY_DRIFT, Status.ESCAPED)
+
+
+def test_files_keep_it(tmp_path, known):
+    path = fastaff.files.save(tmp_path / "chaos", known)
+    saved = fastaff.files.load(path)
+    np.testing.assert_array_equal(saved.arrays["values"], known.values)
+    assert saved.metadata["names"] == list(known.names)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem", "words"),
+    [
+        ({"indicators": SALI()}, TypeError, "must be a tuple"),
+        ({"indicators": ()}, TypeError, "must be a tuple"),
+        ({"indicators": (SALI,)}, TypeError, r"write SALI\(\)"),
+        ({"indicators": ("sali",)}, TypeError, "values of fastaff.indicators"),
+        ({"indicators": (SALI(), SALI(limit=-5.0))}, ValueError, "must differ"),
+        ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be 2 ... 4"),
+        ({"indicators": (GALI(2.5),)}, TypeError, "GALI.count must be a whole number"),
+        ({"indicators": (SALI(limit=math.nan),)}, ValueError, "SALI.limit must be finite"),
+        ({"indicators": (MEGNO(limit="2"),)}, TypeError, "MEGNO.limit must be a real number"),
+        ({"indicators": (BirkhoffDigits(),), "scheme": DOP853, "step": None}, ValueError, "fixed steps"),
+        ({"indicators": (ReversibilityError(),), "scheme": fastaff.RK4}, ValueError, "splitting"),
+        ({"indicators": (ZeroOne(samples=10),)}, ValueError, "ZeroOne.samples must be at least 100"),
+        ({"indicators": (FrequencyDiffusion(angles=3),)}, TypeError, "angles"),
+        ({"indicators": (ZeroOne(),), "early_stop": True}, ValueError, "early_stop"),
+        ({"history": -1}, ValueError, "history must be at least 0"),
+        ({"deviations": np.eye(4)[:1]}, ValueError, "at least 2 vectors"),
+        ({"indicators": (LyapunovSpectrum(),), "deviations": np.eye(4)[:2]}, ValueError, "at least 4 vectors"),
+        ({"time": 0.0}, ValueError, "time must be positive"),
+    ],
+)
+def test_wrong_input_is_refused(arguments, problem, words):
+    with pytest.raises(problem, match=words):
+        chaos(**{"body": HenonHeiles(), "z0": REGULAR, "time": 10.0, "step": 0.1, **arguments})
+
+
+def test_the_result_names_its_indicators(known):
+    with pytest.raises(AttributeError, match="its indicators are lyapunov"):
+        _ = known.salli
+    assert known.sali is not None

@@ -1,0 +1,171 @@
+"""Tangent maps: the derivative of every scheme's map, symplectic, and bitwise the orbit of `integrate`."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import fastaff
+from fastaff.schemes import SCHEMES, Splitting
+
+SPLITTINGS = [scheme for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
+CASES = {
+    "henon-heiles": (fastaff.HenonHeiles(), [0.0, -0.25, 0.42081, 0.0]),
+    "neo-hookean": (fastaff.Body(fastaff.NeoHookean(), mu=1.3), [1.5, 0.1, 0.3, 0.05, 0.1, 0.3, 0.2, 0.1]),
+    "hyperelastic": (fastaff.Body(fastaff.Hyperelastic(C=0.7)), [1.4, -0.2, 0.3, 0.1, 0.2, 0.3, -0.2, 0.4]),
+    "heavy-top": (fastaff.Body(fastaff.HeavyTop(A=0.5)), [1.1, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1]),
+    "elliptic": (fastaff.Body(fastaff.Anharmonic(C=0.8).elliptic), [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1]),
+    "stackel": (
+        fastaff.StackelBody(
+            fastaff.Harmonic(C=0.8), fastaff.one_variable(lambda s: 0.2 * np.cos(s), lambda s: -0.2 * np.sin(s)), fastaff.Zero()
+        ),
+        [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1],
+    ),
+}  # fmt: skip
+
+
+def cloud(start, orbits=3, seed=0):
+    """Orbits around a start."""
+    return np.array(start)[:, None] + 1e-2 * np.random.default_rng(seed).standard_normal((len(start), orbits))
+
+
+def omega(n):
+    """The symplectic form."""
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+@pytest.mark.parametrize("name", ["henon-heiles", "neo-hookean"])
+def test_tangent_maps_of_splittings_are_symplectic(name, scheme):
+    """M^T Omega M = Omega however long the step is: the derivative of a symplectic map, not of the flow."""
+    (model, start) = CASES[name]
+    form = omega(model.degrees_of_freedom)
+    for step in (0.05, 0.2):
+        matrix = fastaff.tangent_map(model, cloud(start), time=4.0, step=step, scheme=scheme, energy_tolerance=1e9).matrix
+        found = matrix.transpose(0, 2, 1) @ form @ matrix
+        assert np.abs(found - form).max() <= 1e-13 * np.abs(matrix).max() ** 2
+
+
+@pytest.mark.parametrize("scheme", SCHEMES.values(), ids=lambda s: s.name)
+@pytest.mark.parametrize("name", ["henon-heiles", "neo-hookean"])
+def test_vectors_are_the_derivative_of_the_map(name, scheme):
+    """Against central differences of the scheme's own orbits: error delta^2 f'''/6 + eps/delta."""
+    model, start = CASES[name]
+    z, delta, run = cloud(start), 1e-4, {"time": 3.0, "step": 0.05, "scheme": scheme, "energy_tolerance": 1.0}
+    found = fastaff.tangent_map(model, z, **run)
+    for j, vector in enumerate(found.vectors):
+        ends = [fastaff.integrate(model, z + side * delta * np.eye(len(z))[:, [j]], **run).z for side in (1, -1)]
+        assert np.abs((ends[0] - ends[1]) / (2 * delta) - vector).max() <= 2e-6 * np.abs(found.vectors).max()
+
+
+@pytest.mark.parametrize(("model", "start"), CASES.values(), ids=CASES)
+def test_every_model_is_symplectic_and_follows_the_variational_equations(model, start):
+    n, z0 = model.degrees_of_freedom, np.array(start)
+    form, run = omega(n), {"scheme": fastaff.BLANES_MOAN6, "step": 0.1, "energy_tolerance": 1e9}
+    matrix = fastaff.tangent_map(model, z0, time=1.0, **run).matrix[0]
+    assert np.abs(matrix.T @ form @ matrix - form).max() <= 1e-13 * np.abs(matrix).max() ** 2
+    deviations = np.random.default_rng(1).standard_normal((2, 2 * n))
+
+    def slope(_, y):
+        z, vectors = y[: 2 * n], y[2 * n :].reshape(2, 2 * n)
+        slopes = [*model.velocity(*z[n:]), *model.force(*z[:n])]
+        for w in vectors:
+            slopes += [*model.velocity(*w[n:]), *model.tangent_force(*z[:n], *w[:n])]
+        return np.array(slopes, dtype=float)
+
+    truth = solve_ivp(slope, (0, 5), [*z0, *deviations.ravel()], "DOP853", rtol=1e-12, atol=1e-13).y[2 * n :, -1].reshape(2, 2 * n)
+    for run in ({"scheme": fastaff.DOP853}, {"scheme": fastaff.SOFRONIOU_SPALETTA10, "step": 0.025}):
+        found = fastaff.tangent_map(model, z0, time=5.0, deviations=deviations, **run).vectors[:, :, 0]
+        assert np.abs(found - truth).max() <= 3e-9 * np.abs(truth).max()
+
+
+@pytest.mark.parametrize("scheme", [s for s in SCHEMES.values() if not getattr(s, "adaptive", False)], ids=lambda s: s.name)
+def test_the_orbit_is_that_of_integrate_to_the_bit(scheme):
+    model, start = CASES["neo-hookean"]
+    run = {"time": 6.0, "step": 0.03, "scheme": scheme, "energy_tolerance": 1.0}
+    plain = fastaff.integrate(model, cloud(start, 5), **run)
+    for count in (1, 2, 3, 8):
+        found = fastaff.tangent_map(model, cloud(start, 5), deviations=np.eye(8)[:count], **run)
+        assert np.array_equal(found.z, plain.z)
+        assert np.array_equal(found.energy_error, plain.energy_error)
+
+
+@pytest.mark.parametrize("scheme", [fastaff.KAHAN_LI8, fastaff.SOFRONIOU_SPALETTA10, fastaff.DOP853], ids=lambda s: s.name)
+def test_threads_neighbours_and_company_change_no_bit(scheme):
+    """Also a single orbit alone, whose steps run in scalars, and vectors without the others."""
+    model, start = CASES["neo-hookean"]
+    z = cloud(start, 150)
+    z[:, 7] = [0.8, 0.0, 0.75, 0.0, -3.0, 0.0, 3.0, 0.0]  # hits the wall
+    run = {"time": 5.0, "step": 0.05, "scheme": scheme}
+    whole = fastaff.tangent_map(model, z, threads=1, **run)
+    assert np.array_equal(fastaff.tangent_map(model, z, **run).vectors, whole.vectors, equal_nan=True)
+    back = fastaff.tangent_map(model, np.ascontiguousarray(z[:, ::-1]), **run)
+    assert np.array_equal(back.vectors[..., ::-1], whole.vectors, equal_nan=True)
+    alone = fastaff.tangent_map(model, z[:, 3], **run)
+    assert np.array_equal(alone.vectors[..., 0], whole.vectors[..., 3])
+    assert np.isfinite(np.delete(whole.vectors, 7, axis=2)).all()
+    if isinstance(scheme, Splitting):
+        some = fastaff.tangent_map(model, z, deviations=np.eye(8)[3:6], **run)
+        assert np.array_equal(some.vectors, whole.vectors[3:6], equal_nan=True)
+
+
+def test_it_is_linear_and_takes_deviations_of_each_orbit():
+    model, start = CASES["henon-heiles"]
+    z = cloud(start, 4)
+    deviations = np.random.default_rng(5).standard_normal((3, 4, 4))
+    matrix = fastaff.tangent_map(model, z, time=7.0, step=0.05).matrix
+    found = fastaff.tangent_map(model, z, time=7.0, step=0.05, deviations=deviations).vectors
+    assert np.allclose(found, np.einsum("oij,kjo->kio", matrix, deviations), rtol=0, atol=1e-13 * np.abs(matrix).max())
+
+
+class NoTangent(NamedTuple):
+    """A model without second derivatives."""
+
+    k: float = 1.0
+    degrees_of_freedom = 1
+    coordinates = ("x",)
+
+    def velocity(self, p):
+        return (p,)
+
+    def force(self, x):
+        return (-self.k * x,)
+
+    def kinetic_energy(self, p):
+        return p * p / 2
+
+    def potential_energy(self, x):
+        return self.k * x * x / 2
+
+    def margin(self, x):
+        return 1.0 + 0.0 * x
+
+
+class Relativistic(NoTangent):
+    """A model whose velocity is not linear in p."""
+
+    def velocity(self, p):
+        return (p / np.sqrt(1 + p * p),)
+
+    def tangent_force(self, x, dx):
+        return (-self.k * dx,)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem", "words"),
+    [
+        ({"body": NoTangent(), "z0": [1.0, 0.0]}, TypeError, "tangent_force"),
+        ({"body": Relativistic(), "z0": [1.0, 0.0]}, ValueError, "linear"),
+        ({"deviations": np.eye(3)}, ValueError, r"deviations must have shape \(count, 4\)"),
+        ({"deviations": np.ones((2, 4, 3))}, ValueError, "deviations must have shape"),
+        ({"deviations": np.zeros((0, 4))}, ValueError, "deviations must have shape"),
+        ({"deviations": [[np.nan] * 4]}, ValueError, "finite"),
+        ({"deviations": "e1"}, TypeError, "deviations must be an array"),
+        ({"time": -1.0}, ValueError, "time must be positive"),
+    ],
+)
+def test_wrong_input_is_refused(arguments, problem, words):
+    model, start = CASES["henon-heiles"]
+    with pytest.raises(problem, match=words):
+        fastaff.tangent_map(**{"body": model, "z0": start, "time": 1.0, "step": 0.1, **arguments})
