@@ -2,6 +2,7 @@
 
 from .chaos import ChaosMap, chaos
 from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
+from .continuation import Bifurcation, Branch, Event, continuation
 from .engine import Interrupted
 from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
@@ -28,14 +29,18 @@ from .models import (
     HenonHeiles,
     Hyperelastic,
     NeoHookean,
+    ReducedBody,
     SeparableAlphaBeta,
     SeparableElliptic,
     SeparableRVartheta,
     StackelBody,
     Zero,
     one_variable,
+    reduced,
 )
 from .naff import Lines, naff
+from .periodic import PeriodicOrbits, Stability, periodic_orbits
+from .periodic_search import find_periodic_orbits, periodic_guesses
 from .poincare import SectionMap, poincare_map
 from .quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
 from .resonance import Resonances, diffusion_histogram, resonances
@@ -89,10 +94,13 @@ __all__ = [
     "AreaEquals",
     "BetaEquals",
     "BetaTurning",
+    "Bifurcation",
     "BirkhoffDigits",
     "Body",
+    "Branch",
     "ChaosMap",
     "EnergyOfActions",
+    "Event",
     "FrequencyDiffusion",
     "FrequencyMap",
     "Grid",
@@ -109,7 +117,9 @@ __all__ = [
     "NeoHookean",
     "OrbitError",
     "Orbits",
+    "PeriodicOrbits",
     "QuasiclassicalLevels",
+    "ReducedBody",
     "Resonances",
     "ReversibilityError",
     "Rotation",
@@ -119,6 +129,7 @@ __all__ = [
     "SeparableElliptic",
     "SeparableRVartheta",
     "Splitting",
+    "Stability",
     "StackelBody",
     "Status",
     "TangentMap",
@@ -130,9 +141,11 @@ __all__ = [
     "ZeroOne",
     "chaos",
     "constants_of_motion",
+    "continuation",
     "diffusion_histogram",
     "energy_grid",
     "energy_of_actions",
+    "find_periodic_orbits",
     "fit_torus",
     "frequency_map",
     "from_action_angle",
@@ -141,10 +154,13 @@ __all__ = [
     "islands",
     "naff",
     "one_variable",
+    "periodic_guesses",
+    "periodic_orbits",
     "poincare_map",
     "quasiclassical_levels",
     "quasiclassical_levels_below",
     "ratio_web",
+    "reduced",
     "resonances",
     "rotation_number",
     "scheme_named",

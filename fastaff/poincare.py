@@ -91,10 +91,10 @@ def poincare_map(
     slots = wanted + SPARE
     observer = observers.crossings(section, wanted, body.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
-    _start(memory, section, z)
+    start_crossings(memory, section, ensemble)
     interrupted = False
     try:
-        _rounds(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
+        follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
     except KeyboardInterrupt:
         interrupted = True
     result = _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance)
@@ -106,15 +106,16 @@ def poincare_map(
     return result
 
 
-def _start(memory: np.ndarray, section: Any, z: np.ndarray) -> None:
+def start_crossings(memory: np.ndarray, section: Any, ensemble: Ensemble) -> None:
     """Set the section function before the first step; a start on the section, to rounding, counts as exactly on it."""
+    z = ensemble.points
     value = np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
     size = 1.0 + (z * z).sum(axis=0)
     memory[1] = np.where(np.abs(value) <= 1e-13 * size, 0.0, value)
-    memory[kernels.MEMORY :] = z
+    memory[kernels.MEMORY :] = ensemble.z
 
 
-def _rounds(flow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
+def follow_crossings(flow: Flow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
     After an interruption the records so far are located before it is passed on; what is not located is never kept.

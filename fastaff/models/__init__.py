@@ -13,6 +13,7 @@ from .functions import (
     one_variable,
 )
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
+from .reduced import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "Hyperelastic",
     "NeoHookean",
     "Oscillator",
+    "ReducedBody",
     "Secant",
     "SeparableAlphaBeta",
     "SeparableElliptic",
@@ -36,4 +38,5 @@ __all__ = [
     "StackelBody",
     "Zero",
     "one_variable",
+    "reduced",
 ]

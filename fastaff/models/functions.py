@@ -236,8 +236,9 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
 
     value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form that Numba
     compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for an analytic formula
-    and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it). Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time
-    values write a NamedTuple with the same methods, like those of `fastaff.models.functions`.
+    and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it). Numbers that the functions read are
+    fixed when they are first compiled; for parameters that stay run-time values write a NamedTuple with the same methods, like
+    those of `fastaff.models.functions`.
     Where a function returns inf or NaN is outside of its domain: a hard wall for `tori`; for integrations give a potential that grows.
     Returns a NamedTuple with `value`, `slope` and, where given, `curvature`.
     Raises TypeError for what is not such a function, ValueError where it is not vectorised, not real, or a slope not the derivative.
