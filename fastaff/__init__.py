@@ -4,6 +4,7 @@ from .chaos import ChaosMap, chaos
 from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
 from .continuation import Bifurcation, Branch, Event, continuation
 from .engine import Interrupted
+from .formula import formula, hamiltonian
 from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .indicators import (
@@ -147,9 +148,11 @@ __all__ = [
     "energy_of_actions",
     "find_periodic_orbits",
     "fit_torus",
+    "formula",
     "frequency_map",
     "from_action_angle",
     "from_matrix",
+    "hamiltonian",
     "integrate",
     "islands",
     "naff",

@@ -59,6 +59,8 @@ def energy_grid(
     checked_model(body)
     checked_section(section, body)
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
+        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
     if not isinstance(body, Body) and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}")
     first, second = _axes(axes)

@@ -1,0 +1,52 @@
+"""Models from formulas against the hand-written ones, side by side. Run: pytest bench/test_formula.py -s"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from common import ORBITS, hyperelastic_orbits
+
+from fastaff import KAHAN_LI8, Body, HenonHeiles, Hyperelastic, NeoHookean, formula, hamiltonian, integrate
+
+STEPS, STEP = 250, 0.05
+HYPERELASTIC = "C/2*(D1**2 + D2**2) + C/(D1*D2)"
+NEO_HOOKEAN = "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2"
+HENON_HEILES = "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)"
+
+
+def henon_heiles_orbits() -> np.ndarray:
+    """Return z0 (4, ORBITS), bounded."""
+    return 0.25 * np.random.default_rng(1).uniform(-1, 1, (4, ORBITS))
+
+
+PAIRS = [
+    ("Hyperelastic", Body(Hyperelastic(1.0)), lambda: formula(HYPERELASTIC, C=1.0), hyperelastic_orbits),
+    ("NeoHookean", Body(NeoHookean(1.0, 2.0)), lambda: formula(NEO_HOOKEAN, G=1.0, K=2.0), hyperelastic_orbits),
+    ("HenonHeiles", HenonHeiles(1.0), lambda: hamiltonian(HENON_HEILES, lam=1.0), henon_heiles_orbits),
+    ("HenonHeiles with masses", HenonHeiles(1.0), lambda: hamiltonian(HENON_HEILES, masses=(1.0, 1.0), lam=1.0), henon_heiles_orbits),
+]
+
+
+@pytest.mark.parametrize(("name", "hand", "make", "orbits"), PAIRS, ids=[p[0] for p in PAIRS])
+def test_as_fast_as_hand_written(benchmark, name, hand, make, orbits):
+    """Million steps/s of both, in turns, and the largest difference of the end states after 250 steps."""
+    model, z0 = make(), orbits()
+    runs = {}
+    shortest = {"hand": np.inf, "formula": np.inf}
+    for _ in range(25):
+        for key, one in (("hand", hand), ("formula", model)):
+            start = time.perf_counter()
+            runs[key] = integrate(one, z0, time=STEP * STEPS, step=STEP, scheme=KAHAN_LI8)
+            shortest[key] = min(shortest[key], time.perf_counter() - start)
+    benchmark.pedantic(lambda: integrate(model, z0, time=STEP * STEPS, step=STEP, scheme=KAHAN_LI8), rounds=3)
+    difference = np.nanmax(np.abs(runs["hand"].z - runs["formula"].z))
+    rates = {key: ORBITS * STEPS / t / 1e6 for key, t in shortest.items()}
+    benchmark.extra_info.update(rates, difference=difference)
+    print(
+        f"\n{name}: formula {rates['formula']:.1f}, hand-written {rates['hand']:.1f} million steps/s "
+        f"({rates['formula'] / rates['hand']:.2f} x); largest difference of the end states {difference:.1e}, energy error "
+        f"{runs['formula'].energy_error.max():.1e}"
+    )
+    assert difference < 1e-8
