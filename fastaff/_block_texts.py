@@ -67,27 +67,28 @@ def _at(row: int) -> str:
 
 def _stage(rows: Rows) -> str:
     """Drift and kick of the state in place."""
-    n = rows.half
-    drift = kick = ""
-    for group in rows.groups:
-        move = "".join(f"p{r} = {_at(n + r)}\n" for r in group) + rows.velocities(group) + "hd = drift*step[i]\n"
-        move += "".join(f"q{r} = {_at(r)} + hd*v{r}\n" for r in group) + "".join(f"{_at(r)} = q{r}\n" for r in group)
-        orbit = "" if group.start == 0 else "".join(f"q{r} = {_at(r)}\n" for r in range(rows.n))
-        push = orbit + rows.forces(group) + "hk = kick*step[i]\n" + "".join(f"{_at(n + r)} = p{r} + hk*f{r}\n" for r in group)
-        drift, kick = drift + _loop(move, 2), kick + _loop(move + push, 1)
-    return f"    if kick == 0.0:\n{drift}        return\n{kick}"
+    return _drift_kick(rows, 0)
 
 
 def _precise_stage(rows: Rows) -> str:
     """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small size."""
+    return _drift_kick(rows, 2 * rows.half)
+
+
+def _drift_kick(rows: Rows, first: int) -> str:
+    """Text of a drift and a kick that change the rows from `first` on: the state itself (0), or its increments."""
     n = rows.half
+
+    def now(row: int) -> str:
+        return f"{_at(row)} + {_at(first + row)}" if first else _at(row)
+
     drift = kick = ""
     for group in rows.groups:
-        move = "".join(f"p{r} = {_at(n + r)} + {_at(3 * n + r)}\n" for r in group) + rows.velocities(group) + "hd = drift*step[i]\n"
-        move += "".join(f"d{r} = {_at(2 * n + r)} + hd*v{r}\n" for r in group) + "".join(f"{_at(2 * n + r)} = d{r}\n" for r in group)
-        orbit = "" if group.start == 0 else "".join(f"q{r} = {_at(r)} + {_at(2 * n + r)}\n" for r in range(rows.n))
-        push = orbit + "".join(f"q{r} = {_at(r)} + d{r}\n" for r in group) + rows.forces(group) + "hk = kick*step[i]\n"
-        push += "".join(f"{_at(3 * n + r)} = {_at(3 * n + r)} + hk*f{r}\n" for r in group)
+        move = "".join(f"p{r} = {now(n + r)}\n" for r in group) + rows.velocities(group) + "hd = drift*step[i]\n"
+        move += "".join(f"d{r} = {_at(first + r)} + hd*v{r}\n" for r in group) + "".join(f"{_at(first + r)} = d{r}\n" for r in group)
+        push = "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
+        push += "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in group) + rows.forces(group) + "hk = kick*step[i]\n"
+        push += "".join(f"{_at(first + n + r)} = {_at(first + n + r)} + hk*f{r}\n" for r in group)
         drift, kick = drift + _loop(move, 2), kick + _loop(move + push, 1)
     return f"    if kick == 0.0:\n{drift}        return\n{kick}"
 
