@@ -1,5 +1,6 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels."""
 
+from .auto import AUTO, Automatic
 from .chaos import ChaosMap, chaos
 from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
 from .continuation import Bifurcation, Branch, Event, continuation
@@ -64,12 +65,14 @@ from .status import OrbitError, Status
 from .tangent import TangentMap, tangent_map
 from .tori import EnergyOfActions, Tori, energy_of_actions, from_action_angle, tori
 from .torus_fit import TorusFit, Verdict, fit_torus
+from .transformed import Algebraic, Exponential, Logistic, TimeTransformed
 from .web import WebLine, ratio_web, web
 
 __version__ = "0.1.0"
 
 __all__ = [
     "ALPHA_BETA",
+    "AUTO",
     "BLANES_MOAN6",
     "BOHR_SOMMERFELD",
     "CHARTS",
@@ -89,10 +92,12 @@ __all__ = [
     "TWO_POLAR",
     "VERNER9",
     "YOSHIDA4",
+    "Algebraic",
     "AlphaEquals",
     "AlphaTurning",
     "Anharmonic",
     "AreaEquals",
+    "Automatic",
     "BetaEquals",
     "BetaTurning",
     "Bifurcation",
@@ -102,6 +107,7 @@ __all__ = [
     "ChaosMap",
     "EnergyOfActions",
     "Event",
+    "Exponential",
     "FrequencyDiffusion",
     "FrequencyMap",
     "Grid",
@@ -113,6 +119,7 @@ __all__ = [
     "Islands",
     "Linear",
     "Lines",
+    "Logistic",
     "Lyapunov",
     "LyapunovSpectrum",
     "NeoHookean",
@@ -134,6 +141,7 @@ __all__ = [
     "StackelBody",
     "Status",
     "TangentMap",
+    "TimeTransformed",
     "Tori",
     "TorusFit",
     "Verdict",

@@ -235,7 +235,7 @@ def _register_methods(cls: type) -> None:
 
 
 def _register(name: str) -> None:
-    @overload_method(types.BaseNamedTuple, name)
+    @overload_method(types.BaseNamedTuple, name, jit_options={"forceinline": True})  # type: ignore[call-arg]
     def resolve(self, *args):
         method = vars(self.instance_class).get(name)
         if not inspect.isfunction(method):
@@ -250,4 +250,4 @@ def _register(name: str) -> None:
 
 @functools.cache
 def _compiled_method(method: Callable) -> Callable:
-    return numba.njit(method, error_model="numpy")
+    return numba.njit(method, error_model="numpy", forceinline=getattr(method, "inlined", False))

@@ -9,6 +9,7 @@ import numpy as np
 from ._blocks import is_value, parameters
 from .models import Body, StackelBody
 from .schemes import SCHEMES, RungeKutta, Splitting
+from .transformed import TimeTransformed
 
 _METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
 
@@ -54,7 +55,12 @@ def checked_tangent_model(model: Any) -> Any:
 
 
 def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
-    """Return `scheme` if it is one."""
+    """Return `scheme` if it is one that steps in time itself."""
+    if isinstance(scheme, TimeTransformed):
+        raise TypeError(
+            f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it elsewhere, where a "
+            "Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
+        )
     if not isinstance(scheme, (Splitting, RungeKutta)):
         raise TypeError(
             f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "

@@ -16,6 +16,7 @@ import numpy as np
 from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES
+from .auto import Automatic, Trial
 from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed
@@ -28,6 +29,9 @@ Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
 
 ESCAPE_RADIUS = 1e6
+
+TRIAL_ORBITS = 64
+"""Orbits that decide between schemes."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -273,12 +277,57 @@ def make_flow(
     A missing fixed step is chosen by trial.
     """
     checked_model(model)
-    checked_scheme(scheme)
     count = checked_threads(threads)
+    if isinstance(scheme, Automatic):
+        unset_step(step)
+        z = phase_points("z0", z0, model)
+        chosen = scheme.in_time.choose(trials_in_time(model, z, scheme.in_time, rtol, atol, count))
+        scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
+    checked_scheme(scheme)
     size = math.inf if step is None else positive("step", step)
     flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
     z = phase_points("z0", z0, model)
     return (flow if flow.adaptive or step is not None else trial_flow(flow, z)), z
+
+
+def unset_step(step: Any) -> None:
+    """Raise ValueError unless the step is left to an automatic scheme."""
+    if step is not None:
+        raise ValueError(f"step must be None with an automatic scheme, which chooses it; got {step!r}")
+
+
+def trials_in_time(
+    model: Any, z: np.ndarray, scheme: Automatic, rtol: Any, atol: Any, threads: int, time: float | None = None
+) -> list[Trial]:
+    """Try the candidates that step in time itself on a sample of orbits, for three times as long as `trial_flow`.
+
+    The error of an adaptive scheme is extended in proportion to a run over `time`.
+    """
+    sample, tried = spread(z, TRIAL_ORBITS), []
+    span = 60 / natural_rate(model, sample)
+    rounds = trial_rounds(sample, span, time)
+    for candidate in scheme.candidates:
+        if not isinstance(candidate, (Splitting, RungeKutta)):
+            continue
+        flow = Flow(model, candidate, math.inf, positive("rtol", rtol), positive("atol", atol), threads)
+        if flow.adaptive:
+            worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
+            worst *= max(1.0, (time or span) / (span * rounds))
+        else:
+            flow, worst = try_steps(flow, sample, scheme.energy_error, span, 1.0, rounds)
+            steps = span / flow.step
+        tried.append(Trial(candidate, flow.step, worst, steps * candidate.evaluations / span))
+    return tried
+
+
+def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
+    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than the run."""
+    return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
+
+
+def spread(z: np.ndarray, orbits: int) -> np.ndarray:
+    """Return at least `orbits` of the phase points z, evenly chosen (all where there are fewer)."""
+    return np.ascontiguousarray(z[:, :: max(1, z.shape[1] // orbits)])
 
 
 def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int = 128) -> Flow:
@@ -288,21 +337,38 @@ def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int 
     cost is small beside a map's. Where no step down to 0.4/(64 omega) reaches it (a low order, a steep wall) the step of least
     error is taken.
     """
-    sample = np.ascontiguousarray(z0[:, :: max(1, z0.shape[1] // orbits)])
-    observer = observers.nothing()
+    sample = spread(z0, orbits)
+    return try_steps(flow, sample, error, 20 / natural_rate(flow.model, sample), 0.95)[0]
+
+
+def try_steps(
+    flow: Flow, sample: np.ndarray, error: float, span: float, quantile: float, rounds: int = 1
+) -> tuple[Flow, float]:
+    """Return the flow with the step that `trial_flow` describes, and that quantile of its energy errors at the ends of `rounds` spans."""
     best, least = math.inf, math.inf
     rate = natural_rate(flow.model, sample)
     for k in range(13):
         candidate = replace(flow, step=0.4 / (rate * 2 ** (k / 2)))
-        ensemble = candidate.ensemble(sample.copy())
-        candidate.advance(ensemble, observer, *no_memory(ensemble), time=20 / rate, observations=1)
-        errors = energy_error(flow.model, ensemble)
-        worst = float(np.quantile(np.where(ensemble.status == 0, errors, np.inf), 0.95, method="lower"))
+        worst, _ = _run_trial(candidate, sample, span, quantile, rounds)
         if worst < least:
             best, least = candidate.step, worst
         if worst <= error:
             break
-    return replace(flow, step=best if math.isfinite(best) else 1e-3)
+    return replace(flow, step=best if math.isfinite(best) else 1e-3), least
+
+
+def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rounds: int) -> tuple[float, float]:
+    """Return that quantile of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in one."""
+    energy, scale = energies(flow.model, sample), energy_scale(flow.model, sample)
+    z, errors, steps = sample, [], 0.0
+    for _ in range(rounds):
+        ensemble = flow.ensemble(z.copy())
+        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=span, observations=0 if flow.adaptive else 1)
+        errors.append(np.where(ensemble.status == 0, energy_drift(flow.model, ensemble.z, energy, scale), np.inf))
+        z, steps = ensemble.z, steps + float(ensemble.count.mean())
+        if not np.isfinite(errors[-1]).all():
+            break
+    return float(np.quantile(errors, quantile, method="lower")), steps / rounds
 
 
 def natural_rate(model: Any, z: np.ndarray) -> float:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from . import observers
+from .auto import Automatic
 from .boundary import checked_model, checked_section, energy_drift
 from .charts import Chart
-from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error
 from .kernels import crossings as kernels
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
+from .transformed import TimeTransformed, lowered, transformed_section
+from .transformed_flow import TransformedFlow, flow_over
 
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
@@ -40,7 +43,7 @@ class SectionMap:
     energy_error: np.ndarray
     status: np.ndarray
     section: Any
-    scheme: Splitting | RungeKutta
+    scheme: Splitting | RungeKutta | TimeTransformed
     step: float
 
     def coordinates(self, chart: Chart) -> np.ndarray:
@@ -62,8 +65,8 @@ class SectionMap:
 
 def poincare_map(
     body: Any, z0: Any, *, section: Any, crossings: int, max_time: float, step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6,
-    threads: int | None = None, report: Report | None = None,
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
+    energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
 ) -> SectionMap:  # fmt: skip
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
 
@@ -84,12 +87,14 @@ def poincare_map(
     wanted = whole("crossings", crossings, 1)
     max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
     checked_section(section, checked_model(body))
-    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
+    flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads)
+    if isinstance(flow, TransformedFlow):
+        section = transformed_section(section, body.degrees_of_freedom)
     ensemble = flow.ensemble(z)
     rows, orbits = z.shape
     width = kernels.RECORD + rows
     slots = wanted + SPARE
-    observer = observers.crossings(section, wanted, body.degrees_of_freedom)
+    observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
     start_crossings(memory, section, ensemble)
     interrupted = False
@@ -98,6 +103,9 @@ def poincare_map(
     except KeyboardInterrupt:
         interrupted = True
     result = _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance)
+    if isinstance(flow, TransformedFlow):
+        points = np.moveaxis(lowered(np.moveaxis(result.points, -1, 0)), 0, -1)
+        result = replace(result, points=np.ascontiguousarray(points), section=section.section)
     if interrupted:
         result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
         stopped = Interrupted("poincare_map")

@@ -13,11 +13,11 @@ import fastaff
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 LAYERS = {
-    "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0,
+    "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0, "elementary": 0,
     "models": 1, "charts": 1, "kinematics": 1, "geometry": 1, "schemes": 1, "_dop853": 1, "_verner98": 1, "sections": 1, "angles": 1,
-    "indicators": 1,
+    "indicators": 1, "transformed": 1, "auto": 1,
     "kernels": 2, "observers": 2.3,
-    "boundary": 2.5, "engine": 2.5, "separation": 2.6, "symbolic": 2.6, "formula": 2.6,
+    "boundary": 2.5, "engine": 2.5, "separation": 2.6, "symbolic": 2.6, "formula": 2.6, "transformed_flow": 2.6,
     "integrate": 3, "tangent": 3, "chaos_passes": 3, "poincare": 3, "frequency": 3, "grid": 3, "naff": 3, "chaos": 3, "tori": 3,
     "resonance": 3, "quantum": 3,
     "web": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,

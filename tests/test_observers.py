@@ -1,5 +1,7 @@
 """Observers compose: one pass gives each of two what it keeps on its own, to the bit."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic, ob
 from fastaff.angles import RVartheta
 from fastaff.engine import make_flow
 from fastaff.kernels.crossings import RECORD
-from fastaff.poincare import _start
+from fastaff.poincare import start_crossings
 
 BODY, ORBITS, TIME, WANTED = Body(Hyperelastic()), 150, 60.0, 6
 WIDTH = (RECORD + 8) * (WANTED + 8)
@@ -30,7 +32,7 @@ def run(observer, memory, columns, z0):
 def section_memory(section, z0):
     observer = observers.crossings(section, WANTED, 4)
     memory = np.zeros((observer.rows, ORBITS))
-    _start(memory, section, z0)
+    start_crossings(memory, section, SimpleNamespace(points=z0, z=z0))
     return observer, memory
 
 

@@ -1,0 +1,133 @@
+"""The scheme that chooses itself: its rule, and what it picks on smooth and on steep models."""
+
+import numpy as np
+import pytest
+
+from fastaff import (
+    AUTO,
+    BLANES_MOAN6,
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
+    AlphaTurning,
+    Automatic,
+    Body,
+    HenonHeiles,
+    Hyperelastic,
+    Logistic,
+    NeoHookean,
+    RungeKutta,
+    Splitting,
+    TimeTransformed,
+    energy_grid,
+    frequency_map,
+    integrate,
+    poincare_map,
+)
+from fastaff.auto import PREFERENCE, Trial
+from fastaff.grid import Grid
+
+SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
+
+
+def trial(scheme, error, cost):
+    return Trial(scheme, 0.1, error, cost)
+
+
+def test_the_cheapest_that_is_good_enough_wins():
+    rule = Automatic((KAHAN_LI8, DOP853), energy_error=1e-10)
+    good, bad = trial(DOP853, 1e-11, 100.0), trial(KAHAN_LI8, 1e-9, 10.0)
+    assert rule.choose([bad, good]) is good
+    dear = trial(KAHAN_LI8, 1e-12, 100.0 * PREFERENCE * 1.01)
+    assert rule.choose([good, dear]) is good
+
+
+def test_a_symplectic_scheme_is_preferred_when_close():
+    rule = Automatic((KAHAN_LI8, DOP853), energy_error=1e-10)
+    adaptive, close, cheaper = trial(DOP853, 1e-11, 100.0), trial(KAHAN_LI8, 1e-12, 140.0), trial(LEAPFROG, 1e-12, 120.0)
+    assert rule.choose([adaptive, close]) is close
+    assert rule.choose([adaptive, close, cheaper]) is cheaper
+
+
+def test_the_least_error_wins_where_none_is_good_enough():
+    rule = Automatic((KAHAN_LI8, DOP853), energy_error=1e-16)
+    assert rule.choose([trial(KAHAN_LI8, 1e-12, 1.0), trial(DOP853, 1e-13, 9.0)]).scheme is DOP853
+
+
+def test_smooth_motion_gets_a_fixed_step():
+    found = integrate(HenonHeiles(), SMOOTH, time=200.0, samples=20, scheme=AUTO)
+    assert isinstance(found.scheme, Splitting)
+    assert 0.0 < found.step < 2.0
+    assert found.energy_error.max() < 1e-10
+    again = integrate(HenonHeiles(), SMOOTH, time=200.0, samples=20, scheme=found.scheme, step=found.step)
+    assert np.array_equal(again.z, found.z)
+
+
+def moderate():
+    return energy_grid(
+        Body(Hyperelastic(), 1.0), energy=3.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
+        axes=(np.linspace(0.2, 1.0, 4), np.linspace(-0.5, 0.5, 3)),
+    )  # fmt: skip
+
+
+def test_a_body_at_moderate_energy_gets_a_fixed_step():
+    grid = moderate()
+    assert isinstance(grid, Grid)
+    found = poincare_map(Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO)
+    found.raise_if_failed()
+    assert isinstance(found.scheme, Splitting)
+    assert found.energy_error.max() < 1e-10
+
+
+def steep():
+    return energy_grid(
+        Body(NeoHookean(), 1.0), energy=8.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
+        axes=(np.linspace(0.1, 2.7, 7), np.linspace(-3.5, 3.5, 7)),
+    ).z0  # fmt: skip
+
+
+def test_a_steep_wall_gets_no_fixed_step():
+    """Over a short time adaptive steps may do; over a long one, as their error grows, the transformed ones."""
+    body, z0 = Body(NeoHookean(), 1.0), steep()
+    short = integrate(body, z0, time=3.0, scheme=AUTO)
+    assert isinstance(short.scheme, (RungeKutta, TimeTransformed))
+    rule = Automatic((KAHAN_LI8, TimeTransformed(), DOP853), energy_error=1e-11)
+    long = poincare_map(body, z0[:, :3], section=AlphaTurning(+1), crossings=10, max_time=1000.0, scheme=rule)
+    long.raise_if_failed()
+    assert isinstance(long.scheme, TimeTransformed)
+    assert long.scheme.rate is not None
+    assert long.energy_error.max() < 1e-9
+    assert short.energy_error.max() < 1e-10
+
+
+def test_other_functions_choose_among_steps_in_time():
+    found = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(), BLANES_MOAN6, KAHAN_LI8)))
+    plain = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=KAHAN_LI8)
+    assert np.abs(found.nu - plain.nu).max() < 1e-9
+    with pytest.raises(ValueError, match="integrate and poincare_map"):
+        frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(),)))
+
+
+def test_the_choice_does_not_depend_on_the_order_of_candidates_or_the_run():
+    rule = Automatic((KAHAN_LI8, BLANES_MOAN6, DOP853))
+    first = integrate(HenonHeiles(), SMOOTH, time=5.0, scheme=rule)
+    second = integrate(HenonHeiles(), SMOOTH, time=5.0, scheme=Automatic(rule.candidates[::-1]))
+    assert first.scheme is second.scheme
+    assert first.step == second.step
+
+
+@pytest.mark.parametrize(("problem", "wrong"), [
+    (ValueError, lambda: Automatic(())),
+    (ValueError, lambda: Automatic([KAHAN_LI8])),
+    (TypeError, lambda: Automatic((KAHAN_LI8, "DOP853"))),
+    (TypeError, lambda: Automatic((AUTO,))),
+    (TypeError, lambda: Automatic((Logistic(1.0),))),
+    (ValueError, lambda: Automatic((KAHAN_LI8,), energy_error=0.0)),
+    (ValueError, lambda: integrate(HenonHeiles(), SMOOTH, time=1.0, step=0.1, scheme=AUTO)),
+    (ValueError, lambda: frequency_map(HenonHeiles(), SMOOTH, time=10.0, step=0.1, scheme=AUTO)),
+    (ValueError, lambda: integrate(HenonHeiles(), SMOOTH, time=1.0, rtol=-1.0, scheme=AUTO)),
+    (ValueError, lambda: integrate(HenonHeiles(), SMOOTH[:3], time=1.0, scheme=AUTO)),
+])  # fmt: skip
+def test_wrong_input_raises(problem, wrong):
+    with pytest.raises(problem, match=r"candidates|energy_error|step|rtol|z0"):
+        wrong()
