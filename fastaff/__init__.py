@@ -7,7 +7,7 @@ from .continuation import Bifurcation, Branch, Event, continuation
 from .engine import Interrupted
 from .formula import formula, hamiltonian
 from .frequency import FrequencyMap, frequency_map
-from .grid import Grid, energy_grid
+from .grid import Grid, NotReached, energy_grid
 from .indicators import (
     FLI,
     GALI,
@@ -46,6 +46,8 @@ from .periodic_search import find_periodic_orbits, periodic_guesses
 from .poincare import SectionMap, poincare_map
 from .quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
 from .resonance import Resonances, diffusion_histogram, resonances
+from .sample import Sample, energy_sample
+from .scan import ChaosScan, chaotic_fraction
 from .schemes import (
     BLANES_MOAN6,
     DOP853,
@@ -105,6 +107,7 @@ __all__ = [
     "Body",
     "Branch",
     "ChaosMap",
+    "ChaosScan",
     "EnergyOfActions",
     "Event",
     "Exponential",
@@ -123,6 +126,7 @@ __all__ = [
     "Lyapunov",
     "LyapunovSpectrum",
     "NeoHookean",
+    "NotReached",
     "OrbitError",
     "Orbits",
     "PeriodicOrbits",
@@ -132,6 +136,7 @@ __all__ = [
     "ReversibilityError",
     "Rotation",
     "RungeKutta",
+    "Sample",
     "SectionMap",
     "SeparableAlphaBeta",
     "SeparableElliptic",
@@ -149,11 +154,13 @@ __all__ = [
     "Zero",
     "ZeroOne",
     "chaos",
+    "chaotic_fraction",
     "constants_of_motion",
     "continuation",
     "diffusion_histogram",
     "energy_grid",
     "energy_of_actions",
+    "energy_sample",
     "find_periodic_orbits",
     "fit_torus",
     "formula",

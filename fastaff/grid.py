@@ -15,6 +15,10 @@ from .scalars import real
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 
 
+class NotReached(ValueError):
+    """Raised where an energy surface has no point on what was asked for: the energy is below the minimum there."""
+
+
 @dataclass(frozen=True)
 class Grid:
     """Initial conditions on the cells of a grid over two section coordinates.
@@ -56,24 +60,12 @@ def energy_grid(
     potential for each cell of a turning section, else one.
     Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
     """
-    checked_model(body)
-    checked_section(section, body)
-    energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
-    if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
-        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
-    if not isinstance(body, Body) and (p_eta or p_gamma):
-        raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}")
+    energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     first, second = _axes(axes)
     u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
-    with np.errstate(all="ignore"):
-        z, names = _lift(section, body, energy, p_eta, p_gamma, u, v)
-        found = np.isfinite(z).all(axis=0)
-        n = body.degrees_of_freedom
-        found &= np.broadcast_to(body.margin(*np.where(found, z, 1.0)[:n]) > 0, found.shape)
-    error = np.abs(energies(body, np.where(found, z, 1.0)) - energy)
-    found &= ~found | (error <= 1e-9 * (1.0 + abs(energy)))
+    z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
     if not found.any():
-        raise ValueError(
+        raise NotReached(
             f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], {names[1]} in "
             f"[{second.min():.6g}, {second.max():.6g}] on {section!r}: it is below the minimum there, or the section is elsewhere"
         )
@@ -81,6 +73,32 @@ def energy_grid(
         np.ascontiguousarray(z[:, found]), np.flatnonzero(found), ~found.reshape(first.size, second.size),
         (first, second), names, energy,
     )  # fmt: skip
+
+
+def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
+    """Return energy, p_eta and p_gamma if they and the section suit the body."""
+    checked_model(body)
+    checked_section(section, body)
+    energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
+        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
+    if not isinstance(body, Body) and (p_eta or p_gamma):
+        raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}")
+    return energy, p_eta, p_gamma
+
+
+def lift(
+    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the coordinates' names."""
+    with np.errstate(all="ignore"):
+        z, names = _lift(section, body, energy, p_eta, p_gamma, u, v)
+        found = np.isfinite(z).all(axis=0)
+        n = body.degrees_of_freedom
+        found &= np.broadcast_to(body.margin(*np.where(found, z, 1.0)[:n]) > 0, found.shape)
+    error = np.abs(energies(body, np.where(found, z, 1.0)) - energy)
+    found &= ~found | (error <= 1e-9 * (1.0 + abs(energy)))
+    return z, found, names
 
 
 def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -100,7 +118,7 @@ def _lift(section, body, energy, p_eta, p_gamma, u, v):
     raise TypeError(f"section must be one that has a grid (fastaff.sections), got {section!r} for {type(body).__name__}")
 
 
-def _planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
+def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
     """Return phase points with eta = gamma = 0; a radius 0 is allowed where its angular momentum is 0."""
     across_a = p_eta / alpha if p_eta else 0.0 * alpha
     across_b = p_gamma / beta if p_gamma else 0.0 * beta
@@ -125,14 +143,14 @@ def _momentum(rest, direction):
 def _(section: AlphaEquals, body, energy, p_eta, p_gamma, u, v):
     alpha = np.full(u.shape, float(section.constant))
     p_alpha = _momentum(_rest(body, energy, alpha, 0.0, p_eta, u, v, p_gamma), section.direction)
-    return _planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+    return planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
 
 
 @_lift.register
 def _(section: BetaEquals, body, energy, p_eta, p_gamma, u, v):
     beta = np.full(u.shape, float(section.constant))
     p_beta = _momentum(_rest(body, energy, u, v, p_eta, beta, 0.0, p_gamma), section.direction)
-    return _planes(u, v, p_eta, beta, p_beta, p_gamma), ("alpha", "p_alpha")
+    return planes(u, v, p_eta, beta, p_beta, p_gamma), ("alpha", "p_alpha")
 
 
 @_lift.register
@@ -141,7 +159,7 @@ def _(section: AreaEquals, body, energy, p_eta, p_gamma, u, v):
     p_alpha = _momentum(_rest(body, energy, alpha, 0.0, p_eta, u, v, p_gamma), section.direction)
     rising = alpha * p_alpha - u * v
     p_alpha = np.where(rising * section.direction >= 0, p_alpha, np.nan)
-    return _planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+    return planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
 
 
 @_lift.register
@@ -149,7 +167,7 @@ def _(section: AlphaTurning, body, energy, p_eta, p_gamma, u, v):
     alpha = _turning(
         lambda x: _rest(body, energy, x, 0.0, p_eta, u, v, p_gamma), u.shape, section.direction, np.abs(u).max()
     )
-    return _planes(alpha, 0 * alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+    return planes(alpha, 0 * alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
 
 
 @_lift.register
@@ -157,7 +175,7 @@ def _(section: BetaTurning, body, energy, p_eta, p_gamma, u, v):
     beta = _turning(
         lambda x: _rest(body, energy, u, v, p_eta, x, 0.0, p_gamma), u.shape, section.direction, np.abs(u).max()
     )
-    return _planes(u, v, p_eta, beta, 0 * beta, p_gamma), ("alpha", "p_alpha")
+    return planes(u, v, p_eta, beta, 0 * beta, p_gamma), ("alpha", "p_alpha")
 
 
 @_lift.register

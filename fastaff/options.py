@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import importlib.util
-import json
 import math
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -41,7 +40,7 @@ SECTIONS = ("alpha-turning", "beta-turning", "alpha=c", "beta=c", "area=c", "x=c
 class Wrong(ValueError):
     """Wrong input: its text is all that the user sees."""
 
-HELP = """Poincaré sections and frequency maps of planar affinely-rigid bodies.
+HELP = """Poincaré sections, frequency maps and chaos maps of planar affinely-rigid bodies.
 
 Each command computes many orbits on all cores, draws a PNG and writes an .npz file with the numbers, all
 parameters, versions and the seed (read it with `fastaff.files.load`). Ctrl-C stops within a second and keeps
@@ -53,6 +52,8 @@ Start with one of
 - `fastaff poincare --energy 1.5 --p-eta 0.3 --p-gamma 0.2`
 - `fastaff poincare --model henon-heiles --energy 0.125 --orbits 200`
 - `fastaff frequency-map --model hyperelastic --energy 3.5 --p-eta 0.3 --p-gamma 0.2`
+- `fastaff chaos-map --energy 1.5 --p-eta 0.3 --p-gamma 0.2`
+- `fastaff chaos-map --p-eta 0.3 --p-gamma 0.2 --scan energy=0.5:3:11`
 """
 WHAT, WHERE, STARTS, HOW, WRITTEN = (
     Group(name, sort_key=k)
@@ -65,7 +66,7 @@ WHAT, WHERE, STARTS, HOW, WRITTEN = (
 class Model:
     """The body."""
 
-    model: str = "neo-hookean"
+    model: str | None = None
     """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam). [neo-hookean]"""
     C: Annotated[float | None, Parameter(name="--C")] = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
@@ -77,6 +78,16 @@ class Model:
     """Bulk modulus of neo-hookean [2]."""
     lam: float | None = None
     """Coupling of henon-heiles [1]."""
+    formula: str | None = None
+    """Potential energy of a body of your own, such as "C/2*(D1**2+D2**2) + C/(D1*D2)", instead of a model."""
+    hamiltonian: str | None = None
+    """Potential energy of a system p^2/2 + V of your own, such as "(x**2+y**2)/2 + x**2*y - y**3/3"."""
+    coordinates: str | None = None
+    """Coordinates of --hamiltonian. ["x y"]"""
+    parameter: list[str] | None = None
+    """NAME=VALUE of a letter in the formula; once for each."""
+    domain: str | None = None
+    """Formula that is positive where the potential lives. [from logarithms, roots and poles]"""
     mu: float = 1.0
     """Inertia of a body. [1]"""
 
@@ -84,14 +95,46 @@ class Model:
         """Return the model, refusing parameters that it does not have."""
         import fastaff
 
-        key = named("--model", self.model.lower().replace("_", "-"), tuple(MODELS))
-        kind, names = MODELS[key]
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
+        if self.formula is not None or self.hamiltonian is not None:
+            return self._own(given)
+        for name in ("coordinates", "parameter", "domain"):
+            if getattr(self, name) is not None:
+                raise Wrong(f"--{name} belongs to --formula or --hamiltonian")
+        key = named("--model", (self.model or "neo-hookean").lower().replace("_", "-"), tuple(MODELS))
+        kind, names = MODELS[key]
         for name in given:
             if name not in names:
                 raise Wrong(f"--{name} is not a parameter of {key}, which has {', '.join('--' + n for n in names)}")
         value = getattr(fastaff, kind)(**given)
         return value if key == "henon-heiles" else fastaff.Body(value, self.mu)
+
+    def _own(self, given: dict[str, float]) -> Any:
+        """Return the model that a formula describes."""
+        import fastaff
+
+        if given:
+            name = next(iter(given))
+            raise Wrong(f"--{name} belongs to a --model; a formula takes --parameter {name}={given[name]:g}")
+        if self.model is not None or (self.formula is not None and self.hamiltonian is not None):
+            raise Wrong("give one of --model, --formula and --hamiltonian")
+        values: dict[str, float] = {}
+        for name, value in map(_parameter, self.parameter or ()):
+            if name in values:
+                raise Wrong(f"--parameter {name} is given twice")
+            if name in ("mu", "domain", "coordinates", "masses"):
+                raise Wrong(f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose another letter")
+            values[name] = value
+        if self.formula is not None and self.coordinates is not None:
+            raise Wrong("--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ...")
+        if self.formula is None and self.mu != 1.0:
+            raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
+        maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
+        if maker is None:
+            raise Wrong("this version of fastaff has no formulas")
+        if self.formula is None:
+            return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **values)
+        return maker(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
 @Parameter(name="*", group=WHERE)
@@ -106,8 +149,8 @@ class Surface:
     p_gamma: float = 0.0
     """Angular momentum in the plane b, |b| = beta = (D1 - D2)/sqrt(2). [0]"""
     section: str | None = None
-    """alpha-turning (p_alpha = 0), beta-turning, alpha=c, beta=c, area=c (D1 D2 = c), x=c or y=c for
-    henon-heiles, with c a number. [alpha-turning; x=0]"""
+    """alpha-turning (p_alpha = 0), beta-turning, alpha=c, beta=c, area=c (D1 D2 = c); x=c or y=c, or a coordinate of
+    --hamiltonian, with c a number. [alpha-turning; x=0]"""
     direction: str = "+1"
     """Crossings where the section function increases (+1), decreases (-1) or both (0). [+1]"""
 
@@ -118,22 +161,28 @@ class Surface:
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
         plane = not isinstance(body, fastaff.Body)
-        text = self.section or ("x=0" if plane else "alpha-turning")
+        if plane and body.degrees_of_freedom != 2:
+            raise Wrong(
+                "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system of two "
+                f"coordinates; this one has the {body.degrees_of_freedom} coordinates {', '.join(body.coordinates)}: "
+                "use fastaff.poincare_map or fastaff.chaos from Python"
+            )
+        planes = tuple(f"{name}=c" for name in body.coordinates) if plane else ()
+        text = self.section or (f"{body.coordinates[0]}=0" if plane else "alpha-turning")
         if self.direction.lstrip("+") not in ("1", "-1", "0"):
             raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
         direction = int(self.direction)
-        name, equals, constant = text.lower().partition("=")
-        form = named("--section", name + "=c" if equals else name, SECTIONS)
+        name, equals, constant = (text if plane else text.lower()).partition("=")
+        form = named("--section", name + "=c" if equals else name, (*planes, *(k for k in SECTIONS if k not in planes)))
         if equals:
             try:
                 value = float(constant)
             except ValueError:
                 raise Wrong(f"--section {name}=c needs a number for c, got {constant!r}") from None
-        if plane != (form in ("x=c", "y=c")):
-            suits = "x=c, y=c" if plane else ", ".join(SECTIONS[:5])
-            raise Wrong(f"--section {text} does not suit {type(body).__name__}; it takes {suits}")
+        if plane != (form in planes) or (not plane and form not in SECTIONS[:5]):
+            raise Wrong(f"--section {text} does not suit {type(body).__name__}; it takes {', '.join(planes or SECTIONS[:5])}")
         if plane:
-            normal = (1.0, 0.0, 0.0, 0.0) if form == "x=c" else (0.0, 1.0, 0.0, 0.0)
+            normal = (1.0, 0.0, 0.0, 0.0) if form == planes[0] else (0.0, 1.0, 0.0, 0.0)
             return fastaff.Linear(normal, value, direction)
         if not equals:
             return (fastaff.AlphaTurning if form == "alpha-turning" else fastaff.BetaTurning)(direction)
@@ -147,7 +196,7 @@ class Starts:
     """Where the orbits start."""
 
     grid: str | None = None
-    """Cells N1xN2 over the section's coordinate and its momentum; cells beyond the energy are left out. [20x20 or 40x40]"""
+    """Cells N1xN2 over the section's coordinate and its momentum; cells beyond the energy are left out. [20x20, 40x40 or 60x60]"""
     orbits: int | None = None
     """Random starts, uniform over the accessible part of the section, instead of a grid."""
     seed: int = 0
@@ -158,34 +207,36 @@ class Starts:
     """Range LOW:HIGH of its momentum. [all that the energy allows]"""
 
     def build(self, body: Any, section: Any, surface: Surface, default: str) -> tuple[Any, Any, Any]:
-        """Return the grid of starts, with all its cells or a random choice, the edge of the section, and the chosen z0."""
+        """Return the Grid of starts or the random Sample, the edge of the section, and z0."""
         import fastaff
 
-        from . import plot
+        from . import sample
 
         if self.grid is not None and self.orbits is not None:
             raise Wrong("give --grid or --orbits, not both")
         if self.orbits is not None and self.orbits < 1:
             raise Wrong(f"--orbits must be at least 1, got {self.orbits}")
-        ranges: list[Any] = [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
+        ranges = self.ranges()
         where: dict[str, Any] = {"energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
         edge = None
         try:
-            edge = plot.edge(body, section, **where)
+            edge = sample.edge(body, section, **where)
             ranges = [given or found for given, found in zip(ranges, edge.axes)]
         except ValueError as problem:
             if None in ranges:
                 raise Wrong(f"{problem}; or give --range1 and --range2") from None
-        n1, n2 = (300, 300) if self.orbits is not None else _cells(self.grid or default)
-        # Cell centres: the ends of the range are the edge itself.
-        axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, (n1, n2))]
-        grid = fastaff.energy_grid(body, section=section, axes=axes, **where)
-        z0 = grid.z0
         if self.orbits is not None:
-            cells = z0.shape[1]
-            chosen = np.random.default_rng(self.seed).choice(cells, size=self.orbits, replace=self.orbits > cells)
-            z0 = np.ascontiguousarray(z0[:, chosen])
-        return grid, edge, z0
+            narrowed = None if not any(self.ranges()) else ranges
+            drawn = fastaff.energy_sample(body, section=section, orbits=self.orbits, seed=self.seed, axes=narrowed, **where)
+            return drawn, edge, drawn.z0
+        # Cell centres: the ends of the range are the edge itself.
+        axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, _cells(self.grid or default))]
+        grid = fastaff.energy_grid(body, section=section, axes=axes, **where)
+        return grid, edge, grid.z0
+
+    def ranges(self) -> list[Any]:
+        """Return the ranges given, None for those not given."""
+        return [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
 
 
 @Parameter(name="*", group=HOW)
@@ -200,12 +251,17 @@ class Run:
     threads: int | None = None
     """Threads. [all cores]"""
 
+    def scheme_value(self) -> Any:
+        """Return the scheme."""
+        from .schemes import scheme_named
+
+        return scheme_named(self.scheme.replace("-", "_"))
+
     def build(self, body: Any, z0: np.ndarray) -> dict[str, Any]:
         """Return the options of the library's functions, with the step chosen once for all calls."""
         from .engine import make_flow
-        from .schemes import scheme_named
 
-        scheme = scheme_named(self.scheme.replace("-", "_"))
+        scheme = self.scheme_value()
         flow, _ = make_flow(body, z0, scheme, self.step, 1e-12, 1e-12, self.threads)
         return {"scheme": scheme, "step": flow.step if math.isfinite(flow.step) else None, "threads": flow.threads}
 
@@ -216,7 +272,7 @@ class Output:
     """What is written."""
 
     out: Path | None = None
-    """Path without ending; .npz and .png are added, and a number where they exist. [fastaff-poincare, fastaff-frequency-map]"""
+    """Path without ending; .npz and .png are added, and a number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]"""
     force: bool = False
     """Replace existing files instead of numbering the new ones."""
     no_figure: bool = False
@@ -252,6 +308,17 @@ def named(option: str, given: str, names: tuple[str, ...]) -> str:
         return given
     near = difflib.get_close_matches(given, names, n=1, cutoff=0.5)
     raise Wrong(f"{option} must be one of {', '.join(names)}, got {given!r}." + (f" Did you mean {near[0]}?" if near else ""))
+
+
+def _parameter(text: str) -> tuple[str, float]:
+    """Return name and value of NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    try:
+        if not (equals and name.strip()):
+            raise ValueError
+        return name.strip(), float(value)
+    except ValueError:
+        raise Wrong(f"--parameter must be NAME=VALUE with a number, for example C=1.5, got {text!r}") from None
 
 
 def _range(option: str, text: str | None) -> tuple[float, float] | None:
@@ -293,59 +360,3 @@ def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
     if np.isnan(pace).all():
         raise Wrong(f"no orbit of a trial crosses {section!r}; give --max-time, or another section or direction")
     return float(4.0 * np.nanmedian(pace) * (crossings + 4))
-
-
-def stated(body, surface, section, starts, choices, z0, fixed) -> dict[str, Any]:
-    """Return what a file says of its computation."""
-    return {
-        "model": body, "energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "section": section,
-        "seed": starts.seed if starts.orbits is not None else None, "grid": starts.grid, "orbits": z0.shape[1],
-        "range1": starts.range1, "range2": starts.range2, "rtol": 1e-12, "atol": 1e-12, "energy_tolerance": 1e-6,
-        "threads": choices["threads"], "z0": z0, **{name: value for name, value in fixed.items() if name != "section"},
-    }  # fmt: skip
-
-
-def in_words(section: Any) -> str:
-    """Name a section in a caption."""
-    turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
-    name = type(section).__name__
-    if name == "Linear":
-        return f"{'x' if section.normal[0] else 'y'} = {section.offset:g}, {turn}"
-    if name.endswith("Turning"):
-        return rf"$p_\{name.removesuffix('Turning').lower()}$ = 0, {turn}"
-    left = {"AlphaEquals": r"$\alpha$", "BetaEquals": r"$\beta$", "AreaEquals": "$D_1D_2$"}[name]
-    return f"{left} = {section.constant:g}, {turn}"
-
-
-def units(inner: Any, body: Any) -> str:
-    """Say in a caption what is 1."""
-    stiffness = inner._fields[0]
-    if inner is body or inner[0] != 1 or body.mu != 1:
-        return "units: those of the parameters"
-    return rf"units: {stiffness} = $\mu$ = 1"
-
-
-def figure_of(panels: int = 1) -> tuple[Any, Any]:
-    """Return a figure and its panels."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.6 if panels == 1 else 12.6, 6.2), dpi=200, layout="constrained")
-    return figure, figure.subplots(1, panels)
-
-
-def finish(figure, ax, body, surface, section, text, stem, facts) -> None:
-    """Put title and caption on the figure and write it, with the parameters inside the PNG; name the file."""
-    from .files import plain, provenance
-
-    inner = getattr(body, "potential", body)
-    values = ", ".join(f"{name} = {value:g}" for name, value in zip(inner._fields, inner))
-    where = f"E = {surface.energy:g}"
-    if inner is not body:
-        values += f", mu = {body.mu:g}"
-        where += rf", $p_\eta$ = {surface.p_eta:g}, $p_\gamma$ = {surface.p_gamma:g}"
-    figure.suptitle(f"{type(inner).__name__} ({values}), {where}", fontsize=11)
-    figure.supxlabel(f"section {in_words(section)}; {text}; {units(inner, body)}", fontsize=7.5, color="0.3")
-    kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
-    path = stem.with_name(stem.name + ".png")
-    figure.savefig(path, metadata={"Title": "fastaff", "Description": json.dumps({**provenance(), **kept})})
-    print(path)

@@ -15,9 +15,14 @@ import numpy as np
 
 from .charts import ALPHA_BETA, Chart
 from .grid import Grid
-from .models import Body
-from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from .sample import Edge, edge
+from .sections import BetaEquals, BetaTurning, Linear
 from .status import Status
+
+__all__ = [
+    "Artists", "Edge", "clipped", "colour_map", "diffusion_scale", "edge", "frequency", "on_line", "plot_diffusion_grid",
+    "plot_frequency_map", "plot_section", "resonances_between", "symbol",
+]  # fmt: skip
 
 SYMBOLS = {
     "alpha": r"\alpha", "beta": r"\beta", "eta": r"\eta", "gamma": r"\gamma", "phi": r"\varphi", "psi": r"\psi",
@@ -36,19 +41,6 @@ class Artists(NamedTuple):
     lines: tuple
     labels: tuple
     missing: int
-
-
-class Edge(NamedTuple):
-    """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there."""
-
-    coordinate: np.ndarray
-    momentum: np.ndarray
-
-    @property
-    def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The ranges of the coordinate and of its momentum."""
-        top = float(self.momentum.max())
-        return (float(self.coordinate[0]), float(self.coordinate[-1])), (-top, top)
 
 
 def symbol(name: str) -> str:
@@ -84,80 +76,6 @@ def diffusion_scale(values: Any) -> Any:
 
     scale = clipped(values)
     return Normalize(min(scale.vmin, -8.0), max(scale.vmax, -6.0))
-
-
-def edge(body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800) -> Edge:
-    """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
-
-    Parameters as in `energy_grid`. Returns Edge; where the part falls apart, the outermost ends; on AreaEquals the direction forbids a
-    little more on one side. Raises ValueError where the
-    energy reaches nothing or the part is not bounded, TypeError for a section without a grid.
-    Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
-    """
-    rest, radius = _room(body, section, energy, p_eta, p_gamma)
-    span = radius * np.linspace(-1.0, 1.0, 4001) if not isinstance(body, Body) else np.geomspace(1e-4, radius, 2000)
-    with np.errstate(all="ignore"):
-        inside = np.flatnonzero(rest(span) > 0)
-        if inside.size == 0:
-            raise ValueError(f"energy {energy} does not reach {section!r}: it is below the minimum there")
-        if not isinstance(body, Body):  # the well around the origin, not the valleys beyond the passes
-            middle = inside[np.argmin(np.abs(span[inside]))]
-            gaps = np.flatnonzero(~(rest(span) > 0))
-            inside = np.arange(max(gaps[gaps < middle], default=-1) + 1, min(gaps[gaps > middle], default=span.size))
-        if inside[-1] == span.size - 1:
-            raise ValueError(f"energy {energy} does not bound the motion on {section!r}: give the ranges of the axes")
-        low, high = (_zero(rest, span, k) for k in (inside[0], inside[-1] + 1))
-        # Dense at both ends, where the boundary is steep.
-        u = low + (high - low) * (1 - np.cos(np.linspace(0, np.pi, points))) / 2
-        return Edge(u, np.sqrt(np.maximum(np.nan_to_num(rest(u)), 0.0)))
-
-
-def _room(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> tuple[Any, float]:
-    """Return the largest squared momentum at a coordinate, as a function, and how far to look."""
-    if isinstance(section, Linear) and body.degrees_of_freedom == 2:
-        i = int(np.flatnonzero(section.normal)[0])
-        at = section.offset / section.normal[i]
-
-        def left(u):
-            q = (at + 0 * u, u) if i == 0 else (u, at + 0 * u)
-            return (energy - body.potential_energy(*q)) / body.kinetic_energy(*np.eye(2)[1 - i])
-
-        return left, 16.0
-    if not isinstance(body, Body):
-        raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
-
-    def room(alpha, beta):
-        A, B = alpha * alpha, beta * beta
-        barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
-        barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
-        left = 2 * body.mu * (energy - body.potential.value(A, B)) - barrier
-        return np.where(body.potential.margin(A, B) > 0, left, -np.inf)
-
-    other = np.geomspace(1e-3, 64.0, 3000)[:, None]
-    if isinstance(section, AlphaTurning):
-        return lambda u: np.nanmax(room(other, u), axis=0), 64.0
-    if isinstance(section, BetaTurning):
-        return lambda u: np.nanmax(room(u, other), axis=0), 64.0
-    if isinstance(section, AlphaEquals):
-        return lambda u: room(np.full_like(u, section.constant), u), 64.0
-    if isinstance(section, BetaEquals):
-        return lambda u: room(u, np.full_like(u, section.constant)), 64.0
-    if isinstance(section, AreaEquals):
-        return lambda u: room(np.sqrt(2 * section.constant + u * u), u), 64.0
-    raise TypeError(f"section {section!r} has no known boundary")
-
-
-def _zero(rest: Any, span: np.ndarray, k: int) -> float:
-    """Return the allowed end of the sign change of rest between span[k - 1] and span[k]."""
-    if k == 0:
-        return float(span[0])
-    low, high = span[k - 1], span[k]
-    rising = rest(np.array([high]))[0] > 0
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        allowed = rest(np.array([middle]))[0] > 0
-        low, high = (low, middle) if allowed == rising else (middle, high)
-    return float(high if rising else low)
 
 
 def plot_section(

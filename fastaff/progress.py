@@ -18,7 +18,7 @@ from .engine import Interrupted
 from .status import Status, summary
 
 EXIT_INTERRUPTED = 130
-COMPILE_SECONDS = {"poincare": 20, "frequency-map": 40}
+COMPILE_SECONDS = {"poincare": 20, "frequency-map": 40, "chaos-map": 60}
 
 
 def say(text: str) -> None:

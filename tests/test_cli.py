@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import cli, demo, files
+from fastaff import cli, demo, files, options
+from fastaff.commands import scans
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
@@ -113,6 +114,30 @@ def test_load_refuses_other_files(tmp_path):
         (["poincare", *SURFACE, "--out", "/nowhere/at/all"], "does not exist"),
         (["poincare", *SURFACE, "--sction", "x"], "Did you mean --section?"),
         (["poincar"], "Did you mean"),
+        (["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"], "give one of --model, --formula and --hamiltonian"),
+        (["poincare", *SURFACE, "--formula", "C*D1*D2", "--C", "2"], "a formula takes --parameter C=2"),
+        (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula or --hamiltonian"),
+        (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C"], "NAME=VALUE"),
+        (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C=1", "--parameter", "C=2"], "--parameter C is given twice"),
+        (["poincare", *SURFACE, "--formula", "D1*D2", "--parameter", "mu=2"], "mu is an option of its own, --mu"),
+        (["poincare", *SURFACE, "--formula", "D1*D2", "--coordinates", "x y"], "--coordinates belongs to --hamiltonian"),
+        (["poincare", *SURFACE, "--hamiltonian", "x*y", "--mu", "2"], "--mu belongs to bodies"),
+        (["chaos-map"], "--energy is required"),
+        (["chaos-map", *SURFACE, "--indicators", "megno,salli"], "Did you mean sali?"),
+        (["chaos-map", *SURFACE, "--indicators", "megno,megno"], "indicators must differ"),
+        (["chaos-map", *SURFACE, "--indicators", "zero_one", "--early-stop"], "early_stop takes indicators of tangent vectors only"),
+        (["chaos-map", *SURFACE, "--time", "0"], "time must be positive"),
+        (["chaos-map", *SURFACE, "--time", "10", "--periods", "10"], "--time or --periods, not both"),
+        (["chaos-map", *SURFACE, "--scan", "enrgy=1:2:3"], "Did you mean energy?"),
+        (["chaos-map", *SURFACE, "--scan", "C=1:2:3"], "must be one of energy, p_eta, p_gamma, p_phi, p_psi, G, K, mu"),
+        (["chaos-map", *SURFACE, "--scan", "energy=2:1:3"], "NAME=LOW:HIGH:N"),
+        (["chaos-map", *SURFACE, "--scan", "energy=1:2"], "NAME=LOW:HIGH:N"),
+        (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--scan", "K=1:2:2"], "two different parameters"),
+        (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--scan", "G=1:2:2", "--scan", "mu=1:2:2"], "once or twice"),
+        (["chaos-map", *SURFACE, "--scan", "p_phi=0:1:2", "--scan", "p_eta=0:1:2"], "not one of each"),
+        (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--grid", "4x4"], "--scan takes random starts"),
+        (["chaos-map", "--scan", "energy=-2:-1:2"], "no case of the scan has orbits"),
+        (["chaos-map", "--model", "henon-heiles", "--energy", "0.1", "--scan", "p_eta=0:1:2"], "must be one of energy, lam"),
         (["frequency-map", *SURFACE, "--time", "-4"], "time must be positive"),
         (["frequency-map", *SURFACE, "--method", "nafff"], "Did you mean naff?"),
     ],
@@ -133,7 +158,7 @@ def test_missing_extras_are_named(monkeypatch, capsys):
     assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", [[], ["poincare"], ["frequency-map"], ["demo"], ["warmup"], ["doctor"]])
+@pytest.mark.parametrize("command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["demo"], ["warmup"], ["doctor"]])
 def test_help(command, capsys):
     assert cli.main([*command, "--help"]) == 0
     assert "Usage: fastaff" in capsys.readouterr().out
@@ -190,6 +215,104 @@ def test_frequency_map_command(tmp_path):
     assert (tmp_path / "f.png").exists()
 
 
+def test_chaos_map_command(tmp_path, capsys):
+    run = ["chaos-map", *SURFACE, "--grid", "6x5", "--time", "150", "--indicators", "megno,gali-3"]
+    assert cli.main([*run, "--out", str(tmp_path / "c")]) == 0
+    said = capsys.readouterr().err
+    arrays, metadata = files.load(tmp_path / "c.npz")
+    orbits = arrays["status"].size
+    assert metadata["names"] == ["megno", "gali_3"]
+    assert arrays["values"].shape == (2, orbits)
+    assert arrays["cell"].size == orbits == 30 - arrays["forbidden"].sum()
+    assert metadata["time"] == 150
+    assert metadata["interrupted"] is False
+    assert f"chaotic fraction {metadata['fraction']:.3f}" in said
+    assert f"{int((arrays['chaotic'] & (arrays['status'] == 0)).sum())} chaotic" in said
+    direct = fastaff.chaos(
+        fastaff.Body(fastaff.NeoHookean()), arrays["z0"], time=150.0, step=metadata["step"], indicators=(fastaff.MEGNO(), fastaff.GALI(3))
+    )
+    assert direct.values.tobytes() == arrays["values"].tobytes()
+    assert b"NeoHookean" in (tmp_path / "c.png").read_bytes()
+
+
+def test_chaos_map_of_random_orbits_over_periods(tmp_path):
+    run = ["chaos-map", "--model", "henon-heiles", "--energy", "0.12", "--orbits", "20", "--periods", "30", "--early-stop"]
+    assert cli.main([*run, "--indicators", "megno", "--out", str(tmp_path / "c")]) == 0
+    arrays, metadata = files.load(tmp_path / "c.npz")
+    assert arrays["start_points"].shape == (2, 20)
+    np.testing.assert_allclose(arrays["start_points"], arrays["z0"][[1, 3]])
+    assert metadata["periods"] == 30
+    # The frequencies of the well are 1: a return to x = 0 takes somewhat more than 2 pi.
+    assert 30 * 2 * np.pi < metadata["time"] < 30 * 8.0
+
+
+def test_scans(tmp_path, capsys):
+    common = ["chaos-map", *SURFACE[2:], "--orbits", "6", "--time", "30", "--early-stop"]
+    assert cli.main([*common, "--scan", "energy=0.1:1.5:3", "--out", str(tmp_path / "one")]) == 0
+    assert "1 cases empty" in capsys.readouterr().err
+    arrays, metadata = files.load(tmp_path / "one.npz")
+    assert metadata["names"] == ["energy"]
+    np.testing.assert_allclose(arrays["axes_0"], [0.1, 0.8, 1.5])
+    assert arrays["orbits"].tolist() == [0, 6, 6]
+    assert np.isnan(arrays["fraction"]).tolist() == [True, False, False]
+    assert (tmp_path / "one.png").exists()
+    both = ["--energy", "1.5", "--scan", "p_phi=0:0.8:2", "--scan", "K=1:4:3", "--periods", "12"]
+    assert cli.main([*common[:-3], "--early-stop", *both, "--out", str(tmp_path / "two")]) == 0
+    arrays, metadata = files.load(tmp_path / "two.npz")
+    assert metadata["names"] == ["p_phi", "K"]
+    assert arrays["fraction"].shape == (2, 3)
+    assert np.ptp(arrays["time"]) > 0, "returns take another time in every case"
+    assert (tmp_path / "two.png").exists()
+
+
+def test_scanned_parameters_reach_body_and_surface():
+    body, surface = fastaff.Body(fastaff.NeoHookean()), options.Surface(energy=1.5, p_eta=0.3, p_gamma=0.2)
+    one, at = scans.case(body, surface, {"K": 5.0, "p_phi": 1.0})
+    assert one == fastaff.Body(fastaff.NeoHookean(K=5.0))
+    assert at.p_gamma + at.p_eta == pytest.approx(1.0)
+    assert at.p_gamma - at.p_eta == pytest.approx(-0.1), "the vorticity stays"
+    one, at = scans.case(body, surface, {"mu": 2.0, "energy": 2.5})
+    assert (one.mu, at.energy, at.p_eta, at.p_gamma) == (2.0, 2.5, 0.3, 0.2)
+    one, at = scans.case(fastaff.HenonHeiles(), options.Surface(energy=0.1), {"lam": 0.5, "energy": 0.2})
+    assert (one.lam, at.energy) == (0.5, 0.2)
+
+
+@pytest.mark.skipif(not hasattr(fastaff, "formula"), reason="needs fastaff.formula")
+def test_bodies_of_a_formula(tmp_path, capsys):
+    pytest.importorskip("sympy")
+    text = "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2"
+    own = ["--formula", text, "--parameter", "G=1", "--parameter", "K=2"]
+    for name, model in (("named", []), ("own", own)):
+        run = ["poincare", *SURFACE, *model, "--grid", "3x3", "--crossings", "3", "--step", "0.02", "--no-diffusion"]
+        assert cli.main([*run, "--out", str(tmp_path / name)]) == 0
+    named, own_points = (files.load(tmp_path / f"{name}.npz").arrays["points"] for name in ("named", "own"))
+    np.testing.assert_allclose(own_points, named, rtol=1e-9, atol=1e-9)
+    assert files.load(tmp_path / "own.npz").metadata["formula"] == text
+    general = ["--formula", "x**2 + 2*y**2 + z**2 + u**2"]
+    assert cli.main(["chaos-map", *SURFACE, *general]) == 2
+    assert "potential of alpha and beta (or D1 and D2) alone" in capsys.readouterr().err
+    assert cli.main(["chaos-map", *SURFACE, *own, "--scan", "K=1:2:2", "--orbits", "4", "--time", "20", "--out", str(tmp_path / "k")]) == 0
+
+
+@pytest.mark.skipif(not hasattr(fastaff, "hamiltonian"), reason="needs fastaff.hamiltonian")
+def test_systems_of_a_formula(tmp_path, capsys):
+    pytest.importorskip("sympy")
+    own = ["--hamiltonian", "(u**2+v**2)/2 + lam*(u**2*v - v**3/3)", "--coordinates", "u v", "--parameter", "lam=1"]
+    run = ["--energy", "0.1", "--orbits", "5", "--out", str(tmp_path / "s"), "--step", "0.02"]
+    assert cli.main(["poincare", *own, *run, "--crossings", "4", "--no-diffusion"]) == 0
+    named = fastaff.poincare_map(
+        fastaff.HenonHeiles(), files.load(tmp_path / "s.npz").arrays["z0"], section=fastaff.Linear((1, 0, 0, 0)), crossings=4,
+        max_time=200.0, step=0.02,
+    )  # fmt: skip
+    np.testing.assert_allclose(files.load(tmp_path / "s.npz").arrays["points"], named.points, rtol=1e-8, atol=1e-8)
+    assert cli.main(["chaos-map", *own, *run, "--time", "20", "--section", "v=0"]) == 0
+    capsys.readouterr()
+    assert cli.main(["poincare", *own, *run, "--section", "x=0"]) == 2
+    assert "it takes u=c, v=c" in capsys.readouterr().err
+    assert cli.main(["chaos-map", "--hamiltonian", "x**2+y**2+z**2", "--coordinates", "x y z", *run]) == 2
+    assert "or of a system of two coordinates" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("section", ["beta-turning", "alpha=1.4", "beta=0.5", "area=1"])
 def test_every_section(section, tmp_path):
     run = ["poincare", *SURFACE, "--section", section, "--orbits", "4", "--crossings", "3", "--no-diffusion"]
@@ -217,23 +340,32 @@ def test_doctor(capsys):
 
 
 CHILD = """
-import pathlib
-from fastaff import cli
-draw = cli.Progress.__call__
+import pathlib, sys
+from fastaff import cli, progress
+part = float(sys.argv.pop(1))
+draw = progress.Progress.__call__
 def watched(self, fraction):
     draw(self, fraction)
-    if fraction >= 0.02:
+    if fraction >= part:
         pathlib.Path("under-way").touch()
-cli.Progress.__call__ = watched
+progress.Progress.__call__ = watched
 cli.main()
 """
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
-def test_ctrl_c_keeps_finished_orbits(tmp_path):
-    run = ["poincare", *SURFACE, "--grid", "90x90", "--crossings", "1500", "--no-diffusion", "--out", "long"]
+@pytest.mark.parametrize(
+    ("part", "run"),
+    [
+        ("0.02", ["poincare", "--grid", "90x90", "--crossings", "1500", "--no-diffusion"]),
+        ("0.25", ["chaos-map", "--grid", "90x90", "--time", "500", "--indicators", "megno"]),
+    ],
+    ids=["poincare", "chaos-map"],
+)
+def test_ctrl_c_keeps_finished_orbits(part, run, tmp_path):
+    run = [*run, *SURFACE, "--out", "long"]
     process = subprocess.Popen(
-        [sys.executable, "-c", CHILD, *run], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", CHILD, part, *run], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     deadline = time.monotonic() + 120
     while not (tmp_path / "under-way").exists() and process.poll() is None and time.monotonic() < deadline:
@@ -250,7 +382,8 @@ def test_ctrl_c_keeps_finished_orbits(tmp_path):
     assert f"kept {finished} finished of" in said
     assert 0 < finished < arrays["z0"].shape[1] == arrays["status"].size
     assert metadata["interrupted"] is True
-    assert np.isfinite(arrays["points"][arrays["status"] == 0]).all()
+    values = arrays["points"] if "points" in arrays else arrays["values"].T
+    assert np.isfinite(values[arrays["status"] == 0]).all()
     assert not (tmp_path / "long.png").exists()
     assert not list(tmp_path.glob(".*")), "no temporary file is left"
 
