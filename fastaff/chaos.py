@@ -287,10 +287,8 @@ class _Work:
         detected = np.full(self.values.shape, np.nan)
         history = np.full((len(names), self.slots, self.orbits), np.nan)
         width = self.slots * (self.m + 1)
-        records = np.full((self.orbits, width), np.nan)
-        if self.out.shape[1] >= width > 0:
-            records[:] = self.out[:, :width]
-        records = records.reshape(self.orbits, self.slots, self.m + 1)
+        flat = self.out[:, :width] if self.out.shape[1] >= width > 0 else np.full((self.orbits, width), np.nan)
+        records = flat.reshape(self.orbits, self.slots, self.m + 1)
         above = np.array([entry.above for entry in self.chosen])[:, None]
         limits = self.limits[:, None]
         chaotic_by = known & np.where(above, self.values > limits, self.values < limits)

@@ -123,7 +123,7 @@ def start_crossings(memory: np.ndarray, section: Any, ensemble: Ensemble) -> Non
     memory[kernels.MEMORY :] = ensemble.z
 
 
-def follow_crossings(flow: Flow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
+def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
     After an interruption the records so far are located before it is passed on; what is not located is never kept.
@@ -155,7 +155,7 @@ def follow_crossings(flow: Flow, ensemble: Ensemble, section, wanted, observer, 
         _hold(flow, ensemble, short, max_time)
 
 
-def _hold(flow: Flow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
+def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
     """Leave only the orbits that still miss crossings to the next round."""
     finished = ~short & (ensemble.status == Status.OK)
     if flow.adaptive:
