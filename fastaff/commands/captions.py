@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -76,9 +77,14 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
 
 def finish(figure, ax, body, surface, section, text, stem, facts) -> None:
     """Put title and caption on the figure and write it, with the parameters inside the PNG; name the file."""
-    figure.suptitle(f"{titled(body)}, {surface_in_words(body, surface)}", fontsize=11)
+    title(figure, f"{titled(body)}, {surface_in_words(body, surface)}")
     caption(figure, f"section {in_words(section, body)}; {text}; {units(body)}")
     write(figure, stem, facts)
+
+
+def title(figure: Any, text: str) -> None:
+    """Write a title above the figure, in lines that fit: the formula of a model can be long."""
+    figure.suptitle(textwrap.fill(text, int(11 * figure.get_figwidth()), break_on_hyphens=False), fontsize=11)
 
 
 def caption(figure: Any, text: str) -> None:

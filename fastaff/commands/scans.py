@@ -13,7 +13,7 @@ import numpy as np
 
 from ..options import Wrong, named
 from ..progress import Progress, drawing, say, watched
-from .captions import caption, figure_of, in_words, stated, surface_in_words, titled, units, write
+from .captions import caption, figure_of, in_words, stated, surface_in_words, title, titled, units, write
 
 PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
 
@@ -159,7 +159,7 @@ def _draw(result, axes, body, surface, section, stem, facts) -> None:
         spin, vorticity = surface.p_gamma + surface.p_eta, surface.p_gamma - surface.p_eta
         rest = [rf"$p_\varphi$ = {spin:g}"] * ("p_phi" not in names) + [rf"$p_\psi$ = {vorticity:g}"] * ("p_psi" not in names)
         where = ", ".join([*filter(None, [where]), *rest])
-    figure.suptitle(", ".join(filter(None, [titled(body, without=names), where])), fontsize=11)
+    title(figure, ", ".join(filter(None, [titled(body, without=names), where])))
     shown = "bars: 95 % of statistics; pale band: orbits in doubt" if len(axes) == 1 else "largest 95 % half width "
     if len(axes) == 2:
         low, high = result.interval()
