@@ -34,6 +34,9 @@ from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 from .tangent import checked_deviations
 
+DEPENDENT = 1e-10
+"""Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction."""
+
 
 @dataclass(frozen=True)
 class ChaosMap:
@@ -44,7 +47,8 @@ class ChaosMap:
     its limit, NaN where it did not. chaotic (orbits,): more than half of the indicators say so; disagree (orbits,): not all say the
     same, as for sticky orbits, or runs too short. spectrum (2n, orbits), the largest first, and spectrum_error, its change since
     half the time, where asked for. history (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's
-    end (and for indicators that are not streamed). t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    end (and for indicators that are not streamed). Orbits that failed have no verdict: chaotic and disagree are False. t (orbits,)
+    reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -98,19 +102,20 @@ def chaos(
     """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
 
     Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values of `fastaff.indicators`, such as
-    (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()); history: records of the streamed indicators, equidistant in time; early_stop:
-    end an orbit when all indicators have called it chaotic (they must be streamed); deviations: tangent vectors at the start, as in
-    `tangent_map` (default: columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`.
+    (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()); history: records of the streamed indicators, equidistant in time (of an
+    adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it chaotic (they must
+    be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their lengths don't matter; default:
+    columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`.
     Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the scheme and
     is made orthonormal about once in a radian of the natural motion; weighted averages run in the same pass. FrequencyDiffusion,
     ZeroOne and ReversibilityError make passes of their own. Limits use the median natural frequency of the given orbits.
-    Cost: an orbit with k vectors takes about 1 + k steps' time. Memory: about 2 k^2 numbers an orbit, and the history.
+    Cost: an orbit with k vectors takes about 1 + k steps' time. Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history.
     Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
-    chosen = _checked(indicators, checked_model(body), scheme)
+    chosen = _checked(indicators, checked_model(body))
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if isinstance(entry, TangentIndicator)]
     if early_stop and len(tangent) < len(chosen):
@@ -118,6 +123,7 @@ def chaos(
     if tangent:
         checked_tangent_model(body)
     flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
+    _check_scheme(chosen, flow)
     work = _Work(flow, z, time, chosen, tangent, slots, bool(early_stop), deviations)
     passes: list[Callable[[Report | None], None]] = [work.stream] * work.streams
     for entry in chosen:
@@ -130,7 +136,7 @@ def chaos(
             run(None if report is None else functools.partial(_portion, report, number, len(passes)))
     except KeyboardInterrupt:
         interrupted = True
-    result = work.result(tolerance)
+    result = work.result(tolerance, interrupted)
     if interrupted:
         stopped = Interrupted("chaos")
         stopped.partial = result
@@ -147,8 +153,8 @@ def _portion(report: Report, number: int, passes: int, fraction: float) -> None:
     report((number + fraction) / passes)
 
 
-def _checked(indicators: Any, body: Any, scheme: Any) -> tuple[Indicator, ...]:
-    """Return the indicators if they suit the body and the scheme."""
+def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
+    """Return the indicators if they suit the body."""
     if not isinstance(indicators, (tuple, list)) or not indicators:
         raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}")
     n = body.degrees_of_freedom
@@ -156,14 +162,10 @@ def _checked(indicators: Any, body: Any, scheme: Any) -> tuple[Indicator, ...]:
         if not isinstance(entry, Indicator):
             hint = f": write {entry.__name__}()" if isinstance(entry, type) and issubclass(entry, Indicator) else ""
             raise TypeError(f"indicators must be values of fastaff.indicators, got {entry!r}{hint}")
-        if entry.limit is not None:
+        if entry.limit is not None or not hasattr(entry, "default"):
             real(f"{type(entry).__name__}.limit", entry.limit)
         if isinstance(entry, GALI) and not 2 <= whole("GALI.count", entry.count, 2) <= 2 * n:
             raise ValueError(f"GALI.count must be 2 ... {2 * n} for {type(body).__name__}, got {entry.count}")
-        if isinstance(entry, BirkhoffDigits) and isinstance(scheme, RungeKutta) and scheme.adaptive:
-            raise ValueError(f"BirkhoffDigits needs a scheme of fixed steps, got {scheme.name}")
-        if isinstance(entry, ReversibilityError) and not isinstance(scheme, Splitting):
-            raise ValueError(f"ReversibilityError needs a splitting, which is reversible, got {scheme.name}")
         if isinstance(entry, FrequencyDiffusion):
             checked_angles(entry.angles, body)
         if isinstance(entry, ZeroOne) and entry.samples is not None:
@@ -172,6 +174,28 @@ def _checked(indicators: Any, body: Any, scheme: Any) -> tuple[Indicator, ...]:
     if len(set(names)) < len(names):
         raise ValueError(f"indicators must differ, got {', '.join(names)}")
     return tuple(indicators)
+
+
+def _check_scheme(chosen: tuple[Indicator, ...], flow: Flow) -> None:
+    """Raise ValueError unless the flow's scheme, perhaps one chosen by trial, suits the indicators."""
+    for entry in chosen:
+        if isinstance(entry, BirkhoffDigits) and flow.adaptive:
+            raise ValueError(f"BirkhoffDigits needs a scheme of fixed steps, got {flow.scheme.name}")
+        if isinstance(entry, ReversibilityError) and not isinstance(flow.scheme, Splitting):
+            raise ValueError(f"ReversibilityError needs a splitting, which is reversible, got {flow.scheme.name}")
+
+
+def _unit_vectors(deviations: Any, z0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return given tangent vectors with unit length, and the logarithms (count, orbits) of the volumes they add at the start."""
+    given = checked_deviations(deviations, z0)
+    with np.errstate(all="ignore"):
+        given = given / np.abs(given).max(axis=1, keepdims=True)  # squares must neither overflow nor vanish
+        given = given / np.linalg.norm(given, axis=1, keepdims=True)
+    unit = np.nan_to_num(given).transpose(2, 1, 0)
+    factors = np.abs(np.diagonal(np.linalg.qr(unit, mode="r"), axis1=1, axis2=2))
+    if len(given) > len(z0) or not (factors > DEPENDENT).all():
+        raise ValueError(f"deviations must be at most {len(z0)} linearly independent vectors, got {len(given)} that depend or vanish")
+    return given, np.log(factors).T
 
 
 def symplectic_frame(n: int, count: int) -> np.ndarray:
@@ -203,7 +227,10 @@ class _Work:
         start = None
         if tangent:
             needed = max(entry.vectors(self.n) for entry in tangent)
-            start = checked_deviations(symplectic_frame(self.n, needed) if deviations is None else deviations, z0)
+            if deviations is None:
+                start, self.first = checked_deviations(symplectic_frame(self.n, needed), z0), np.zeros((needed, 1))
+            else:
+                start, self.first = _unit_vectors(deviations, z0)
             if len(start) < needed or (deviations is not None and self._spectrum and len(start) < 2 * self.n):
                 least = 2 * self.n if self._spectrum else needed
                 raise ValueError(f"deviations must be at least {least} vectors for these indicators, got {len(start)}")
@@ -266,7 +293,7 @@ class _Work:
                 elif isinstance(entry, BirkhoffDigits):
                     _, first, a, second, b = self.memory[-8:-3] if self.tangent else self.memory[:5]
                     a, b = a / first, b / second
-                    digits = -np.log10(np.abs(a - b) / np.maximum(np.abs(a), np.abs(b)) + 1e-17)
+                    digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
                     self.values[j] = np.where(self.ensemble.time >= self.time * (1 - 1e-12), digits, np.nan)
 
     def adopt(self, entry: Indicator, own: Callable, report: Report | None) -> None:
@@ -276,9 +303,11 @@ class _Work:
         fine = self.ensemble.status == Status.OK
         self.ensemble.status[fine] = status[fine]
 
-    def result(self, tolerance: float) -> ChaosMap:
-        """Assemble the map."""
+    def result(self, tolerance: float, unfinished: bool) -> ChaosMap:
+        """Assemble the map, where `unfinished` of the passes that were done."""
         ensemble, names = self.ensemble, tuple(entry.name for entry in self.chosen)
+        if unfinished:
+            ensemble.status[(ensemble.status == Status.OK) & ~np.isfinite(self.values).all(axis=0)] = Status.INTERRUPTED
         reached = ensemble.time if self.streams else np.where(ensemble.status == Status.OK, self.time, 0.0)
         error = energy_error(self.flow.model, ensemble)
         mark_drift(ensemble, error, tolerance)
@@ -308,9 +337,10 @@ class _Work:
         by_detection = self.early_stop & np.isfinite(detected).all(axis=0)
         interrupted = stopped & (ensemble.status == Status.OK) & ~by_detection
         ensemble.status[interrupted] = Status.INTERRUPTED
+        sound = np.isin(ensemble.status, (Status.OK, Status.INTERRUPTED))
         return ChaosMap(
-            names, self.values, np.array(scaled), chaotic_by, detected, (2 * votes > count) | by_detection,
-            (votes > 0) & (votes < count) & ~by_detection, *self._exponents(), history, records[:, :, 0].T, reached, error,
+            names, self.values, np.array(scaled), chaotic_by, detected, sound & ((2 * votes > count) | by_detection),
+            sound & (votes > 0) & (votes < count) & ~by_detection, *self._exponents(), history, records[:, :, 0].T, reached, error,
             ensemble.status, self.time, self.flow.scheme, self.flow.step,
         )  # fmt: skip
 
@@ -318,9 +348,11 @@ class _Work:
         """Return the Lyapunov spectrum, the largest first, and its change since half the time."""
         if not self._spectrum:
             return None, None
-        sums, half = self.memory[SHARED : SHARED + self.k], self.memory[SHARED + self.k : SHARED + 2 * self.k]
+        # Volumes count from the start, whatever the angles between given vectors.
+        sums = self.memory[SHARED : SHARED + self.k] - self.first
+        half = self.memory[SHARED + self.k : SHARED + 2 * self.k] - self.first
         if self.k < 2 * self.n:
-            sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]]) for s in (sums, half))
+            sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
         with np.errstate(all="ignore"):
             now, before = sums / self.ensemble.time, half / (0.5 * self.time)
         order = np.argsort(-now, axis=0, kind="stable")

@@ -58,7 +58,8 @@ def reversibility_error(
     _advance(flow, back, time, report)
     away = back.z * np.repeat([1.0, -1.0], n)[:, None] - z0
     with np.errstate(all="ignore"):
-        distance = np.sqrt((away * away).sum(axis=0) / (z0 * z0).sum(axis=0))
+        size = np.sqrt((z0 * z0).sum(axis=0))
+        distance = np.sqrt((away * away).sum(axis=0)) / np.where(size > 0, size, 1.0)
         value = np.log10(np.maximum(distance, 1e-17))
     return np.where(back.status == Status.OK, value, np.nan), back.status
 

@@ -107,10 +107,13 @@ def continuation(
     )  # fmt: skip
     if first.status.size != 1 or first.status[0] != Status.OK:
         raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
-    flow, _ = make_flow(first_model, first.z, scheme, first.step if np.isfinite(first.step) else 1.0, rtol, atol, threads)
+    value = float(first.energy[0]) if parameter is None else parameter
+    if not low <= value <= high:
+        raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
+    flow, _ = make_flow(first_model, first.z, first.scheme, first.step if np.isfinite(first.step) else 1.0, rtol, atol, threads)
     wait = return_time(flow, first.z, period) if max_time is None else positive("max_time", max_time)
     family = _Family(make, flow, section, period, wait, tolerance, None if parameter is None else float(first.energy[0]))
-    start = family.corrected(np.append(first.z[:, 0], first.energy[0] if parameter is None else parameter), None)
+    start = family.corrected(np.append(first.z[:, 0], value), None)
     if start is None:
         raise ValueError("z0 leads to an orbit that cannot be continued")
     points, status = _follow(family, start, direction, length, longest, steps, (low, high))

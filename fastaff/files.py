@@ -142,7 +142,7 @@ def plain(value: Any) -> Any:
 
 
 def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays and the other fields of a dataclass; tuples of arrays are numbered."""
+    """Return the arrays and the other fields of a dataclass; tuples of arrays are numbered, arrays of results within it named by both."""
     if not dataclasses.is_dataclass(result) or isinstance(result, type):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     arrays: dict[str, np.ndarray] = {}
@@ -153,6 +153,10 @@ def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
             arrays[field.name] = value
         elif isinstance(value, tuple) and value and all(isinstance(entry, np.ndarray) for entry in value):
             arrays.update({f"{field.name}_{k}": entry for k, entry in enumerate(value)})
+        elif dataclasses.is_dataclass(value) and hasattr(value, "status"):  # a result within a result
+            inner, own = _take_apart(value)
+            arrays.update({f"{field.name}_{name}": entry for name, entry in inner.items()})
+            facts[field.name] = own
         elif value is not None:
             facts[field.name] = plain(value)
     return arrays, facts

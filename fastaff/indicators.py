@@ -4,6 +4,8 @@ Every indicator has a `limit`: chaotic orbits are above it, or below it where `a
 indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbits' natural angular frequency, tangent vectors
 grow at most like x (shear between tori) and alignments fall at most as the powers stated, while those of chaotic orbits are exponential.
 Four factors of ten (MARGIN) lie between. So chaos is seen where lambda T is above about ln(10^4 x): a shorter run calls it regular.
+The limits of the other indicators are fixed numbers that need about 100 natural periods: in a shorter run their averages, frequencies and
+correlations have not settled, and they call regular orbits chaotic.
 """
 
 from __future__ import annotations

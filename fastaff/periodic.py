@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow, Interrupted, make_flow, natural_rate, trial_flow
 from .returns import (
@@ -52,7 +53,7 @@ class Stability(IntEnum):
 
 @dataclass(frozen=True)
 class PeriodicOrbits:
-    """Periodic orbits of a section map, with orbits on the last axis of z; NaN where an orbit is not OK.
+    """Periodic orbits of a section map, with orbits on the last axis of z; where one is not OK, points, time and matrices are NaN.
 
     z (2n, orbits) on the section; period (orbits,) in crossings; points (orbits, longest period, 2n): all crossings, z first,
     NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (orbits, 2n, 2n): the derivative of
@@ -209,7 +210,8 @@ def checked_guesses(
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
     if model.degrees_of_freedom < 2:
         raise ValueError(f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}")
-    flow, z = make_flow(model, z0, scheme, 1.0 if step is None else step, rtol, atol, threads)
+    unset = step is None and not isinstance(scheme, Automatic)
+    flow, z = make_flow(model, z0, scheme, 1.0 if unset else step, rtol, atol, threads)  # the trial for an error of its own follows
     if step is None:
         flow = trial_flow(flow, z, error=ENERGY_ERROR)
     try:

@@ -87,7 +87,7 @@ def find_periodic_orbits(
     seen = z0
     if not given:
         seen = poincare_map(
-            model, z, section=section, crossings=count, max_time=wait * count, step=size, scheme=scheme, rtol=rtol, atol=atol,
+            model, z, section=section, crossings=count, max_time=wait * count, step=size, scheme=flow.scheme, rtol=rtol, atol=atol,
             threads=threads,
         )  # fmt: skip
     found: list[PeriodicOrbits] = []
@@ -96,7 +96,7 @@ def find_periodic_orbits(
         if guesses.size:
             orbits = periodic_orbits(
                 model, guesses, section=section, period=period, energy=energy, max_time=wait * period, tolerance=tolerance,
-                iterations=iterations, step=size, scheme=scheme, rtol=rtol, atol=atol, threads=threads,
+                iterations=iterations, step=size, scheme=flow.scheme, rtol=rtol, atol=atol, threads=threads,
             )  # fmt: skip
             prime = orbits.prime
             found.append(orbits.take(prime == period))

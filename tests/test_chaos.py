@@ -360,10 +360,45 @@ def test_orbits_that_fail_have_a_status_and_no_verdict():
     assert found.status[1] in (Status.ESCAPED, Status.NONFINITE)
     assert (found.status[[0, 2]] == Status.OK).all()
     assert found.t[1] < 20
+    assert not found.chaotic[1]
+    assert not found.disagree[1]
     with pytest.raises(fastaff.OrbitError):
         found.raise_if_failed()
     rough = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.9, scheme=fastaff.LEAPFROG)
     assert rough.status[0] in (Status.ENERGY_DRIFT, Status.ESCAPED)
+
+
+def test_given_vectors_count_from_their_start():
+    """Lengths and angles of the deviations change no growth: against the QR factors of the tangent map at both ends."""
+    deviations = np.random.default_rng(3).standard_normal((4, 4)) * np.array([1e-200, 1.0, 30.0, 1e200])[:, None]
+    indicators = (Lyapunov(), FLI(), MEGNO(), GALI(3), LyapunovSpectrum())
+    found = chaos(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=deviations)
+    unit = deviations / np.abs(deviations).max(axis=1, keepdims=True)
+    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
+    ends = tangent_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, deviations=unit).vectors[:, :, 0]
+    start, end = (np.log(np.abs(np.diag(np.linalg.qr(w.T, mode="r")))) for w in (unit, ends))
+    np.testing.assert_allclose(found.spectrum[:, 0], np.sort((end - start) / 40.0)[::-1], atol=1e-9)
+    assert found.lyapunov[0] == pytest.approx(math.log(np.linalg.norm(ends[0])) / 40.0, abs=1e-11)
+    lengths = np.linalg.norm(ends, axis=1)
+    assert found.gali_3[0] == pytest.approx((end[:3] - np.log(lengths[:3])).sum() / math.log(10), abs=1e-9)
+    again = chaos(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=unit)
+    np.testing.assert_allclose(again.values, found.values, atol=1e-9)
+
+
+@pytest.mark.parametrize("indicator", [ZeroOne(), ReversibilityError(), FrequencyDiffusion()], ids=lambda i: i.name)
+def test_what_an_interrupted_pass_left_out_is_marked(indicator):
+    def stop(fraction):
+        raise KeyboardInterrupt
+
+    with pytest.raises(fastaff.Interrupted) as stopped:
+        chaos(HenonHeiles(), np.repeat(BOTH, 40, axis=1), time=2e4, step=0.02, indicators=(indicator,), report=stop)
+    assert (stopped.value.partial.status == Status.INTERRUPTED).all()
+
+
+def test_an_equilibrium_is_regular_for_every_indicator():
+    found = chaos(HenonHeiles(), np.zeros(4), time=100.0, step=0.1, indicators=EVERY)
+    assert np.isfinite(found.values).all()
+    assert not found.chaotic_by.any()
 
 
 def test_files_keep_it(tmp_path, known):
@@ -392,6 +427,11 @@ def test_files_keep_it(tmp_path, known):
         ({"indicators": (ZeroOne(),), "early_stop": True}, ValueError, "early_stop"),
         ({"history": -1}, ValueError, "history must be at least 0"),
         ({"deviations": np.eye(4)[:1]}, ValueError, "at least 2 vectors"),
+        ({"deviations": [[1.0, 0, 0, 0], [0, 0, 0, 0]]}, ValueError, "linearly independent"),
+        ({"deviations": [[0.1, 0.3, 0.7, 0], [0.2, 0.6, 1.4, 0]]}, ValueError, "linearly independent"),
+        ({"deviations": np.random.default_rng(1).standard_normal((5, 4))}, ValueError, "at most 4"),
+        ({"indicators": (MEGNO(limit=None),)}, TypeError, "MEGNO.limit must be a real number"),
+        ({"indicators": (BirkhoffDigits(),), "scheme": fastaff.Automatic((DOP853,)), "step": None}, ValueError, "fixed steps"),
         ({"indicators": (LyapunovSpectrum(),), "deviations": np.eye(4)[:2]}, ValueError, "at least 4 vectors"),
         ({"time": 0.0}, ValueError, "time must be positive"),
     ],

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import fastaff as fa
+import fastaff.files
 from fastaff import Event, Stability, Status
 from fastaff.plot_periodic import plot_periodic
 from fastaff.returns import section_gradient
@@ -245,6 +246,26 @@ def test_schemes_agree(scheme):
     assert found.indices[0, 0].real == pytest.approx(hill_trace(0.1), abs=1e-8)
 
 
+def test_a_scheme_that_chooses_itself():
+    guess = straight(0.1) + np.array([0, 0.01, 0, 0])
+    found = fa.periodic_orbits(fa.HenonHeiles(), guess, section=X, energy=0.1, scheme=fa.AUTO)
+    found.raise_if_failed()
+    assert found.indices[0, 0].real == pytest.approx(hill_trace(0.1), abs=1e-8)
+    assert found.scheme in fa.AUTO.candidates
+    branch = fa.continuation(fa.HenonHeiles(), guess, section=X, energy=0.1, scheme=fa.AUTO, steps=3)
+    np.testing.assert_allclose(branch.orbits.time, [straight_period(E) for E in branch.value], rtol=1e-9)
+    grid = straight(0.1)[:, None] + 0.01 * np.random.default_rng(1).standard_normal((4, 5))
+    found = fa.find_periodic_orbits(fa.HenonHeiles(), grid, section=X, max_period=1, energy=0.1, scheme=fa.AUTO)
+    assert np.abs(found.time - straight_period(0.1)).min() < 1e-9
+
+
+def test_files_keep_a_branch(tmp_path):
+    branch = fa.continuation(fa.HenonHeiles(), straight(0.1), section=X, steps=3)
+    saved = fa.files.load(fa.files.save(tmp_path / "branch", branch))
+    np.testing.assert_array_equal(saved.arrays["orbits_z"], branch.orbits.z)
+    assert saved.metadata["orbits"]["names"] == list(branch.orbits.names)
+
+
 def test_reduced_body_is_the_body():
     """Energy, force, tangent force and motion of the reduced model are those of the body; both ways of the conversion."""
     z = naive.states(BODY, 20, seed=8)
@@ -361,6 +382,7 @@ def test_wrong_input_is_named():
         ("section", TypeError, lambda: fa.periodic_orbits(model, straight(0.1), section=3)),
         ("z0", ValueError, lambda: fa.periodic_orbits(model, np.zeros(3), section=X)),
         ("bounds", ValueError, lambda: fa.continuation(model, straight(0.1), section=X, bounds=(1, 0))),
+        ("bounds", ValueError, lambda: fa.continuation(model, straight(0.1), section=X, bounds=(0.2, 0.3))),
         ("direction", ValueError, lambda: fa.continuation(model, straight(0.1), section=X, direction=0)),
         ("model", TypeError, lambda: fa.continuation(model, straight(0.1), section=X, parameter=1.0)),
         ("z0", ValueError, lambda: fa.continuation(model, [0, 5.0, 0.1, 0], section=X, max_time=30.0)),
