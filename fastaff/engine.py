@@ -245,8 +245,8 @@ class Flow:
         total = np.full(orbits, steps, np.int64)
         arguments = (
             stage, march, derivative, check, observer.function, parameters(self.model), observer.parameters, drift, kick, a, b,
-            np.full(orbits, h), total, every, self.radius, self.precise, refill, solo, unit, ensemble.z, ensemble.count, memory,
-            out, ensemble.status, stop, progress,
+            np.full(orbits, h), total, every, self.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
+            ensemble.count, memory, out, ensemble.status, stop, progress,
         )  # fmt: skip
         try:
             launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)

@@ -195,6 +195,7 @@ class BirkhoffDigits:
     limit: float = 5.0
     name: ClassVar[str] = "birkhoff_digits"
     above: ClassVar[bool] = False
+    rate: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
@@ -208,6 +209,7 @@ class FrequencyDiffusion:
     angles: Any = None
     name: ClassVar[str] = "frequency_diffusion"
     above: ClassVar[bool] = True
+    rate: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
@@ -222,6 +224,7 @@ class ZeroOne:
     samples: int | None = None
     name: ClassVar[str] = "zero_one"
     above: ClassVar[bool] = True
+    rate: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
@@ -236,6 +239,7 @@ class ReversibilityError:
     limit: float | None = None
     name: ClassVar[str] = "reversibility_error"
     above: ClassVar[bool] = True
+    rate: ClassVar[bool] = False
 
     def default(self, n: int, phase: float) -> float:
         """Return the limit that follows from the phase x."""
@@ -246,6 +250,8 @@ TangentIndicator = Lyapunov | LyapunovSpectrum | FLI | OFLI | MEGNO | SALI | GAL
 Indicator = TangentIndicator | BirkhoffDigits | FrequencyDiffusion | ZeroOne | ReversibilityError
 
 
-def limit_of(indicator: Any, n: int, phase: float) -> float:
-    """Return the limit of an indicator for n degrees of freedom at the phase x = omega T; rates as log10 of the growth."""
-    return float(indicator.default(n, phase) if indicator.limit is None else indicator.limit)
+def limit_of(indicator: Any, n: int, phase: float, time: float) -> float:
+    """Return the limit of what is read of an indicator, for n degrees of freedom at the phase x = omega T; of an exponent as decades."""
+    if indicator.limit is None:
+        return float(indicator.default(n, phase))
+    return float(indicator.limit * time / math.log(10) if indicator.rate else indicator.limit)

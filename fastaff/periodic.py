@@ -126,6 +126,7 @@ class PeriodicOrbits:
 
     def take(self, which: Any) -> PeriodicOrbits:
         """Return the orbits `which`: numbers or a mask (orbits,)."""
+        which = np.atleast_1d(which)
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
         for name in ("period", "points", "time", "energy", "monodromy", "reduced", "residual", "iterations", "status"):
             kept[name] = kept[name][which]

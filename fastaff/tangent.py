@@ -9,7 +9,7 @@ import numpy as np
 
 from . import observers
 from .boundary import checked_tangent_model
-from .engine import Interrupted, Report, energy_error, make_flow, mark_drift, no_memory
+from .engine import Flow, Interrupted, Report, energy_error, make_flow, mark_drift, no_memory
 from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
@@ -62,7 +62,7 @@ def tangent_map(
     Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
-    flow, z = make_flow(checked_tangent_model(body), z0, scheme, step, rtol, atol, threads)
+    flow, z = tangent_flow(body, z0, scheme, step, rtol, atol, threads)
     start = checked_deviations(deviations, z)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
@@ -82,6 +82,34 @@ def tangent_map(
         stopped.partial = result
         raise stopped
     return result
+
+
+def tangent_flow(
+    body: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
+) -> tuple[Flow, np.ndarray]:
+    """Check what functions of tangent vectors take; return the flow, as yet without vectors, and z0 as a fresh array (2n, orbits).
+
+    A step that is chosen by trial is made stable for vectors in all directions, also those in which the orbits don't move.
+    """
+    flow, z = make_flow(checked_tangent_model(body), z0, scheme, step, rtol, atol, threads)
+    if step is None and not flow.adaptive:
+        flow = replace(flow, step=min(flow.step, 1 / fastest_rate(body, z)))
+    return flow, z
+
+
+def fastest_rate(body: Any, z: np.ndarray, orbits: int = 128) -> float:
+    """Return the largest angular frequency of small oscillations around a sample of the states z: power iteration on the Hessian."""
+    n = body.degrees_of_freedom
+    q = z[:n, :: max(1, z.shape[1] // orbits)]
+    direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
+    square = np.zeros(q.shape[1])
+    with np.errstate(all="ignore"):
+        for _ in range(20):
+            direction = direction / np.sqrt((direction * direction).sum(axis=0))
+            direction = np.array([row + 0.0 * q[0] for row in body.velocity(*body.tangent_force(*q, *direction))])
+            square = np.sqrt((direction * direction).sum(axis=0))
+    square = square[np.isfinite(square) & (square > 0)]
+    return float(np.sqrt(square.max())) if square.size else 1e-300
 
 
 def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:

@@ -30,7 +30,7 @@ from fastaff import (
     integrate,
     tangent_map,
 )
-from fastaff.chaos import symplectic_frame
+from fastaff.chaos_stream import symplectic_frame
 
 EVERY = (
     Lyapunov(), LyapunovSpectrum(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4), BirkhoffDigits(), FrequencyDiffusion(),
@@ -445,3 +445,30 @@ def test_the_result_names_its_indicators(known):
     with pytest.raises(AttributeError, match="its indicators are lyapunov"):
         _ = known.salli
     assert known.sali is not None
+
+
+def test_vectors_in_directions_at_rest_are_stable():
+    """The orbit moves in alpha alone, slowly; its vectors feel beta's stiff spring, which the step must resolve."""
+    from fastaff.models import Oscillator
+
+    body = Body(fastaff.SeparableAlphaBeta(Oscillator(1.0, 1.0), Oscillator(1e4)))
+    found = chaos(body, [1.3, 0.0, 0.0, 0.0, 0.3, 0.5, 0.0, 0.0], time=100.0)
+    assert found.status[0] == Status.OK
+    assert found.step <= 0.01
+    assert not found.chaotic[0]
+    rest = chaos(Body(fastaff.Harmonic(C=1e4)), np.zeros(8), time=3.0, indicators=(MEGNO(),))
+    assert rest.status[0] == Status.OK
+    assert not rest.chaotic[0]
+
+
+def test_an_orbit_that_collapses_ends_where_it_does():
+    """No reading and no record past the end, in steps of a block too."""
+    z0 = [0.8, 0.0, 0.75, 0.0, -3.0, 0.0, 3.0, 0.0]
+    run = {"time": 30.0, "step": 0.05, "indicators": (MEGNO(),), "history": 30}
+    block = np.column_stack([z0, z0])
+    found = chaos(Body(fastaff.NeoHookean()), block, **run)
+    early = chaos(Body(fastaff.NeoHookean()), block, early_stop=True, **run)
+    assert (found.status != Status.OK).all()
+    assert found.t[0] <= early.t[0] + 1.0
+    assert np.isnan(found.history[0, found.history_times[:, 0] > found.t[0]]).all()
+    assert np.isnan(found.history_times[-1]).all()

@@ -27,13 +27,14 @@ BURST = 128
 @jit(parallel=True)
 def run_fixed(
     stage, march, derivative, check, observe, params, observer, drift, kick, a, b, step, total, every, radius, precise,
-    refill, solo, unit, z0, count, memory0, out, status, stop, progress,
+    strict, refill, solo, unit, z0, count, memory0, out, status, stop, progress,
 ):  # fmt: skip
     """Advance orbits (columns of z0) to total[orbit] steps of step[orbit], observing every `every` steps.
 
-    With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the
-    lanes of a block keep the same step number and the domain is checked every BURST steps. `precise` is for stages that work on
-    increments, `solo` for units of one orbit: `march` then takes all steps to the next observation at once.
+    With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the lanes of a
+    block keep the same step number and the domain is checked every BURST steps (and before every observation where `strict`).
+    `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all steps to the next
+    observation at once.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
@@ -76,7 +77,7 @@ def run_fixed(
                 for i in range(lanes):
                     n[i] += taken
                     t[i] = n[i] * h[i]
-                if refill or ran == burst or n[0] % BURST == 0:
+                if refill or ran == burst or n[0] % BURST == 0 or (strict and n[0] % every == 0):
                     check(params, lanes, radius, z, code)
                     for i in range(lanes):
                         if code[i] > 0.0:
