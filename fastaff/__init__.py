@@ -44,6 +44,11 @@ from .naff import Lines, naff
 from .periodic import PeriodicOrbits, Stability, periodic_orbits
 from .periodic_search import find_periodic_orbits, periodic_guesses
 from .poincare import SectionMap, poincare_map
+from .quantum.ends import NoGroundState
+from .quantum.exact import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
+from .quantum.levels import Levels
+from .quantum.spectrum import spectrum, spectrum_table
+from .quantum.waves import ProductState, wavefunction
 from .quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
 from .resonance import Resonances, diffusion_histogram, resonances
 from .sample import Sample, energy_sample
@@ -110,6 +115,7 @@ __all__ = [
     "ChaosScan",
     "EnergyOfActions",
     "Event",
+    "ExactLevels",
     "Exponential",
     "FrequencyDiffusion",
     "FrequencyMap",
@@ -120,16 +126,21 @@ __all__ = [
     "Hyperelastic",
     "Interrupted",
     "Islands",
+    "Levels",
     "Linear",
     "Lines",
     "Logistic",
     "Lyapunov",
     "LyapunovSpectrum",
+    "Multiplets",
     "NeoHookean",
+    "NoGroundState",
     "NotReached",
     "OrbitError",
     "Orbits",
     "PeriodicOrbits",
+    "ProductState",
+    "Quantizations",
     "QuasiclassicalLevels",
     "ReducedBody",
     "Resonances",
@@ -161,6 +172,8 @@ __all__ = [
     "energy_grid",
     "energy_of_actions",
     "energy_sample",
+    "exact_levels",
+    "exact_levels_below",
     "find_periodic_orbits",
     "fit_torus",
     "formula",
@@ -170,11 +183,13 @@ __all__ = [
     "hamiltonian",
     "integrate",
     "islands",
+    "multiplets",
     "naff",
     "one_variable",
     "periodic_guesses",
     "periodic_orbits",
     "poincare_map",
+    "quantizations",
     "quasiclassical_levels",
     "quasiclassical_levels_below",
     "ratio_web",
@@ -182,8 +197,11 @@ __all__ = [
     "resonances",
     "rotation_number",
     "scheme_named",
+    "spectrum",
+    "spectrum_table",
     "tangent_map",
     "to_matrix",
     "tori",
+    "wavefunction",
     "web",
 ]

@@ -1,0 +1,222 @@
+"""One-dimensional problems of separable bodies: radial equations in alpha, beta or rho, and the angular one in vartheta (layer L3)."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..models.functions import Barriers, Oscillator, Spring
+from .ends import NoGroundState, Well, exponent, reach, sampled, well
+from .solvers import Interval, IntervalFunction, basis
+
+LARGEST = 1200
+"""Functions of the largest basis in one dimension."""
+FLOOR = 3e-14
+"""Relative rounding of eigenvalues."""
+
+
+class Factors(NamedTuple):
+    """Solutions of one-dimensional problems: values (problems, levels), the same from the smaller basis, and their functions."""
+
+    values: np.ndarray
+    coarse: np.ndarray
+    functions: Any
+    size: int
+
+    @property
+    def change(self) -> np.ndarray:
+        """Change of the values from the smaller to the larger basis, and rounding."""
+        return np.abs(self.values - self.coarse) + 8 * np.finfo(float).eps * np.abs(self.values)
+
+
+class AngularFunction(NamedTuple):
+    """f(vartheta), int f^2 sin(vartheta) dvartheta = 1."""
+
+    function: IntervalFunction
+
+    def __call__(self, vartheta):
+        """Return f."""
+        f, vartheta = self.function, np.asarray(vartheta, float)
+        below = 2 * np.cos(vartheta / 2) ** 2 if f.lo == -1 else np.cos(vartheta) - f.lo
+        above = 2 * np.sin(vartheta / 2) ** 2 if f.hi == 1 else f.hi - np.cos(vartheta)
+        return f.at(below, above)
+
+
+class RadialFunction(NamedTuple):
+    """f(q) of a radius in `dimension` dimensions, int f^2 q^(dimension - 1) dq = 1; as a function of r = q^2, int f^2 r dr = 1, for 4."""
+
+    function: IntervalFunction
+    dimension: int
+
+    def __call__(self, coordinate):
+        """Return f."""
+        f, power = self.function, -(self.dimension - 1) / 2
+        coordinate = np.asarray(coordinate, float)
+        q = coordinate if self.dimension == 2 else np.sqrt(coordinate)
+        shift, rest = (power, 0.0) if f.lo == 0 else (0.0, power)
+        values = f.at(q - f.lo, f.hi - q, shift) * np.maximum(q, f.lo) ** rest
+        return values if self.dimension == 2 else values / np.sqrt(2)
+
+
+class OscillatorFunction(NamedTuple):
+    """f(q) = N q^nu e^(-kappa q^2/2) L_n^(s)(kappa q^2), nu = s - (dimension - 2)/2; coordinate and norm as RadialFunction."""
+
+    n: int
+    s: float
+    kappa: float
+    dimension: int
+
+    def __call__(self, coordinate):
+        """Return f."""
+        from scipy.special import eval_genlaguerre, gammaln
+
+        coordinate = np.asarray(coordinate, float)
+        square = coordinate**2 if self.dimension == 2 else coordinate
+        gammas = gammaln(self.n + 1) - gammaln(self.n + self.s + 1)
+        log_norm = np.log(2 if self.dimension == 2 else 1) + (self.s + 1) * np.log(self.kappa) + gammas
+        envelope = square ** (self.s / 2 - (self.dimension - 2) / 4) * np.exp(log_norm / 2 - self.kappa * square / 2)
+        return envelope * eval_genlaguerre(self.n, self.s, self.kappa * square)
+
+
+def centrifugal(name: str, strength: np.ndarray) -> np.ndarray:
+    """Return the exponents e of u ~ q^e at q = 0 of problems with s/q^2."""
+    return np.array([exponent(name, float(s), "at 0") for s in strength])
+
+
+def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
+    """Solve -(hbar^2/2 mu)(f'' + (dimension - 1) f'/q - K f/q^2) + V f = E f for every K: the lowest `count` E of each.
+
+    V is a function of q = alpha or beta in 2 dimensions, of r = q^2 in 4 (rho). Oscillators k q^2/2 + c/q^2 in closed form.
+    """
+    unit = hbar**2 / (2 * mu)
+    if isinstance(V, (Oscillator, Spring)):
+        return _oscillator(name, V, dimension, K, count, hbar, mu)
+
+    def U(q):
+        return V.value(q if dimension == 2 else q * q) / unit
+
+    found = well(name, U, 0.0, np.inf)
+    strength = K + (dimension - 1) * (dimension - 3) / 4
+    e_zero = centrifugal(name, strength + found.c_lo) if found.natural_lo else np.array([exponent(name, found.c_lo, "at its wall")])
+    deepest = K.min() + (dimension - 2) ** 2 / 4
+    _, far, k = reach(name, lambda q: U(q) + (K.max() + (dimension - 2) ** 2 / 4) / q**2, found.lo, found.hi, count + 2)
+    near, far_too, _ = reach(name, lambda q: U(q) + deepest / q**2, found.lo, found.hi, count + 2)
+    far = max(far, far_too)
+    e_lo = np.broadcast_to(e_zero if near == found.lo else np.ones(1), K.shape)
+    e_far = exponent(name, found.c_hi, "at its outer wall") if far == found.hi else 1.0
+
+    def solve(n, hi):
+        b = basis(Interval(near, hi, e_lo.copy(), np.full(K.shape, e_far), True, True), n, 16)
+        kept = strength[:, None] / b.x**2 if not (near == 0.0 == found.lo) else (-found.c_lo / b.x**2)
+        e0, e1 = e_lo[:, None], e_far
+        singular = 2 * e0 * e1 / (b.below * b.above)
+        if not (near == 0.0 == found.lo):
+            singular = singular - e0 * (e0 - 1) / b.below**2
+        q = sampled(U, b.x) + kept + singular - e1 * (e1 - 1) / b.above**2
+        return b, b.lowest(q, np.ones_like(q), count + 1, 0)
+
+    grow = 1.0 if far == found.hi else 1.05
+    first = int(0.65 * k * (far - near)) + count + 24
+    b, (values, vectors), coarse, n = _until_equal(solve, first, far, grow, count, tolerance)
+
+    def function(i, j):
+        v = b.interval
+        return RadialFunction(IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]), dimension)
+
+    return Factors(unit * values[:, :count], unit * coarse[:, :count], function, n)
+
+
+def _until_equal(solve, n, hi, grow, count, tolerance):
+    """Enlarge basis and interval until the values of two in succession agree."""
+    _, (coarse, _) = solve(n, hi)
+    while True:
+        n = n + n // 4 + 12
+        hi *= grow
+        b, (values, vectors) = solve(n, hi)
+        gap = np.abs(values[:, :count] - coarse[:, :count])
+        scale = np.maximum(np.abs(values[:, :count]), np.abs(np.diff(values[:, : count + 1])))
+        if np.all(gap <= max(0.1 * tolerance, FLOOR) * scale) or n > LARGEST:
+            return b, (values, vectors), coarse, n
+        coarse = values
+
+
+def _oscillator(name, V, dimension, K, count, hbar, mu):
+    if not V.k > 0:
+        raise NoGroundState(f"{name} = {V!r} must have k > 0: it does not bind, there is no discrete spectrum")
+    strength = K + (dimension - 1) * (dimension - 3) / 4 + 2 * mu * V.c / hbar**2
+    s = centrifugal(name, strength) - 0.5
+    omega, kappa = np.sqrt(V.k / mu), np.sqrt(V.k * mu) / hbar
+    values = hbar * omega * (2 * np.arange(count) + 1 + s[:, None])
+    return Factors(values, values, lambda i, j: OscillatorFunction(j, float(s[i]), float(kappa), dimension), count)
+
+
+def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
+    """Solve EQ4.6 for the classes a, b (problems,): the lowest `count` e_vartheta of each.
+
+    In x = cos(vartheta): -((1 - x^2) f')' + [b^2/(2(1 - x)) + a^2/(2(1 + x)) + mu V/(2 hbar^2)] f = (mu e/2 hbar^2) f. Where V becomes
+    infinite inside (0, pi), as at det phi = 0, f = 0 there (Friedrichs).
+    """
+    unit = 2 * hbar**2 / mu
+
+    def U(vartheta):
+        return V.value(vartheta) / unit
+
+    # Of barriers the strengths are known, and 1 - sin^2(vartheta/2) next to vartheta = pi is not accurate.
+    known = Well(0.0, np.pi, True, True, 4 * V.c_beta / unit, 4 * V.c_alpha / unit) if isinstance(V, Barriers) else None
+    found = known or well(name, U, 0.0, np.pi)
+    interval = angular_interval(name, found, a, b)
+
+    def solve(n, _):
+        base = basis(interval, n, 24)
+        q = angular_potential(base, a, b, found)
+        if known:
+            q = q + (found.c_hi / base.below + found.c_lo / base.above) / 2
+        else:
+            q = q + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
+        return base, base.lowest(q, 1 - base.x**2, count + 1, -1)
+
+    base, (values, vectors), coarse, n = _until_equal(solve, count + 24, 1.0, 1.0, count, tolerance)
+
+    def function(i, j):
+        v = base.interval
+        return AngularFunction(IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]))
+
+    return Factors(unit * values[:, :count], unit * coarse[:, :count], function, n)
+
+
+def angular_interval(name: str, found: Well, a: np.ndarray, b: np.ndarray) -> Interval:
+    """Return the interval in x = cos(vartheta) of a well in vartheta, with exponents of the classes."""
+
+    def end(natural, c, angular_momentum, place):
+        if natural:
+            return np.array([(exponent(name, m * m - 0.25 + c, place) - 0.5) / 2 for m in angular_momentum])
+        return np.full(angular_momentum.shape, exponent(name, c, place))
+
+    e_hi = end(found.natural_lo, found.c_lo, b, "at vartheta = 0" if found.natural_lo else "at its wall")
+    e_lo = end(found.natural_hi, found.c_hi, a, "at vartheta = pi" if found.natural_hi else "at its wall")
+    lo = -1.0 if found.natural_hi else _cosine(found.hi)
+    hi = 1.0 if found.natural_lo else _cosine(found.lo)
+    return Interval(lo, hi, e_lo, e_hi, not found.natural_hi, not found.natural_lo)
+
+
+def _cosine(vartheta: float) -> float:
+    x = float(np.cos(vartheta))
+    return 0.0 if abs(x) < 1e-14 else x
+
+
+def angular_potential(base, a: np.ndarray, b: np.ndarray, found: Well) -> np.ndarray:
+    """Return what the weight leaves of the centrifugal terms, without the potential: q - (p w')'/w - c-terms of natural ends."""
+    x, (_, _, e0, e1, wall_lo, wall_hi) = base.x, base.interval
+    e0, e1, p = e0[:, None], e1[:, None], 1 - x**2
+    low, high = base.below, base.above
+    q = 2 * e0 * e1 * p / (low * high)
+    if wall_lo:
+        q = q + 2 * x * e0 / low - p * e0 * (e0 - 1) / low**2 + (a**2)[:, None] / (2 * (1 + x))
+    else:  # 2 e0^2/low = (a^2 + c)/(2 low): the weight takes the c-term of the potential too
+        q = q + e0 * (e0 + 1) - (2 * e0**2 - (a**2)[:, None] / 2) / low
+    if wall_hi:
+        q = q - 2 * x * e1 / high - p * e1 * (e1 - 1) / high**2 + (b**2)[:, None] / (2 * (1 - x))
+    else:
+        q = q + e1 * (e1 + 1) - (2 * e1**2 - (b**2)[:, None] / 2) / high
+    return q

@@ -1,0 +1,110 @@
+"""Spectra of bodies that do not separate: against separable ones solved as if they did not, and an independent plain basis."""
+
+import numpy as np
+import pytest
+
+from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula
+from fastaff.quantum.ends import NoGroundState
+from fastaff.quantum.nonseparable import plane_levels
+from fastaff.quantum.spectrum import spectrum
+from fastaff.quantum.symmetry import SymmetryClass
+
+
+@pytest.mark.parametrize("potential", [Harmonic(1.4), Anharmonic(0.6), Hyperelastic(0.8)], ids=lambda p: type(p).__name__)
+@pytest.mark.parametrize(("m", "l"), [(0, 0), (1, -1), (3, 1), (2, 4)])
+def test_separable_bodies_as_if_they_were_not(potential, m, l):
+    body = Body(potential, 1.3)
+    found = plane_levels(body, SymmetryClass(m, l), 60, 0.6, 1e-10)
+    truth = spectrum(body, m=m, l=l, levels=60, hbar=0.6).E
+    np.testing.assert_allclose(found.E, truth, rtol=1e-10)
+    assert np.all(np.abs(found.E - truth) <= 3 * found.error)
+    assert found.converged.all()
+    assert found.labels is None
+
+
+def plain_levels(potential, a, b, hbar, n, k, scale):
+    """Lowest levels in products r^i-Laguerre x P_j(2 x - 1), by Gauss quadrature and the generalised eigenproblem: upper bounds."""
+    from numpy.polynomial import laguerre, legendre
+    from scipy.linalg import eigh
+
+    t, w = laguerre.laggauss(90)
+    r = t / scale
+    L = laguerre.lagvander(t, n - 1)
+    dL = np.stack([laguerre.lagval(t, laguerre.lagder(np.eye(n)[i])) if i else 0 * t for i in range(n)], axis=1)
+    R, dR = L, scale * (dL - L / 2)  # e^(-t/2) goes into the weights
+    y, v = legendre.leggauss(100)
+    x, v = ((y + 1) / 2) ** 2, v * (y + 1) / 2  # x = s^2: nodes crowd at the wall
+    P = legendre.legvander(2 * x - 1, k - 1)
+    dP = np.stack([2 * legendre.legval(2 * x - 1, legendre.legder(np.eye(k)[j])) if j else 0 * x for j in range(k)], axis=1)
+    side = (1 - x) ** (b / 2) * (1 + x) ** (a / 2)
+    X = (side * x)[:, None] * P
+    slope = side * (1 + x * (a / 2 / (1 + x) - b / 2 / (1 - x)))
+    dX = slope[:, None] * P + (side * x)[:, None] * dP
+
+    def gram(f, g, weight):
+        return (f * weight[:, None]).T @ g
+
+    wr = w / scale
+    X2, K = gram(X, X, v), gram(dX, dX, v * (1 - x**2)) + gram(X, X, v * (b * b / (2 * (1 - x)) + a * a / (2 * (1 + x))))
+    V = potential.value(np.outer(r, 1 + x) / 2, np.outer(r, 1 - x) / 2)
+    potential_part = np.einsum("pi,pj,pq,qk,ql->ikjl", R, R, V * np.outer(wr * r, v), X, X, optimize=True).reshape(n * k, n * k)
+    H = hbar**2 / 2 * 4 * (np.kron(gram(dR, dR, wr * r * r), X2) + np.kron(gram(R, R, wr), K)) + potential_part
+    return eigh(H, np.kron(gram(R, R, wr * r), X2), eigvals_only=True)
+
+
+@pytest.mark.parametrize(("m", "l"), [(0, 0), (2, 0), (1, -1)])
+def test_neo_hookean_in_a_plain_basis(m, l):
+    potential, c = NeoHookean(1.0, 2.0), SymmetryClass(m, l)
+    found = spectrum(Body(potential), m=m, l=l, levels=6, tolerance=1e-9)
+    plain = [plain_levels(potential, c.a, c.b, 1.0, n, n, 2.0)[:6] for n in (12, 18)]
+    bound = plain[1] - found.E
+    assert np.all(bound > -1e-9 * found.E)  # Rayleigh-Ritz: above the levels
+    assert np.all(np.abs(bound) <= 3e-6 * found.E)
+    assert np.all(plain[1] <= plain[0] + 1e-10)
+    assert found.converged.all()
+
+
+def test_only_hbar_squared_over_mu_counts():
+    body = Body(NeoHookean(1.0, 2.0))
+    one = spectrum(body, m=1, l=1, levels=30, hbar=0.4, tolerance=1e-9)
+    two = spectrum(body._replace(mu=2.0), m=1, l=1, levels=30, hbar=0.4 * np.sqrt(2), tolerance=1e-9)
+    np.testing.assert_allclose(two.E, one.E, rtol=1e-11)
+    assert one.names is None
+    assert "adiabatic" in one.method
+
+
+def test_states_are_orthonormal_and_vanish_at_the_wall():
+    found = spectrum(Body(NeoHookean(1.0, 2.0)), m=2, l=0, levels=8, hbar=0.5, tolerance=1e-9)
+    t, w = np.polynomial.legendre.leggauss(160)
+    q, s = 4 * (1 + t), (1 + t) / 2
+    v = np.arccos(s**2)
+    Q, ANGLE = np.meshgrid(q, v, indexing="ij")
+    weight = np.outer(4 * w * q**3, w / 2 * 2 * s) / 4  # alpha beta dalpha dbeta = rho^3 drho dx/4
+    f = np.array([found.state(k).value(Q * np.cos(ANGLE / 2), Q * np.sin(ANGLE / 2)) for k in range(8)])
+    assert np.einsum("kij,lij,ij->kl", f, f, weight) == pytest.approx(np.eye(8), abs=1e-9)
+    assert np.all(found.state(0).value([1.0, 0.5, 0.0], [1.0, 1.5, 0.0]) == 0)
+    ground = f[0][np.abs(f[0]) > 1e-4 * np.abs(f[0]).max()]
+    assert np.ptp(np.sign(ground)) == 0  # no nodes
+
+
+def test_formulas_and_the_whole_of_the_group():
+    """V = C (D1^2 + D2^2)/2 + g (D1 D2)^2 lives on all of R^4; at g -> 0 first-order perturbation of the lowest state of (0, 0).
+
+    <(alpha^2 - beta^2)^2/4> = (2 + 2 - 2)/4 = 1/2 there, for hbar = mu = C = 1: <alpha^2> = 1, <alpha^4> = 2.
+    """
+    g = 1e-5
+    found = spectrum(formula("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=g), m=0, l=0, levels=1)
+    assert found.E[0] == pytest.approx(2 + g / 2, abs=20 * g * g)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "words"),
+    [
+        ("-(D1**2 + D2**2) + 0.1*D1*D2", NoGroundState, "large distance"),
+        ("-1/(D1**2 + D2**2)**2 + D1**2 + D2**2 + D1*D2", NoGroundState, "phi = 0"),
+        ("-log(D1**2 + D2**2 - 1) + D1**2 + D2**2", ValueError, "V|potential"),
+    ],
+)
+def test_what_has_no_spectrum(text, error, words):
+    with pytest.raises(error, match=words):
+        spectrum(formula(text), m=0, l=0, levels=2)

@@ -1,0 +1,223 @@
+"""Spectra of separable bodies against closed forms, reference numbers of 20 digits, scaling laws and finite differences."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fastaff import (
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    HenonHeiles,
+    Hyperelastic,
+    SeparableAlphaBeta,
+    SeparableRVartheta,
+    one_variable,
+)  # fmt: skip
+from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring
+from fastaff.quantum.ends import NoGroundState
+from fastaff.quantum.separable import angular, radial
+from fastaff.quantum.spectrum import spectrum, spectrum_table
+
+# mu = C = hbar = 1; (m, l, n_vartheta): e_vartheta. Two methods each, agreed to 30 digits: Frobenius series matched inside, and Galerkin
+# in 40-digit arithmetic.
+EQ22H = {
+    (0, 0, 0): 6.9283665548532502203, (0, 0, 1): 28.020341308083547668, (0, 0, 2): 64.621986716763465379,
+    (0, 0, 3): 117.03169092428746265, (1, 1, 0): 15.035365122067779735, (1, 1, 3): 148.57777461706187430,
+    (2, 0, 0): 15.652106622436395063, (2, 0, 3): 149.21382032275343460, (1, -1, 0): 7.5, (1, -1, 1): 28.641095738648536310,
+}  # fmt: skip
+TOP = {
+    (0, 0, 0): -0.082101586964610200954, (0, 0, 1): 4.0487380565091985963, (0, 0, 3): 24.005556977352969811,
+    (1, 1, 0): 1.1313221385884104089, (2, 0, 2): 24.004165782724398543, (1, -1, 0): 1.7947307970083132269,
+    (1, -1, 2): 17.535155006622446063,
+}  # fmt: skip
+CRITICAL_A = 2.5572595087999248905
+QUARTIC = one_variable(lambda x: x**4)
+
+
+@pytest.mark.parametrize(("potential", "table"), [(Hyperelastic(), EQ22H), (HeavyTop(), TOP)], ids=["EQ2.2h", "heavy top"])
+def test_reference_numbers(potential, table):
+    for (m, l, n), e in table.items():
+        found = spectrum(Body(potential), m=m, l=l, levels=40, tolerance=1e-12)
+        wanted = 2 * np.arange(3) + 1 + np.sqrt(1 + 2 * e)
+        for n_r in range(3):
+            row = np.flatnonzero((found.labels == (n_r, n)).all(axis=1))
+            assert found.E[row] == pytest.approx(wanted[n_r], rel=1e-13)
+        assert found.converged.all()
+        assert np.all(np.diff(found.E) >= 0)
+
+
+@pytest.mark.parametrize(("m", "l"), [(1, -1), (2, -2), (3, -1), (3, -3), (4, -2)])
+def test_the_elementary_state_of_the_hyperelastic_body(m, l):
+    """2 mu C/hbar^2 = |m - l| - |m + l|: f = cos(v) sin^b(v/2) cos^a(v/2), E = hbar omega (4 + 2 s), s = (a + b)/2."""
+    hbar, mu = 0.7, 1.9
+    C = (abs(m - l) - abs(m + l)) * hbar**2 / (2 * mu)
+    found = spectrum(Body(Hyperelastic(C), mu), m=m, l=l, levels=3, hbar=hbar)
+    a, b = abs(m - l) / 2, abs(m + l) / 2
+    assert found.E[0] == pytest.approx(hbar * np.sqrt(C / mu) * (4 + a + b), rel=1e-13)
+    v = np.linspace(0.01, np.pi / 2 - 0.01, 50)
+    f = found.state(0).factors[1](v)
+    assert np.ptp(f / (np.cos(v) * np.sin(v / 2) ** b * np.cos(v / 2) ** a)) < 1e-10 * np.abs(f).max()
+
+
+def test_the_critical_heavy_top():
+    """The lowest e_vartheta reaches -hbar^2/(2 mu) at A = 2.557...; beyond it there is no ground state."""
+    e = angular("V", Cosine(CRITICAL_A), np.zeros(1), np.zeros(1), 1, 1.0, 1.0, 1e-12)
+    assert e.values[0, 0] == pytest.approx(-0.5, abs=1e-13)
+    near = spectrum(Body(HeavyTop(A=CRITICAL_A * (1 - 1e-9))), m=0, l=0, levels=1)
+    assert near.E[0] == pytest.approx(1.0, abs=1e-4)
+    for A in (CRITICAL_A * (1 + 1e-9), -3.0):
+        with pytest.raises(NoGroundState, match="no ground state"):
+            spectrum(Body(HeavyTop(A=A)), m=0, l=0, levels=1)
+    assert spectrum(Body(HeavyTop(A=3.0)), m=2, l=0, levels=1).E[0] > 0  # its centrifugal term holds
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    m=st.integers(-6, 6), half=st.integers(-5, 5), C=st.floats(0.05, 20), mu=st.floats(0.1, 10), hbar=st.floats(0.05, 3),
+    wall=st.booleans(), chart=st.sampled_from(["alpha-beta", "r-vartheta"]),
+)  # fmt: skip
+def test_harmonic_and_anharmonic_closed_forms(m, half, C, mu, hbar, wall, chart):
+    """EQ5.1 and EQ5.2, in both charts: level n = n_1 + n_2 with multiplicity n + 1."""
+    l = m + 2 * half
+    body = Body(Anharmonic(C) if wall else Harmonic(C), mu)
+    found = spectrum(body, m=m, l=l, levels=10, hbar=hbar, chart=chart)
+    chi = np.sqrt((m - l) ** 2 + (16 * C * mu / hbar**2 if wall else 0))
+    n = np.repeat(np.arange(4), np.arange(1, 5))
+    np.testing.assert_allclose(found.E, hbar * np.sqrt(C / mu) / 2 * (4 * n + 4 + abs(m + l) + chi), rtol=1e-12)
+    assert sorted(found.labels.sum(axis=1)) == list(n)
+
+
+@pytest.mark.parametrize(
+    ("V", "exact"), [(lambda q: 0.8 * q**2, Oscillator(1.6)), (lambda q: 0.8 * q**2 + 0.3 / q**2, Oscillator(1.6, 0.3))]
+)
+def test_numerical_factors_meet_closed_ones(V, exact):
+    """The Galerkin solution of what is an oscillator, given as a plain function: values, functions, normalisation."""
+    K = np.array([0.0, 1.0, 36.0])
+    for dimension, function, closed in ((2, V, exact), (4, lambda r: V(np.sqrt(r)), Spring(exact.k, exact.c))):
+        numerical = radial("V", one_variable(function), dimension, K, 6, 0.9, 1.7, 1e-12)
+        truth = radial("V", closed, dimension, K, 6, 0.9, 1.7, 1e-12)
+        assert numerical.values == pytest.approx(truth.values, rel=1e-12)
+        x = np.linspace(0.05, 4, 40)
+        for i in range(3):
+            for j in (0, 5):
+                assert numerical.functions(i, j)(x) == pytest.approx(truth.functions(i, j)(x), abs=1e-9)
+
+
+def test_numerical_angles_meet_closed_ones():
+    """Barriers as a plain function; whatever smooth V: e grows by its constant."""
+    body = SeparableRVartheta(Spring(1.0), one_variable(lambda v: 0.7 / np.cos(v / 2) ** 2 + 0.2 / np.sin(v / 2) ** 2))
+    twin = SeparableRVartheta(Spring(1.0), Barriers(0.7, 0.2))
+    for m, l in ((0, 0), (3, -1)):
+        E = spectrum(Body(body), m=m, l=l, levels=12).E
+        s = np.sqrt(((m - l) / 2) ** 2 + 1.4) + np.sqrt(((m + l) / 2) ** 2 + 0.4)  # e = (2 hbar^2/mu)(n + s/2)(n + s/2 + 1), E from it
+        n = np.repeat(np.arange(5), np.arange(1, 6))[:12]
+        np.testing.assert_allclose(E, 2 * n + 2 + s, rtol=1e-11)
+        np.testing.assert_allclose(spectrum(Body(twin), m=m, l=l, levels=12).E, E, rtol=1e-11)
+
+
+def test_quartic_scaling_and_finite_differences():
+    """E ~ (hbar^4/mu^2)^(1/3) for V = q^4, exactly; and a difference scheme of second order, extrapolated."""
+    from scipy.linalg import eigh_tridiagonal
+
+    body = SeparableAlphaBeta(QUARTIC, QUARTIC)
+    one = spectrum(Body(body), m=2, l=0, levels=20, tolerance=1e-12)
+    two = spectrum(Body(body, 2.5), m=2, l=0, levels=20, hbar=0.2, tolerance=1e-12)
+    np.testing.assert_allclose(two.E, one.E * (0.2**4 / 2.5**2) ** (1 / 3), rtol=1e-12)
+
+    def differences(n, a, far=4.0):
+        h = far / n
+        q = (np.arange(n) + 0.5) * h
+        off = -(q[:-1] + h / 2) / np.sqrt(q[:-1] * q[1:]) / h**2 / 2
+        diagonal = ((q - h / 2) + (q + h / 2)) / q / h**2 / 2 + a * a / (2 * q * q) + q**4
+        return eigh_tridiagonal(diagonal, off, select="i", select_range=(0, 1), eigvals_only=True)
+
+    E = (4 * differences(4000, 1) - differences(2000, 1)) / 3
+    assert radial("V", QUARTIC, 2, np.ones(1), 2, 1.0, 1.0, 1e-12).values[0] == pytest.approx(E, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("potential", "chart"), [(Hyperelastic(), None), (HeavyTop(), None), (SeparableAlphaBeta(QUARTIC, Oscillator(1.0, 0.3)), None)]
+)
+def test_states_are_orthonormal_with_nodes_of_their_labels(potential, chart):
+    found = spectrum(Body(potential), m=3, l=1, levels=6, chart=chart)
+    t, w = np.polynomial.legendre.leggauss(400)
+    spans = [(10.0, 1), (10.0, 1)] if found.names == ("alpha", "beta") else [(60.0, 1), (np.pi, None)]
+    for side, (far, power) in enumerate(spans):
+        q, weight = far * (1 + t) / 2, far * w / 2
+        measure = weight * (q**power if power else np.sin(q))
+        factors = {}
+        for k in range(6):
+            # levels of other n_vartheta have other radial equations; those of one are orthogonal
+            key = (found.labels[k][1 - side] if side == 0 else 0, found.labels[k][side])
+            factors[key] = found.state(k).factors[side](q)
+        for (family, n), f in factors.items():
+            assert (measure * f * f).sum() == pytest.approx(1, abs=2e-5 if isinstance(potential, Hyperelastic) else 1e-9)
+            strong = f[np.abs(f) > 1e-6 * np.abs(f).max()]
+            assert (np.diff(np.sign(strong)) != 0).sum() == n
+            assert strong[0] > 0
+            for (other, k), g in factors.items():
+                if other == family and k != n:
+                    assert abs((measure * f * g).sum()) < 2e-5
+
+
+def test_table_of_classes():
+    classes = [(m, l) for m in range(-3, 4) for l in range(-3, 4) if (m + l) % 2 == 0]
+    table = spectrum_table(Body(Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=30)
+    for (m, l), row in zip(classes, table):
+        assert (row.m, row.l) == (m, l)
+        np.testing.assert_allclose(row.E, spectrum(Body(Hyperelastic()), m=l, l=m, levels=30).E, rtol=1e-13)  # |m - l|, |m + l| count
+    covering = spectrum(Body(Hyperelastic()), m=1, l=0, levels=3, single_valued=False)
+    assert spectrum(Body(Hyperelastic()), m=0, l=0, levels=1).E[0] < covering.E[0] < spectrum(Body(Hyperelastic()), m=1, l=1, levels=1).E[0]
+
+
+def falling(q):
+    return -1 / q**4
+
+
+@pytest.mark.parametrize(
+    ("potential", "changes", "error", "words"),
+    [
+        (Hyperelastic(), {"hbar": 0.0}, ValueError, "hbar"),
+        (Hyperelastic(), {"hbar": -1.0}, ValueError, "hbar"),
+        (Hyperelastic(), {"levels": 0}, ValueError, "levels"),
+        (Hyperelastic(), {"levels": 1.5}, TypeError, "levels"),
+        (Hyperelastic(), {"m": 1}, ValueError, "even"),
+        (Hyperelastic(), {"chart": "alpha-beta"}, ValueError, "chart"),
+        (Hyperelastic(), {"chart": "elliptic"}, ValueError, "chart"),
+        (Hyperelastic(), {"tolerance": 0}, ValueError, "tolerance"),
+        (Harmonic(-1.0), {}, NoGroundState, "k > 0"),
+        (SeparableAlphaBeta(Oscillator(1.0, -0.1), Oscillator()), {}, NoGroundState, "-1/4"),
+        (SeparableAlphaBeta(one_variable(falling), Oscillator()), {}, NoGroundState, "falls faster"),
+        (SeparableAlphaBeta(one_variable(lambda q: -(q**2)), Oscillator()), {}, NoGroundState, "large distance"),
+        (SeparableAlphaBeta(one_variable(lambda q: -np.exp(-q)), Oscillator()), {}, NoGroundState, "bind"),
+        (SeparableRVartheta(Spring(), Barriers(-1.0)), {}, NoGroundState, "vartheta = pi"),
+        (SeparableRVartheta(Spring(), Secant(-8.0)), {}, ValueError, "V_"),
+    ],
+)
+def test_what_has_no_spectrum(potential, changes, error, words):
+    with pytest.raises(error, match=words):
+        spectrum(Body(potential), **({"m": 0, "l": 0, "levels": 5} | changes))
+
+
+def test_other_wrong_input():
+    with pytest.raises(ValueError, match="mu"):
+        spectrum(Body(Harmonic(), -1.0), m=0, l=0, levels=1)
+    with pytest.raises(TypeError, match="Body"):
+        spectrum(HenonHeiles(), m=0, l=0, levels=1)
+    with pytest.raises(ValueError, match="same length"):
+        spectrum_table(Body(Harmonic()), m=[0, 1], l=[0], levels=1)
+    found = spectrum(Body(Harmonic()), m=0, l=0, levels=2)
+    with pytest.raises(IndexError, match="levels 2"):
+        found.state(2)
+
+
+def test_no_level_is_lost_where_inner_exponents_are_weak():
+    """-1/4 < s < 0 in the reduced equation: bound, Friedrichs; s = -1/4 + 2 mu c/hbar^2 + a^2 of an oscillator in closed form."""
+    potential = SeparableAlphaBeta(one_variable(lambda q: q**2 / 2 - 0.1 / q**2), Oscillator())
+    found = spectrum(Body(potential), m=1, l=-1, levels=6)
+    chi = np.sqrt(1 - 0.2)
+    n = np.repeat(np.arange(3), np.arange(1, 4))
+    np.testing.assert_allclose(found.E, 2 * n + 2 + chi, rtol=1e-11)
