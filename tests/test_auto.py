@@ -58,7 +58,7 @@ def test_smooth_motion_gets_a_fixed_step():
     found = integrate(HenonHeiles(), SMOOTH, time=200.0, samples=20, scheme=AUTO)
     assert isinstance(found.scheme, Splitting)
     assert 0.0 < found.step < 2.0
-    assert found.energy_error.max() < 1e-10
+    assert found.energy_error.max() < 3 * AUTO.energy_error  # what was promised of a sample, over a longer time
     again = integrate(HenonHeiles(), SMOOTH, time=200.0, samples=20, scheme=found.scheme, step=found.step)
     assert np.array_equal(again.z, found.z)
 
@@ -76,7 +76,7 @@ def test_a_body_at_moderate_energy_gets_a_fixed_step():
     found = poincare_map(Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO)
     found.raise_if_failed()
     assert isinstance(found.scheme, Splitting)
-    assert found.energy_error.max() < 1e-10
+    assert found.energy_error.max() < 3 * AUTO.energy_error
 
 
 def steep():
@@ -97,11 +97,11 @@ def test_a_steep_wall_gets_no_fixed_step():
     assert isinstance(long.scheme, TimeTransformed)
     assert long.scheme.rate is not None
     assert long.energy_error.max() < 1e-9
-    assert short.energy_error.max() < 1e-10
+    assert short.energy_error.max() < AUTO.energy_error
 
 
 def test_other_functions_choose_among_steps_in_time():
-    found = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(), BLANES_MOAN6, KAHAN_LI8)))
+    found = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(), BLANES_MOAN6, KAHAN_LI8), 1e-11))
     plain = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=KAHAN_LI8)
     assert np.abs(found.nu - plain.nu).max() < 1e-9
     with pytest.raises(ValueError, match="integrate and poincare_map"):
