@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from .scalars import positive
 from .schemes import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, VERNER9, RungeKutta, Splitting
@@ -12,6 +15,16 @@ from .transformed import TimeTransformed
 
 PREFERENCE = 1.5
 """How many times the forces of the cheapest scheme one that keeps phase space volume may cost: its error does not grow with time."""
+
+TRIAL_ORBITS = 64
+"""Orbits that decide between schemes."""
+
+
+NUDGE, STIFFER = 1e-6, 8.0
+"""Relative displacement for the change of a force, and how many times a frequency must differ for an orbit to count as near rest."""
+
+SHARE = 0.25
+"""Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +48,8 @@ class Automatic:
 
     Each fixed step is first made as long as that allows. An adaptive scheme keeps the tolerances it is given; its error is taken to grow in
     proportion to time. The cost is counted in forces, never timed, so the choice is the same on every machine. A symplectic scheme
-    that costs up to PREFERENCE times the cheapest is preferred; where none meets the bound the one of least error is taken.
+    that costs up to PREFERENCE times the cheapest is preferred; where none meets the bound the one of least error is taken, an adaptive one
+    where none keeps the sample in the domain. Orbits that leave the domain have no say beside others.
     A result's `.scheme` and `.step` say what was chosen. `integrate` and `poincare_map` try all candidates, other functions
     the splittings and Runge-Kutta schemes among them.
     Raises TypeError or ValueError for candidates that are no schemes.
@@ -58,6 +72,11 @@ class Automatic:
         return f"Automatic({', '.join(candidate.name for candidate in self.candidates)})"
 
     @property
+    def bound(self) -> float:
+        """The energy error that trials may make."""
+        return SHARE * self.energy_error
+
+    @property
     def in_time(self) -> Automatic:
         """Itself with the candidates that step in time itself."""
         kept = tuple(c for c in self.candidates if not isinstance(c, TimeTransformed))
@@ -68,12 +87,40 @@ class Automatic:
     def choose(self, trials: Iterable[Trial]) -> Trial:
         """Return the best of `trials`."""
         tried = list(trials)
-        good = [trial for trial in tried if trial.error <= self.energy_error]
+        good = [trial for trial in tried if trial.error <= self.bound]
         if not good:
-            return min(tried, key=lambda trial: trial.error)
+            return min(tried, key=lambda trial: (trial.error, math.isfinite(trial.step)))
         bound = PREFERENCE * min(trial.cost for trial in good)
         return min(good, key=lambda trial: (not (trial.symplectic and trial.cost <= bound), trial.cost))
 
 
 AUTO = Automatic()
 """The schemes of the package to choose from, for an energy error of 1e-9 at the end of the run."""
+
+
+def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
+    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than the run."""
+    return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
+
+
+def spread(z: np.ndarray, orbits: int) -> np.ndarray:
+    """Return at least `orbits` of the phase points z, evenly chosen (all where there are fewer)."""
+    return np.ascontiguousarray(z[:, :: max(1, z.shape[1] // orbits)])
+
+
+def natural_rate(model: Any, z: np.ndarray) -> float:
+    """Return a typical angular frequency of the orbits: the median of sqrt(|dq/dt| |dp/dt|/(|q| |p|)), omega for an oscillator.
+
+    Next to an equilibrium away from q = 0, where |q| is no amplitude, it is sqrt(|dF|/|dq|) along the velocity instead.
+    """
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        v = np.array(model.velocity(*z[n:])) + 0.0 * z[:n]
+        q, p, dq, dp = (np.sqrt((np.array(x) ** 2).sum(axis=0)) for x in (z[:n], z[n:], v, np.array(model.force(*z[:n])) + 0.0 * z[:n]))
+        rates = np.sqrt(dq / p * dp / q)
+        shift = NUDGE * np.maximum(q, 1e-3) / dq * v
+        change = np.array(model.force(*(z[:n] + shift))) - np.array(model.force(*(z[:n] - shift)))
+        stiff = np.sqrt(np.sqrt((change**2).sum(axis=0)) / (2 * np.sqrt((shift**2).sum(axis=0))) * dq / p)
+        rates = np.where(stiff > STIFFER * rates, stiff, rates)
+    rates = rates[np.isfinite(rates) & (rates > 0)]
+    return float(np.median(rates)) if rates.size else 1.0

@@ -27,6 +27,8 @@ def checked_model(model: Any, name: str = "body") -> Any:
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{hint}")
     if isinstance(model, (Body, StackelBody)) and not is_value(model.potential):
         raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
+    if isinstance(model, (Body, StackelBody)) and not hasattr(model.potential, "slopes"):
+        raise TypeError(f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}")
     flat = parameters(model)
     if not np.all(np.isfinite(flat)):
         raise ValueError(f"{name} has a parameter that is not finite: {model!r}")

@@ -16,22 +16,19 @@ import numpy as np
 from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES
-from .auto import Automatic, Trial
+from .auto import TRIAL_ORBITS, Automatic, Trial, natural_rate, spread, trial_rounds
 from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed
 from .observers import Observer
 from .scalars import positive, whole
-from .schemes import RungeKutta, Splitting
+from .schemes import DOP853, RungeKutta, Splitting
 from .status import Status
 
 Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
 
 ESCAPE_RADIUS = 1e6
-
-TRIAL_ORBITS = 64
-"""Orbits that decide between schemes."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -306,6 +303,7 @@ def trials_in_time(
     sample, tried = spread(z, TRIAL_ORBITS), []
     span = 60 / natural_rate(model, sample)
     rounds = trial_rounds(sample, span, time)
+    sample = staying(model, sample, span * rounds, threads)
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
@@ -314,31 +312,37 @@ def trials_in_time(
             worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
             worst *= max(1.0, (time or span) / (span * rounds))
         else:
-            flow, worst = try_steps(flow, sample, scheme.energy_error, span, 1.0, rounds)
+            flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds)
             steps = span / flow.step
         tried.append(Trial(candidate, flow.step, worst, steps * candidate.evaluations / span))
     return tried
 
 
-def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
-    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than the run."""
-    return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
+def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> np.ndarray:
+    """Return the orbits of a sample that stay in the domain for `time` and a while after, all where none does.
 
-
-def spread(z: np.ndarray, orbits: int) -> np.ndarray:
-    """Return at least `orbits` of the phase points z, evenly chosen (all where there are fewer)."""
-    return np.ascontiguousarray(z[:, :: max(1, z.shape[1] // orbits)])
+    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy.
+    """
+    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
+    ensemble = flow.ensemble(sample.copy())
+    flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * time)
+    stays = ensemble.status == Status.OK
+    return np.ascontiguousarray(sample[:, stays]) if stays.any() else sample
 
 
 def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int = 128) -> Flow:
     """Return the flow with the longest step 0.4/(2^(k/2) omega) whose energy error stays below `error` on a sample of orbits.
 
     omega is `natural_rate`; the error is the 95th percentile over up to `orbits` of the given ones after a time 20/omega, so the
-    cost is small beside a map's. Where no step down to 0.4/(64 omega) reaches it (a low order, a steep wall) the step of least
-    error is taken.
+    cost is small beside a map's; where more of them leave the domain, those that stay decide.
+    Where no step down to 0.4/(64 omega) reaches it (a low order, a steep wall) the step of least error is taken.
     """
     sample = spread(z0, orbits)
-    return try_steps(flow, sample, error, 20 / natural_rate(flow.model, sample), 0.95)[0]
+    span = 20 / natural_rate(flow.model, sample)
+    found, worst = try_steps(flow, sample, error, span, 0.95)
+    if math.isfinite(worst):
+        return found
+    return try_steps(flow, staying(flow.model, sample, span, flow.threads), error, span, 0.95)[0]
 
 
 def try_steps(
@@ -369,17 +373,6 @@ def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rou
         if not np.isfinite(errors[-1]).all():
             break
     return float(np.quantile(errors, quantile, method="lower")), steps / rounds
-
-
-def natural_rate(model: Any, z: np.ndarray) -> float:
-    """Return a typical angular frequency of the orbits: the median of sqrt(|dq/dt| |dp/dt|/(|q| |p|)), omega for an oscillator."""
-    n = model.degrees_of_freedom
-    with np.errstate(all="ignore"):
-        parts = z[:n], z[n:], model.velocity(*z[n:]), model.force(*z[:n])
-        q, p, dq, dp = (np.sqrt((np.array(x) ** 2).sum(axis=0)) for x in parts)
-        rates = np.sqrt(dq / p * dp / q)
-    rates = rates[np.isfinite(rates) & (rates > 0)]
-    return float(np.median(rates)) if rates.size else 1.0
 
 
 def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,8 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign where D1 > D2 > 0.
     Decimal numbers are exact while derivatives are taken. V and its derivatives are then evaluated as written: accurate to rounding,
     as fast as a hand-written model (bench/test_formula.py). Where V has no formula in beta^2 (cos(D1) + cos(D2)), four evaluations for one.
-    The first use of a formula takes about a second, later ones, in any process, milliseconds and no SymPy.
+    The first use of a formula takes about a second (one of hundreds of terms minutes), later ones, in any process, milliseconds and no
+    SymPy. Angles and actions of named models know more of them: Hyperelastic has a clock of its own, its formula has not.
     Source: Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
     """
     written, length = _written(text)

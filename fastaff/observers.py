@@ -142,8 +142,8 @@ def rotation(angles: Any, model: Any, time: float) -> Observer:
     p, q, v, f = _coordinates(2 * n).split(", ")[n:], _coordinates(n), _letters("v", n), _letters("f", n)
     body = (
         "    for i in range(lanes):\n"
-        f"        {v} = value.model.velocity({', '.join(p)})\n"
-        f"        {f} = value.model.force({q})\n"
+        f"        {v}, = value.model.velocity({', '.join(p)})\n"
+        f"        {f}, = value.model.force({q})\n"
         f"        {_coordinates(8 * n + 2, 'memory')} = value.angles.rates({_coordinates(2 * n)}, {v}, {f})\n"
         f"    rotate(value.time, {angles.clocks}, lanes, fresh, t, memory)\n"
         "    return 0\n"

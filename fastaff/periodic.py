@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .auto import Automatic
+from .auto import Automatic, natural_rate
 from .boundary import checked_section, checked_tangent_model, energies
-from .engine import Flow, Interrupted, make_flow, natural_rate, trial_flow
+from .engine import Flow, Interrupted, make_flow, trial_flow
 from .returns import (
     Returns,
     each,

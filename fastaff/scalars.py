@@ -19,10 +19,12 @@ def positive(name: str, value: Any) -> float:
 
 def real(name: str, value: Any) -> float:
     """Return `value` as a finite float."""
-    if isinstance(value, (bool, str, bytes, complex)) or np.ndim(value) != 0:
+    if isinstance(value, (bool, np.bool_, str, bytes, complex)) or np.ndim(value) != 0:
         raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})")
     try:
         number = float(value)
+    except OverflowError:
+        raise ValueError(f"{name} must be within the range of floats") from None
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be a real number, got {value!r} ({type(value).__name__})") from None
     if not math.isfinite(number):

@@ -10,18 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import observers
-from .auto import Automatic, Trial
+from .auto import TRIAL_ORBITS, Automatic, Trial, natural_rate, spread, trial_rounds
 from .boundary import checked_model, energies, energy_drift, phase_points
 from .engine import (
-    TRIAL_ORBITS,
     Ensemble,
     Flow,
     Report,
     checked_threads,
     make_flow,
-    natural_rate,
-    spread,
-    trial_rounds,
+    staying,
     trials_in_time,
     unset_step,
 )
@@ -182,7 +179,7 @@ def _chosen(time, model, z0, scheme, step, rtol, atol, threads) -> Trial:
     tried = trials_in_time(model, z, scheme, rtol, atol, count, time)
     for candidate in scheme.candidates:
         if isinstance(candidate, TimeTransformed):
-            flow, error, cost = prepared(time, model, z, candidate, None, count, scheme.energy_error)
+            flow, error, cost = prepared(time, model, z, candidate, None, count, scheme.bound)
             tried.append(Trial(flow.scheme, flow.step, error, cost))
     return scheme.choose(tried)
 
@@ -202,6 +199,7 @@ def prepared(
     sample = spread(z, TRIAL_ORBITS)
     span, rate, bottom, top = survey(model, sample, threads)
     rounds = trial_rounds(sample, span, time)
+    sample = staying(model, sample, span * rounds, threads)
     best: tuple[TransformedFlow, float, float] | None = None
     for transformed in [scheme] if scheme.rate is not None else [replace(scheme, rate=r) for r in rates(bottom, top)]:
         for size in [0.4 / (rate * 2 ** (k / 2)) for k in range(14)] if step is None else [step]:
@@ -211,8 +209,6 @@ def prepared(
             if found[1] <= error or (best[1] <= error and found[2] >= best[2]):
                 break
     flow, worst, cost = best  # type: ignore[misc]
-    if not math.isfinite(worst):
-        raise ValueError(f"scheme {scheme.name} has no rate and step that keep the orbits in the domain: give it a rate, or take DOP853")
     return _flow(time, model, flow.scheme, flow.step, flow.pace, threads), worst, cost
 
 
@@ -226,8 +222,14 @@ def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
     """Raise ValueError unless the rate is a positive number at the starts."""
     if scheme.rate is None:
         return
-    with np.errstate(all="ignore"):
-        g = np.asarray(scheme.rate.at(model.potential_energy(*z[: z.shape[0] // 2])))
+    V = np.asarray(model.potential_energy(*z[: z.shape[0] // 2]))
+    try:
+        with np.errstate(all="ignore"):
+            g = np.asarray(scheme.rate.at(V), dtype=np.float64)
+        if g.shape != V.shape:
+            raise ValueError(f"shape {g.shape} for V of shape {V.shape}")
+    except Exception as problem:
+        raise TypeError(f"rate {scheme.rate!r} must be arithmetic of V that takes arrays; at(V) fails: {problem}") from problem
     if not (np.all(np.isfinite(g)) and g.min() > 1e-12 and g.max() < 1e12):
         raise ValueError(
             f"rate {scheme.rate!r} must be a number near 1 at the starts, it is {g.min():.3g} to {g.max():.3g}: "
@@ -240,6 +242,7 @@ def _flow(
 ) -> TransformedFlow:
     """Return the flow of a scheme whose rate and step are known."""
     extended = transformed_model(model, scheme.rate, time)
+    step = min(step, time / pace)  # tau = t/time must not overshoot 1 by orders of magnitude
     return TransformedFlow(Flow(extended, scheme.splitting, step, 1e-12, 1e-12, threads), scheme, pace, patience)
 
 

@@ -18,6 +18,7 @@ from fastaff import (
     NeoHookean,
     RungeKutta,
     Splitting,
+    Status,
     TimeTransformed,
     energy_grid,
     frequency_map,
@@ -58,7 +59,7 @@ def test_smooth_motion_gets_a_fixed_step():
     found = integrate(HenonHeiles(), SMOOTH, time=200.0, samples=20, scheme=AUTO)
     assert isinstance(found.scheme, Splitting)
     assert 0.0 < found.step < 2.0
-    assert found.energy_error.max() < 3 * AUTO.energy_error  # what was promised of a sample, over a longer time
+    assert found.energy_error.max() < AUTO.energy_error
     again = integrate(HenonHeiles(), SMOOTH, time=200.0, samples=20, scheme=found.scheme, step=found.step)
     assert np.array_equal(again.z, found.z)
 
@@ -76,7 +77,7 @@ def test_a_body_at_moderate_energy_gets_a_fixed_step():
     found = poincare_map(Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO)
     found.raise_if_failed()
     assert isinstance(found.scheme, Splitting)
-    assert found.energy_error.max() < 3 * AUTO.energy_error
+    assert found.energy_error.max() < AUTO.energy_error
 
 
 def steep():
@@ -103,7 +104,7 @@ def test_a_steep_wall_gets_no_fixed_step():
 def test_other_functions_choose_among_steps_in_time():
     found = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(), BLANES_MOAN6, KAHAN_LI8), 1e-11))
     plain = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=KAHAN_LI8)
-    assert np.abs(found.nu - plain.nu).max() < 1e-9
+    assert (np.abs(found.nu - plain.nu) <= found.error + plain.error + 1e-9).all()  # 30 periods are few
     with pytest.raises(ValueError, match="integrate and poincare_map"):
         frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(),)))
 
@@ -114,6 +115,31 @@ def test_the_choice_does_not_depend_on_the_order_of_candidates_or_the_run():
     second = integrate(HenonHeiles(), SMOOTH, time=5.0, scheme=Automatic(rule.candidates[::-1]))
     assert first.scheme is second.scheme
     assert first.step == second.step
+
+
+def test_orbits_that_escape_have_no_say():
+    """The choice is that for the others, each of which moves as it would alone; alone, an escaping orbit has a status."""
+    z0 = np.random.default_rng(1).uniform(-0.15, 0.15, (4, 40))
+    escaping = z0.copy()
+    escaping[1, :8], escaping[3, :8] = 1.05, 0.5
+    rule = Automatic((KAHAN_LI8, BLANES_MOAN6, TimeTransformed(), DOP853))
+    alone, mixed = (integrate(HenonHeiles(), z, time=30.0, scheme=rule) for z in (z0[:, 8:], escaping))
+    assert (mixed.status[:8] != Status.OK).all()
+    assert (mixed.status[8:] == Status.OK).all()
+    assert mixed.scheme.name == alone.scheme.name
+    assert mixed.energy_error[8:].max() < rule.energy_error
+    lost = integrate(HenonHeiles(), escaping[:, 0], time=30.0, scheme=rule)
+    assert isinstance(lost.scheme, RungeKutta)
+    assert lost.status[0] != Status.OK
+    assert integrate(HenonHeiles(), escaping[:, 0], time=30.0, scheme=TimeTransformed()).status[0] != Status.OK
+
+
+def test_a_step_by_trial_is_that_of_the_orbits_that_stay():
+    z0 = np.random.default_rng(1).uniform(-0.15, 0.15, (4, 40))
+    escaping = z0.copy()
+    escaping[1, :8], escaping[3, :8] = 1.05, 0.5
+    step = integrate(HenonHeiles(), escaping, time=30.0).step
+    assert step > 0.5 * integrate(HenonHeiles(), z0[:, 8:], time=30.0).step
 
 
 @pytest.mark.parametrize(("problem", "wrong"), [

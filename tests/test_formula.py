@@ -429,6 +429,8 @@ def test_parameters_stay_run_time_values():
         (lambda: formula("C*r"), ValueError, "unknown name 'C'"), (lambda: formula("r", C=1.0), ValueError, "'C' is not used"),
         (lambda: formula("C*r", C="1"), TypeError, "C must be a real number"),
         (lambda: formula("C*r", C=np.inf), ValueError, "C must be finite"),
+        (lambda: formula("C*r", C=10**400), ValueError, "range of floats"),
+        (lambda: formula("C*r", C=np.True_), TypeError, "C must be a real number"),
         (lambda: formula("r", r=1.0), ValueError, "'r' is taken"),
         (lambda: formula("r", sin=1.0), ValueError, "'sin' is the name of a function"),
         (lambda: formula("r", force=1.0), ValueError, "'force' is taken"),
@@ -458,6 +460,26 @@ def test_parameters_stay_run_time_values():
 def test_wrong_input(call, error, says):
     with pytest.raises(error, match=says):
         call()
+
+
+def test_sympy_numbers_and_names_beyond_the_grammar():
+    sympy = pytest.importorskip("sympy")
+    r = sympy.Symbol("r")
+    for wrong, says in (
+        (sympy.Symbol("D1 + D2") * 2, "no name of the grammar"), (sympy.Float("1e-400") * r, "range of floats"),
+        (sympy.Float("1e400") * r, "range of floats"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=says):
+            formula(wrong)
+    assert formula(sympy.Float(0) * r + r).force(1.0, 0.0, 0.0, 0.0)[0] == -2.0
+
+
+def test_frequency_of_one_degree_of_freedom():
+    """A pendulum of amplitude a has the period 2 pi/agm(1, cos(a/2))."""
+    mpmath = pytest.importorskip("mpmath")
+    pendulum = hamiltonian("1 - cos(q)", coordinates="q")
+    found = frequency_map(pendulum, np.array([1.2, 0.0]), time=400.0)
+    assert abs(found.nu[0, 0] - float(mpmath.agm(1, mpmath.cos(0.6)) / (2 * mpmath.pi))) < 1e-9
 
 
 def test_coordinates_may_be_called_anything():

@@ -461,3 +461,13 @@ def test_one_step_is_the_twins_step_exactly():
     z0 = states(BALL, 9)
     run = integrate(BALL, z0, time=0.125, step=0.125, scheme=KAHAN_LI8)
     np.testing.assert_allclose(run.z, step(BALL, KAHAN_LI8, z0, 0.125), rtol=0, atol=3e-16)
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-5, 1e-7])
+def test_steps_chosen_next_to_an_equilibrium_resolve_its_oscillations(amplitude):
+    """The energy error says nothing there, E being quadratic: the frequency comes from the change of the force."""
+    body = Body(Hyperelastic())
+    z0 = np.array([np.sqrt(2), 0, 0, 0, 0, 0, 0, 0]) + amplitude * np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.2, 0.0, 0.5])
+    found, truth = integrate(body, z0, time=100.0), integrate(body, z0, time=100.0, step=0.02)
+    assert found.step < 0.5
+    assert np.abs(found.z - truth.z).max() < 1e-5 * amplitude + 1e-12

@@ -222,7 +222,7 @@ def test_energy_error_does_not_grow_at_a_logarithmic_wall():
 def steep(orbits=40):
     grid = energy_grid(NEO, energy=8.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
                        axes=(np.linspace(0.06, 2.8, 22)[1:-1], np.linspace(-3.9, 3.9, 22)[1:-1]))  # fmt: skip
-    return np.ascontiguousarray(grid.z0[:, :: grid.z0.shape[1] // orbits])
+    return np.ascontiguousarray(grid.z0[:, :: max(1, grid.z0.shape[1] // orbits)])
 
 
 def test_steep_body_agrees_with_adaptive_steps():
@@ -324,7 +324,29 @@ def test_the_trial_takes_a_rate_and_says_it():
     assert found.energy_error.max() < 1e-10
 
 
+class Branch(NamedTuple):
+    """A rate that takes no arrays."""
+
+    limit: float = 1.0
+
+    def at(self, V):
+        return 1.0 if self.limit > V else 0.5
+
+
+@pytest.mark.parametrize("time", [1e-9, 1e-3])
+def test_times_far_below_a_step(time):
+    """The end is the start moved by a Taylor polynomial."""
+    z0 = START[HenonHeiles()]
+    found = integrate(HenonHeiles(), z0, time=time, scheme=TimeTransformed(rate=Logistic(0.5, 0.4)), step=0.5, samples=3)
+    found.raise_if_failed()
+    model, z = HenonHeiles(), z0.reshape(4, -1)
+    q, p, f = z[:2], z[2:], np.array(model.force(*z[:2]))
+    moved = np.concatenate([q + time * p + time**2 / 2 * f, p + time * f + time**2 / 2 * np.array(model.tangent_force(*q, *p))])
+    assert np.abs(found.z - moved).max() < 1e-15 + time**3
+
+
 @pytest.mark.parametrize(("problem", "wrong"), [
+    (TypeError, lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=1.0, scheme=TimeTransformed(rate=Branch()))),
     (TypeError, lambda: TimeTransformed(DOP853)),
     (TypeError, lambda: TimeTransformed("KAHAN_LI8")),
     (ValueError, lambda: TimeTransformed(BLANES_MOAN6)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
@@ -66,11 +67,16 @@ def to_text(expression: Any) -> str:
 def _text(e: Any) -> str:
     kind = type(e).__name__
     if e.is_Symbol:
+        if not e.name.isidentifier():  # "D1 + D2" would be read as a sum
+            raise ValueError(f"text: the SymPy symbol {e.name!r} is no name of the grammar")
         return str(e.name)
     if e.is_Rational:
         return f"({e.p}/{e.q})" if e.q != 1 else f"({e.p})" if e.p < 0 else str(e.p)
     if e.is_Float:
-        return f"({float(e)!r})"
+        value = float(e)
+        if not math.isfinite(value) or (value == 0.0 and not e.is_zero):
+            raise ValueError(f"text: the number {e} is beyond the range of floats")
+        return f"({value!r})"
     if kind in _SPELLED:
         return _SPELLED[kind]
     if e.is_Add:
