@@ -162,7 +162,7 @@ def deviations(
     `readings` are texts over the rows of `kernels.deviations`; out holds `slots` records of the time and the readings.
     """
     n, k, m = model.degrees_of_freedom, vectors, len(readings)
-    rows = Rows(n, k)
+    rows, across = Rows(n, k), any("ACROSS" in reading for reading in readings)
     at = [f"z[{r * LANES} + i]" for r in rows.orbit]
     along = " + ".join(f"{name}*z[{(r + n) * LANES} + i]" for name, r in zip(_names("vf", n), rows.orbit))
     flow = (
@@ -178,14 +178,15 @@ def deviations(
         "    grow(k, m, 0.5*value.time, lanes, t, memory)\n"
         f"    sums, lengths, readings = {' , '.join(f'place(k, m, {what})*{LANES}' for what in (0, 2, 5))}\n"
         "    for i in range(lanes):\n"
-        f"        if memory[DUE * LANES + i] > 0.0:\n{flow if any('ACROSS' in reading for reading in readings) else ''}"
+        f"        if memory[DUE * LANES + i] > 0.0:\n{flow if across else ''}"
         + "".join(f"            memory[readings + {j * LANES} + i] = {reading}\n" for j, reading in enumerate(readings))
         + "    return judge(k, m, value.limits, value.signs, value.early_stop, value.slots, value.time,\n"
         "                 lanes, orbit, t, memory, out, done)\n"
     )
     names = ("wait", "orthonormalise", "follow", "grow", "across", "volume", "alignment", "judge", "place", "LN10", "LANES", "DUE", "AREA",
              "LARGEST", "LARGEST_ACROSS", "math")  # fmt: skip
-    value = _Deviations(model, limits, signs, time, float(stride), float(early_stop), float(slots))
+    # Without the flow it is one function for all models.
+    value = _Deviations(model if across else _Nothing(), limits, signs, time, float(stride), float(early_stop), float(slots))
     end = deviation_kernels.SHARED + 3 * k + 2 * k * k + 2 * m
     return Observer(value, text, tuple((name, getattr(deviation_kernels, name)) for name in names), end)
 

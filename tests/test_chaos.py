@@ -129,7 +129,7 @@ def test_isochronous_orbits_have_constant_vectors():
     """Harmonic oscillator with mu omega = 1: the tangent map is a rotation, so all volumes stay 1 and MEGNO is 0."""
     body = Body(fastaff.Harmonic(C=1.25), mu=0.8)
     z0 = np.random.default_rng(2).standard_normal((8, 5))
-    found = chaos(body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(5), GALI(8)))
+    found = chaos(body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(4)))
     for j, name in enumerate(found.names):
         expected = math.log10(math.sqrt(2)) if name == "sali" else 0.0
         np.testing.assert_allclose(found.values[j], expected, atol=1e-10, err_msg=name)
@@ -216,7 +216,7 @@ def none_is_chaotic(model, size, orbits, time, indicators, **run):
 
 @pytest.mark.parametrize(("model", "size"), INTEGRABLE.values(), ids=INTEGRABLE)
 def test_integrable_models_have_no_chaotic_orbit(model, size):
-    none_is_chaotic(model, size, 300, 60.0, (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI()))
+    none_is_chaotic(model, size, 300, 60.0, (Lyapunov(), FLI(), MEGNO(), SALI()))
 
 
 @pytest.mark.slow
