@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .engine import Flow, Report, launch
+from .engine import Flow, Report, launch, no_memory
 from .frequency import frequency_map
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .kernels import zero_one as kernels
@@ -65,5 +65,4 @@ def reversibility_error(
 
 
 def _advance(flow: Flow, ensemble: Any, time: float, report: Report | None) -> None:
-    memory, out = np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
-    flow.advance(ensemble, observers.nothing(), memory, out, time=time, observations=1, report=report)
+    flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .engine import Ensemble, Flow, Report, natural_rate
+from .auto import natural_rate
+from .engine import Ensemble, Flow, Report
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, TangentIndicator, limit_of
 from .kernels.deviations import place
 from .status import Status

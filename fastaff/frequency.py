@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from . import observers
+from .auto import natural_rate
 from .boundary import checked_model
-from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow, mark_drift, natural_rate
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow, mark_drift
 from .kernels.rotation import PER_ANGLE, SHARED, WEIGHTS
 from .naff import naff
 from .scalars import positive

@@ -187,7 +187,7 @@ def deviations(
              "LARGEST", "LARGEST_ACROSS", "math")  # fmt: skip
     # Without the flow it is one function for all models.
     value = _Deviations(model if across else _Nothing(), limits, signs, time, float(stride), float(early_stop), float(slots))
-    end = deviation_kernels.SHARED + 3 * k + 2 * k * k + 2 * m
+    end = deviation_kernels.place(k, m, 7)
     return Observer(value, text, tuple((name, getattr(deviation_kernels, name)) for name in names), end)
 
 

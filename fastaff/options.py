@@ -347,7 +347,7 @@ def _cells(text: str) -> tuple[int, int]:
 
 def return_times(body: Any, z0: np.ndarray, section: Any, choices: dict[str, Any]) -> np.ndarray:
     """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
-    from .engine import natural_rate
+    from .auto import natural_rate
     from .poincare import poincare_map
 
     few = np.ascontiguousarray(z0[:, :: max(1, z0.shape[1] // 64)])

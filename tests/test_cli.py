@@ -277,7 +277,6 @@ def test_scanned_parameters_reach_body_and_surface():
     assert (one.lam, at.energy) == (0.5, 0.2)
 
 
-@pytest.mark.skipif(not hasattr(fastaff, "formula"), reason="needs fastaff.formula")
 def test_bodies_of_a_formula(tmp_path, capsys):
     pytest.importorskip("sympy")
     text = "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2"
@@ -294,7 +293,6 @@ def test_bodies_of_a_formula(tmp_path, capsys):
     assert cli.main(["chaos-map", *SURFACE, *own, "--scan", "K=1:2:2", "--orbits", "4", "--time", "20", "--out", str(tmp_path / "k")]) == 0
 
 
-@pytest.mark.skipif(not hasattr(fastaff, "hamiltonian"), reason="needs fastaff.hamiltonian")
 def test_systems_of_a_formula(tmp_path, capsys):
     pytest.importorskip("sympy")
     own = ["--hamiltonian", "(u**2+v**2)/2 + lam*(u**2*v - v**3/3)", "--coordinates", "u v", "--parameter", "lam=1"]
