@@ -44,7 +44,7 @@ def test_product_states(benchmark, n, chart):
     planes = np.random.default_rng(1).normal(size=(4, POINTS)) * (1 + math.sqrt(n) / 2)
     benchmark.pedantic(lambda: state.planes(planes), rounds=3, warmup_rounds=1)
     rate = POINTS / benchmark.stats.stats.min / 1e6
-    error = max(factor_error(f) for f in state.factors) if chart is ALPHA_BETA else float("nan")
+    error = max(factor_error(f) for f in state.shape.factors) if chart is ALPHA_BETA else float("nan")
     benchmark.extra_info.update(million_points_per_second=rate, error_of_the_maximum=error)
     print(f"\n{chart.name}, n = ({n}, {n}): {rate:.1f} million points/s, error {error:.1e} of the maximum")
 

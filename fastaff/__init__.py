@@ -48,7 +48,8 @@ from .quantum.ends import NoGroundState
 from .quantum.exact import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
 from .quantum.levels import Levels
 from .quantum.spectrum import spectrum, spectrum_table
-from .quantum.waves import ProductState, wavefunction
+from .quantum.states import State
+from .quantum.waves import wavefunction
 from .quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
 from .resonance import Resonances, diffusion_histogram, resonances
 from .sample import Sample, energy_sample
@@ -139,7 +140,6 @@ __all__ = [
     "OrbitError",
     "Orbits",
     "PeriodicOrbits",
-    "ProductState",
     "Quantizations",
     "QuasiclassicalLevels",
     "ReducedBody",
@@ -155,6 +155,7 @@ __all__ = [
     "Splitting",
     "Stability",
     "StackelBody",
+    "State",
     "Status",
     "TangentMap",
     "TimeTransformed",

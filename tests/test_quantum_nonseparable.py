@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula
+from fastaff import ALPHA_BETA, Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula
 from fastaff.quantum.ends import NoGroundState
 from fastaff.quantum.nonseparable import plane_levels
 from fastaff.quantum.spectrum import spectrum
@@ -80,9 +80,13 @@ def test_states_are_orthonormal_and_vanish_at_the_wall():
     v = np.arccos(s**2)
     Q, ANGLE = np.meshgrid(q, v, indexing="ij")
     weight = np.outer(4 * w * q**3, w / 2 * 2 * s) / 4  # alpha beta dalpha dbeta = rho^3 drho dx/4
-    f = np.array([found.state(k).value(Q * np.cos(ANGLE / 2), Q * np.sin(ANGLE / 2)) for k in range(8)])
+    f = np.array([2 * np.pi * found.state(k).amplitude(Q * np.cos(ANGLE / 2), Q * np.sin(ANGLE / 2), ALPHA_BETA) for k in range(8)])
     assert np.einsum("kij,lij,ij->kl", f, f, weight) == pytest.approx(np.eye(8), abs=1e-9)
-    assert np.all(found.state(0).value([1.0, 0.5, 0.0], [1.0, 1.5, 0.0]) == 0)
+    assert np.all(np.abs(found.state(0).amplitude([1.0, 0.5, 0.0], [1.0, 1.5, 0.0], ALPHA_BETA)) <= [1e-15, 0, 0])
+    for k in range(8):
+        state = found.state(k)
+        assert state.norm() == pytest.approx(1, abs=1e-12)
+        assert abs(state.overlap(found.state((k + 3) % 8))) < 1e-9
     ground = f[0][np.abs(f[0]) > 1e-4 * np.abs(f[0]).max()]
     assert np.ptp(np.sign(ground)) == 0  # no nodes
 

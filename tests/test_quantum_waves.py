@@ -24,7 +24,8 @@ from fastaff.quantum.operators import (
     spin,
     vorticity,
 )
-from fastaff.quantum.waves import ProductState, wavefunction
+from fastaff.quantum.states import Product, State
+from fastaff.quantum.waves import wavefunction
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
@@ -98,6 +99,7 @@ FACTORS = {
     "plane": (lambda n: PlaneFactor(n, 2.3, 1.7), 1.0),
     "plane s = 0": (lambda n: PlaneFactor(n, 0.0, 0.6), 1.0),
     "r": (lambda n: RadialFactor(n, 1.0, 1.7), 1.0),
+    "r weak": (lambda n: RadialFactor(n, 0.4, 1.7), 1.0),
     "r s = 80": (lambda n: RadialFactor(n, 80.5, 0.4), 1.0),
     "vartheta": (lambda n: AngleFactor(n, 0.0, 3.0), 1.0),
     "vartheta (0, 0)": (lambda n: AngleFactor(n, 0.0, 0.0), 1.0),
@@ -115,7 +117,7 @@ def test_factors_are_orthonormal_by_their_rule(name, least, order):
     np.testing.assert_allclose(rows * weights @ rows.T, np.eye(20), atol=1e-12)
 
 
-@pytest.mark.parametrize("name", FACTORS)
+@pytest.mark.parametrize("name", [name for name in FACTORS if name != "r weak"])
 def test_factors_are_orthonormal_by_gauss_legendre(name):
     """A rule that knows nothing of the weights: s = 2.3 is smooth enough for 600 nodes on 24 panels."""
     make = FACTORS[name][0]
@@ -124,7 +126,7 @@ def test_factors_are_orthonormal_by_gauss_legendre(name):
     edges = end * np.linspace(0, 1, 25) ** 2
     middle, half = (edges[1:] + edges[:-1]) / 2, (edges[1:] - edges[:-1]) / 2
     x = (middle[:, None] + half[:, None] * nodes).ravel()
-    w = (half[:, None] * weights).ravel() * make(0).measure(x)
+    w = (half[:, None] * weights).ravel() * (np.sin(x) if name[0] == "v" else x)
     rows = np.array([make(k)(x) for k in (0, 1, 2, 5, 17)])
     np.testing.assert_allclose(rows * w @ rows.T, np.eye(5), atol=1e-12)
 
@@ -142,7 +144,7 @@ def test_factors_solve_their_equations(n):
         terms = equation(x, series(x), series.deriv()(x), series.deriv(2)(x))
         assert np.abs(sum(terms)).max() < 1e-10 * max(np.abs(term).max() for term in terms)
 
-    for i, (factor, E, wall) in enumerate(zip(state.factors, state.constants.values(), (2 * C, 0.0), strict=True)):
+    for i, (factor, E, wall) in enumerate(zip(state.shape.factors, state.constants.values(), (2 * C, 0.0), strict=True)):
         square = (m - l) ** 2 if i == 0 else (m + l) ** 2
         check(
             factor, [0.5, 2.0],
@@ -151,7 +153,7 @@ def test_factors_solve_their_equations(n):
         )  # fmt: skip
     E, e = shear.energy, shear.constants["e_vartheta"]
     check(
-        shear.factors[1], [0.6, 2.4],
+        shear.shape.factors[1], [0.6, 2.4],
         lambda v, f, d, dd: (
             dd, d / np.tan(v), -(m * m + 2 * m * l * np.cos(v) + l * l) / (4 * np.sin(v) ** 2) * f,
             -mu / (2 * hbar**2) * (2 * C / np.cos(v / 2) ** 2 - e) * f,
@@ -159,7 +161,7 @@ def test_factors_solve_their_equations(n):
         e,
     )  # fmt: skip
     check(
-        shear.factors[0].of_rho, [0.5, 2.0],
+        shear.shape.factors[0].of_rho, [0.5, 2.0],
         lambda x, f, d, dd: (dd, 3 * d / x, (E - C * x**2 / 2 - e / x**2) / unit * f), E,
     )  # fmt: skip
 
@@ -273,9 +275,9 @@ def test_radial_matrix_by_quadrature(body, m, l, n):
     found = radial_matrices(body, m=m, l=l, n_vartheta=n[1], size=5, hbar=0.8)
     states = [wavefunction(body, m=m, l=l, n=(k, n[1]), hbar=0.8, chart=R_VARTHETA) for k in range(5)]
     nodes, weights = np.polynomial.legendre.leggauss(150)
-    r = states[-1].factors[0].rule(60)[0].max() * (nodes + 1) / 2
+    r = states[-1].shape.factors[0].rule(60)[0].max() * (nodes + 1) / 2
     w = weights * r.max() / (nodes.max() + 1)
-    rows = np.array([state.factors[0](r) for state in states])
+    rows = np.array([state.shape.factors[0](r) for state in states])
     np.testing.assert_allclose(found.h_over_r, states[0].constants["e_vartheta"] * (rows * w) @ rows.T, atol=1e-10)
 
 
@@ -393,7 +395,7 @@ def test_norm_density_and_expectation(body, m, l, n, chart):
 
 @dataclass(frozen=True)
 class PlaneByScipy:
-    """A factor that some other program found: values, measure, a rule."""
+    """A factor that some other program found: values, a degree, a rule."""
 
     n: int
     s: float
@@ -404,8 +406,9 @@ class PlaneByScipy:
         log_norm = (np.log(2 * self.kappa) + gammaln(self.n + 1) - gammaln(self.n + self.s + 1)) / 2
         return np.exp(log_norm - t / 2) * t ** (self.s / 2) * eval_genlaguerre(self.n, self.s, t)
 
-    def measure(self, x):
-        return x
+    @property
+    def degree(self):
+        return self.n
 
     def rule(self, order):
         nodes, weights = np.polynomial.legendre.leggauss(4 * order)
@@ -416,8 +419,8 @@ class PlaneByScipy:
 
 def test_factors_from_elsewhere_make_states():
     own = wavefunction(ANHARMONIC, m=2, l=-4, n=(2, 1))
-    factors = tuple(PlaneByScipy(f.n, f.s, f.kappa) for f in own.factors)
-    other = ProductState(own.symmetry, own.chart, factors, own.n, own.energy, own.constants, own.hbar)
+    factors = tuple(PlaneByScipy(f.n, f.s, f.kappa) for f in own.shape.factors)
+    other = State(own.symmetry, Product(own.chart, factors), own.numbers, own.energy, own.constants, own.hbar)
     planes = np.random.default_rng(5).normal(size=(4, 100))
     np.testing.assert_allclose(other.planes(planes), own.planes(planes), atol=1e-14)
     assert other.norm() == pytest.approx(1, abs=1e-12)
@@ -451,7 +454,7 @@ def test_values_depend_not_on_neighbours(chart):
     state = wavefunction(ANHARMONIC, m=2, l=-4, n=(40, 3), chart=chart)
     planes = 2 * np.random.default_rng(7).normal(size=(4, 300))
     together = state.planes(planes)
-    factor = state.factors[1]
+    factor = state.shape.factors[1]
     x = np.linspace(0, 3, 300)
     values = factor(x)
     for k in (0, 127, 128, 299):
@@ -509,7 +512,7 @@ def test_whole_floats_are_quantum_numbers():
         (lambda: PlaneFactor(-1, 0.0, 1.0), ValueError, "n must be at least 0"),
         (lambda: PlaneFactor(0, -0.5, 1.0), ValueError, "s must be at least 0"),
         (lambda: PlaneFactor(0, 0.5, 0.0), ValueError, "kappa must be positive"),
-        (lambda: RadialFactor(0, 0.5, 1.0), ValueError, "s = 2 epsilon"),
+        (lambda: RadialFactor(0, -0.1, 1.0), ValueError, "s must be at least 0"),
         (lambda: AngleFactor(0, 0.0, np.inf), ValueError, "b must be finite"),
         (lambda: PlaneFactor(0, 0.0, 1.0)([1.0, np.nan]), ValueError, "radius must lie"),
         (lambda: AngleFactor(0, 0.0, 1.0)(4.0), ValueError, "vartheta must lie"),

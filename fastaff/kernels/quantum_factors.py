@@ -170,6 +170,29 @@ def jacobi_values(u, w, constants, y, z, out):
                         out[j] = sign * d[i] * phi[i]
 
 
+@jit(parallel=True)
+def polynomial_values(diagonal, off, coefficients, t, out):
+    """Write sum c_k p_k(t) into out (points,): off_k p_k = (t - diagonal_(k-1)) p_(k-1) - off_(k-1) p_(k-2), off from k = 1, p_0 = 1."""
+    for block in prange((t.size + LANES - 1) // LANES):
+        start = block * LANES
+        count = min(LANES, t.size - start)
+        at, p, before, total = np.empty(LANES), np.ones(LANES), np.zeros(LANES), np.empty(LANES)
+        for i in range(LANES):
+            at[i] = t[start + min(i, count - 1)]
+            total[i] = coefficients[0]
+        back = 0.0
+        for k in range(1, coefficients.size):
+            shift, up, c = diagonal[k - 1], 1.0 / off[k - 1], coefficients[k]
+            for i in range(LANES):
+                here = ((at[i] - shift) * p[i] - back * before[i]) * up
+                before[i] = p[i]
+                p[i] = here
+                total[i] += c * here
+            back = off[k - 1]
+        for i in range(count):
+            out[start + i] = total[i]
+
+
 @jit
 def _turned(k, x, y, radius, re, im, lanes):
     """Multiply re + i im by ((x + i y)/radius)^k for a block, by repeated squaring; the angle of radius 0 counts as 0."""

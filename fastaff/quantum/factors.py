@@ -26,13 +26,14 @@ from .symmetry import whole_quantum
 
 
 class Factor(Protocol):
-    """What a product state asks of its factors: values, the weight of the measure, nodes and weights of a rule for the measure."""
+    """What a product state asks of its factors: values, and nodes and weights of a rule for the factor's measure."""
+
+    @property
+    def degree(self) -> int:
+        """Return how many nodes are too few by one for the norm."""
 
     def __call__(self, x: ArrayLike) -> np.ndarray:
         """Return f(x)."""
-
-    def measure(self, x: np.ndarray) -> np.ndarray:
-        """Return the weight m(x) with integral f^2 m dx = 1."""
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes and weights: the integral of f^2 g m dx is the sum of weight*f^2*g."""
@@ -146,9 +147,10 @@ class PlaneFactor:
         laguerre_values(*self._tables, float(self.kappa), True, radii.reshape(-1), out.reshape(-1))
         return out
 
-    def measure(self, x: np.ndarray) -> np.ndarray:
-        """Return x."""
-        return x
+    @property
+    def degree(self) -> int:
+        """Return n."""
+        return self.n
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss nodes and weights, exact for f^2 times polynomials of x^2 of degree < 2 (order - n)."""
@@ -158,10 +160,10 @@ class PlaneFactor:
 
 @dataclass(frozen=True)
 class RadialFactor:
-    """Dilatation factor f_r of n quanta, index s = 2 epsilon >= 1, kappa = sqrt(C mu)/hbar; `of_rho` is f_rho.
+    """Dilatation factor f_r of n quanta, index s = 2 epsilon >= 0, kappa = sqrt(C mu)/hbar; `of_rho` is f_rho.
 
     f(r) = kappa^((1+s)/2) sqrt(Gamma(n+s+1)/n!)/Gamma(s+1) r^((s-1)/2) e^(-kappa r/2) 1F1(-n; 1+s; kappa r), positive near r = 0,
-    integral f^2 r dr = 1. Error as `PlaneFactor`.
+    integral f^2 r dr = 1; infinite at r = 0 for s < 1, where shear attracts. Error as `PlaneFactor`.
     Source: Martens & Slawianowski, section 5, f_r (the norm is derived).
     """
 
@@ -170,28 +172,32 @@ class RadialFactor:
     kappa: float
 
     def __post_init__(self) -> None:
-        quantum_number("n", self.n), positive("kappa", self.kappa)
-        if index("s", self.s) < 1:
-            raise ValueError(f"s = 2 epsilon must be at least 1, got {self.s!r}")
+        quantum_number("n", self.n), index("s", self.s), positive("kappa", self.kappa)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return *_laguerre_ladder(self.n, self.s), _laguerre_constants(self.n, self.s, (self.s - 1) / 2, math.log(self.kappa))
+        weak = self.s < 1  # the kernel takes no negative power of r: `__call__` does
+        front = math.log(self.kappa) + ((math.log(self.s or 1.0) - math.lgamma(self.s + 1)) / 2 if weak else 0.0)
+        return *_laguerre_ladder(self.n, self.s), _laguerre_constants(self.n, self.s, 0.0 if weak else (self.s - 1) / 2, front)
 
     def __call__(self, x: ArrayLike) -> np.ndarray:
         """Return f_r (...) at r = x (...) >= 0."""
         r = _coordinate("r", x)
         out = np.empty(r.shape)
         laguerre_values(*self._tables, float(self.kappa), False, r.reshape(-1), out.reshape(-1))
+        if self.s < 1:
+            with np.errstate(divide="ignore"):
+                out *= (self.kappa * r) ** ((self.s - 1) / 2)
         return out
 
     def of_rho(self, rho: ArrayLike) -> np.ndarray:
         """Return f_rho = sqrt2 f_r(rho^2), with integral f_rho^2 rho^3 drho = 1."""
         return math.sqrt(2) * self(np.square(_coordinate("rho", rho)))
 
-    def measure(self, x: np.ndarray) -> np.ndarray:
-        """Return r."""
-        return x
+    @property
+    def degree(self) -> int:
+        """Return n."""
+        return self.n
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss nodes and weights, exact for f^2 times polynomials of r of degree < 2 (order - n)."""
@@ -233,9 +239,10 @@ class AngleFactor:
         jacobi_values(*self._tables, np.ravel(sine), np.ravel(cosine), out.reshape(-1))
         return out
 
-    def measure(self, x: np.ndarray) -> np.ndarray:
-        """Return sin(vartheta)."""
-        return np.sin(x)
+    @property
+    def degree(self) -> int:
+        """Return n."""
+        return self.n
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order - n)."""

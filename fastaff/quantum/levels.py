@@ -4,30 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..scalars import whole
-
-
-class FactorState(NamedTuple):
-    """A product of two factors, functions of the coordinates in `names`, each normalised in its own measure.
-
-    int f_alpha^2 alpha dalpha = int f_beta^2 beta dbeta = 1; int f_r^2 r dr = int f_vartheta^2 sin(vartheta) dvartheta = 1.
-    """
-
-    names: tuple[str, str]
-    factors: tuple[Callable, Callable]
-
-    def value(self, alpha: ArrayLike, beta: ArrayLike) -> np.ndarray:
-        """Return f at alpha, beta >= 0, normalised int f^2 alpha beta dalpha dbeta = 1."""
-        alpha, beta = np.asarray(alpha, float), np.asarray(beta, float)
-        first, second = self.factors
-        if self.names == ("alpha", "beta"):
-            return first(alpha) * second(beta)
-        return np.sqrt(8.0) * first(alpha**2 + beta**2) * second(2 * np.arctan2(beta, alpha))
+from .states import Shape, State
+from .symmetry import SymmetryClass
 
 
 @dataclass(frozen=True)
@@ -36,7 +18,8 @@ class Levels:
 
     E (levels,), ascending; error (levels,): the larger of the change from a smaller basis and rounding; converged (levels,): error below
     the tolerance asked for. labels (levels, 2): quantum numbers of the factors `names`, ("alpha", "beta") or ("r", "vartheta"); both None
-    where the body does not separate. functions: size of the largest basis; method: one sentence on the method, with boundary conditions.
+    where the body does not separate. functions: size of the largest basis; method: one sentence on the method, with boundary conditions;
+    describe: shape, quantum numbers and separation constants of level k, for `state`.
     """
 
     E: np.ndarray
@@ -49,16 +32,14 @@ class Levels:
     hbar: float
     functions: int
     method: str
-    make_state: Callable[[int], Any] = field(repr=False)
+    describe: Callable[[int], tuple[Shape, dict[str, int], dict[str, float]]] = field(repr=False)
 
-    def state(self, k: int) -> Any:
-        """Return the wave function f of level k, with `value(alpha, beta)`, int f^2 alpha beta dalpha dbeta = 1.
-
-        Where the body separates a FactorState, with `factors`. Raises IndexError or TypeError for what is no level.
-        """
+    def state(self, k: int) -> State:
+        """Return the wave function of level k, counted from 0; raises IndexError, TypeError or ValueError for what is no level."""
         if whole("k", k, 0) >= self.E.size:
             raise IndexError(f"k must be below the number of levels {self.E.size}, got {k}")
-        return self.make_state(k)
+        shape, numbers, constants = self.describe(int(k))
+        return State(SymmetryClass(self.m, self.l), shape, numbers, float(self.E[k]), constants, self.hbar)
 
 
 def level_scale(E: np.ndarray) -> np.ndarray:

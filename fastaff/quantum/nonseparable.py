@@ -6,14 +6,16 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ..charts import R_VARTHETA, Chart
 from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, sampled, well
 from .levels import Levels, level_scale
-from .separable import angular_interval, angular_potential
-from .solvers import Basis, Interval, basis, gauss_jacobi, jacobi_table, total_weight
+from .separable import angle_of, angular_interval, angular_potential
+from .solvers import Basis, Interval, basis, gauss_jacobi, interval_rule, interval_weight, jacobi_table
 from .symmetry import SymmetryClass
 
+POINTS = 4096
+"""Points whose polynomials are tabulated at once."""
 LARGEST = 6000
 """Largest matrix: 0.3 GB each of a handful."""
 STEPS = ((1.5, 1.15, 10.0), (1.8, 1.3, 11.0), (2.2, 1.5, 13.0), (2.8, 1.75, 15.0), (3.6, 2.1, 18.0), (4.8, 2.5, 22.0), (6.5, 3.0, 26.0))
@@ -21,41 +23,64 @@ STEPS = ((1.5, 1.15, 10.0), (1.8, 1.3, 11.0), (2.2, 1.5, 13.0), (2.8, 1.75, 15.0
 action to which tails of channels are kept."""
 
 
-class PlaneState(NamedTuple):
-    """f(alpha, beta) = rho^-3/2 u(rho, vartheta), u a polynomial times the weights of two intervals; int f^2 alpha beta = 1."""
+class PlaneShape(NamedTuple):
+    """A(r, vartheta) = rho^-3/2 u(rho, x)/pi of x = cos(vartheta); u: weights of two intervals times a sum of products of polynomials.
+
+    coefficients (n_rho, n_x); int u^2 drho dx = 1.
+    """
 
     rho: Interval
     x: Interval
     coefficients: np.ndarray
 
-    def value(self, alpha: ArrayLike, beta: ArrayLike) -> np.ndarray:
-        """Return f at alpha, beta >= 0."""
-        alpha, beta = np.broadcast_arrays(np.asarray(alpha, float), np.asarray(beta, float))
-        q = np.hypot(alpha, beta)
-        v, u = self.x, self.rho
-        below = 2 * alpha**2 if v.lo == -1 else (alpha - beta) * (alpha + beta)
-        with np.errstate(all="ignore"):
-            below, above = below / q**2, 2 * (beta / q) ** 2
-            first = _weight(below, above, v, 0.0)
-            second = _weight(q - u.lo, u.hi - q, u, 0.0 if u.lo else -1.5)
-            second = second * np.maximum(q, u.lo) ** -1.5 if u.lo else second
+    @property
+    def chart(self) -> Chart:
+        """The chart r, vartheta."""
+        return R_VARTHETA
+
+    @property
+    def degrees(self) -> tuple[int, int]:
+        """Return the degrees of the polynomials."""
         n, k = self.coefficients.shape
-        radial, angular = _table(n, u, q - u.lo, u.hi - q), _table(k, v, below, above)
-        polynomial = np.einsum("pi,ij,pj->p", radial, self.coefficients, angular, optimize=True).reshape(q.shape)
-        return np.where(first * second != 0, 2 * first * second * polynomial, 0.0)
+        return n - 1, k - 1
+
+    def __call__(self, r: np.ndarray, vartheta: np.ndarray) -> np.ndarray:
+        """Return A (...) at r, vartheta (...); 0 where V is infinite or A has decayed below rounding."""
+        out = np.empty(np.shape(r))
+        flat, q, angle = out.reshape(-1), np.sqrt(np.ravel(r)), np.ravel(vartheta)
+        for start in range(0, flat.size, POINTS):
+            some = slice(start, start + POINTS)
+            flat[some] = self._of(q[some], angle[some])
+        return out
+
+    def _of(self, q: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        u, v = self.rho, self.x
+        below = 2 * np.cos(angle / 2) ** 2 if v.lo == -1 else np.cos(angle) - v.lo
+        first = _side(self.coefficients.shape[1], v, below, 2 * np.sin(angle / 2) ** 2, 0.0)
+        second = _side(self.coefficients.shape[0], u, q - u.lo, u.hi - q, 0.0 if u.lo else -1.5)
+        values = np.einsum("pi,pi->p", second @ self.coefficients, first) / np.pi
+        return values * np.maximum(q, u.lo) ** -1.5 if u.lo else values
+
+    def rule(self, orders: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return Gauss nodes r (i,), vartheta (j,) and weights (i, j)."""
+        (q, w), (below, v) = (
+            interval_rule(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), order)
+            for ends, order in zip((self.rho, self.x), orders, strict=True)
+        )
+        q = self.rho.lo + q
+        return q * q, angle_of(self.x.lo, self.x.hi, below), np.outer(np.pi**2 * w * q**3, v)
 
 
-def _weight(below: np.ndarray, above: np.ndarray, ends: Interval, shift: float) -> np.ndarray:
-    e0, e1 = float(ends.e_lo[0]), float(ends.e_hi[0])
+def _side(n: int, ends: Interval, below: np.ndarray, above: np.ndarray, shift: float) -> np.ndarray:
+    """Return n weighted polynomials (points, n) at distances from the ends; 0 outside."""
+    middle = (ends.hi - ends.lo) / 2
     inside = (below >= 0) & (above >= 0)
-    low, high = np.where(inside, below, 1.0), np.where(inside, above, 1.0)
-    norm = np.sqrt(total_weight(ends.lo, ends.hi, e0, e1))
-    return np.where(inside, low ** (e0 + shift) * high**e1 / norm, 0.0)
-
-
-def _table(n: int, ends: Interval, below: np.ndarray, above: np.ndarray) -> np.ndarray:
-    t = np.clip(np.nan_to_num(below - above) / (ends.hi - ends.lo), -1, 1).reshape(1, -1)
-    return jacobi_table(n, 2 * ends.e_hi, 2 * ends.e_lo, t)[0]
+    low, high = np.where(inside, below, middle), np.where(inside, above, middle)
+    t = np.clip((low - high) / (ends.hi - ends.lo), -1, 1).reshape(1, -1)
+    weight = interval_weight(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), low, high, shift)
+    inside &= weight > 1e-300
+    table = jacobi_table(n, 2 * ends.e_hi, 2 * ends.e_lo, np.where(inside, t, 0.0))[0]
+    return table * np.where(inside, weight, 0.0)[:, None]
 
 
 class _Problem(NamedTuple):
@@ -103,7 +128,9 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
     if size == 0:
         raise ValueError(f"levels = {levels} needs more than {LARGEST} functions; ask for fewer, or a larger hbar")
     method = "not separated: adiabatic channels in vartheta, Gauss-Jacobi grid in rho; f = 0 where V is infinite (Friedrichs)"
-    return Levels(unit * coarse, error, converged, None, None, chosen.m, chosen.l, hbar, size, method, make)
+    return Levels(
+        unit * coarse, error, converged, None, None, chosen.m, chosen.l, hbar, size, method, lambda k: (make(k), {"level": k}, {})
+    )
 
 
 class _TooLarge(Exception):
@@ -216,7 +243,7 @@ def _solve(
         table = np.zeros((bases.nodes.size, G.shape[1]))
         np.add.at(table, node, C[:, k, None] * G)
         table = bases.grid @ table
-        return PlaneState(bases.rho, bases.angular.interval, np.sign(table.flat[np.argmax(np.abs(table))]) * table)
+        return PlaneShape(bases.rho, bases.angular.interval, np.sign(table.flat[np.argmax(np.abs(table))]) * table)
 
     return E, state, node.size
 

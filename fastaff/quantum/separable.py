@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..models.functions import Barriers, Oscillator, Spring
+from ..models.functions import Barriers, Oscillator, Spring, Zero
 from .ends import NoGroundState, Well, exponent, reach, sampled, well
+from .factors import AngleFactor, PlaneFactor, RadialFactor
 from .solvers import Interval, IntervalFunction, basis
 
 LARGEST = 1200
@@ -35,12 +37,28 @@ class AngularFunction(NamedTuple):
 
     function: IntervalFunction
 
-    def __call__(self, vartheta):
-        """Return f."""
+    @property
+    def degree(self) -> int:
+        """Return the degree of its polynomial."""
+        return self.function.degree
+
+    def __call__(self, vartheta: ArrayLike) -> np.ndarray:
+        """Return f; 0 where V is infinite."""
         f, vartheta = self.function, np.asarray(vartheta, float)
         below = 2 * np.cos(vartheta / 2) ** 2 if f.lo == -1 else np.cos(vartheta) - f.lo
         above = 2 * np.sin(vartheta / 2) ** 2 if f.hi == 1 else f.hi - np.cos(vartheta)
         return f.at(below, above)
+
+    def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order - degree)."""
+        below, weights = self.function.rule(order)
+        return angle_of(self.function.lo, self.function.hi, below), weights
+
+
+def angle_of(lo: float, hi: float, below: np.ndarray) -> np.ndarray:
+    """Return vartheta of x = cos(vartheta) = lo + below, in (lo, hi)."""
+    above = hi - lo - below
+    return 2 * np.arctan2(np.sqrt((1 - hi + above) / 2), np.sqrt((1 + lo + below) / 2))
 
 
 class RadialFunction(NamedTuple):
@@ -49,8 +67,13 @@ class RadialFunction(NamedTuple):
     function: IntervalFunction
     dimension: int
 
-    def __call__(self, coordinate):
-        """Return f."""
+    @property
+    def degree(self) -> int:
+        """Return the degree of its polynomial."""
+        return self.function.degree
+
+    def __call__(self, coordinate: ArrayLike) -> np.ndarray:
+        """Return f; 0 where V is infinite or f has decayed below rounding."""
         f, power = self.function, -(self.dimension - 1) / 2
         coordinate = np.asarray(coordinate, float)
         q = coordinate if self.dimension == 2 else np.sqrt(coordinate)
@@ -58,30 +81,16 @@ class RadialFunction(NamedTuple):
         values = f.at(q - f.lo, f.hi - q, shift) * np.maximum(q, f.lo) ** rest
         return values if self.dimension == 2 else values / np.sqrt(2)
 
-
-class OscillatorFunction(NamedTuple):
-    """f(q) = N q^nu e^(-kappa q^2/2) L_n^(s)(kappa q^2), nu = s - (dimension - 2)/2; coordinate and norm as RadialFunction."""
-
-    n: int
-    s: float
-    kappa: float
-    dimension: int
-
-    def __call__(self, coordinate):
-        """Return f."""
-        from scipy.special import eval_genlaguerre, gammaln
-
-        coordinate = np.asarray(coordinate, float)
-        square = coordinate**2 if self.dimension == 2 else coordinate
-        gammas = gammaln(self.n + 1) - gammaln(self.n + self.s + 1)
-        log_norm = np.log(2 if self.dimension == 2 else 1) + (self.s + 1) * np.log(self.kappa) + gammas
-        envelope = square ** (self.s / 2 - (self.dimension - 2) / 4) * np.exp(log_norm / 2 - self.kappa * square / 2)
-        return envelope * eval_genlaguerre(self.n, self.s, self.kappa * square)
+    def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return Gauss nodes and weights, exact for f^2 times polynomials of q of degree < 2 (order - degree)."""
+        below, weights = self.function.rule(order)
+        q = self.function.lo + below
+        return (q, weights * q) if self.dimension == 2 else (q * q, 2 * weights * q**3)
 
 
-def centrifugal(name: str, strength: np.ndarray) -> np.ndarray:
-    """Return the exponents e of u ~ q^e at q = 0 of problems with s/q^2."""
-    return np.array([exponent(name, float(s), "at 0") for s in strength])
+def centrifugal(name: str, strength: np.ndarray, place: str = "at 0") -> np.ndarray:
+    """Return the exponents e of u ~ q^e at an end of problems with s/q^2, q the distance."""
+    return np.array([exponent(name, float(s), place) for s in strength])
 
 
 def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
@@ -146,35 +155,32 @@ def _oscillator(name, V, dimension, K, count, hbar, mu):
         raise NoGroundState(f"{name} = {V!r} must have k > 0: it does not bind, there is no discrete spectrum")
     strength = K + (dimension - 1) * (dimension - 3) / 4 + 2 * mu * V.c / hbar**2
     s = centrifugal(name, strength) - 0.5
-    omega, kappa = np.sqrt(V.k / mu), np.sqrt(V.k * mu) / hbar
+    omega, kappa = float(np.sqrt(V.k / mu)), float(np.sqrt(V.k * mu)) / hbar
     values = hbar * omega * (2 * np.arange(count) + 1 + s[:, None])
-    return Factors(values, values, lambda i, j: OscillatorFunction(j, float(s[i]), float(kappa), dimension), count)
+    factor = PlaneFactor if dimension == 2 else RadialFactor
+    return Factors(values, values, lambda i, j: factor(j, float(s[i]), kappa), count)
 
 
 def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
     """Solve EQ4.6 for the classes a, b (problems,): the lowest `count` e_vartheta of each.
 
     In x = cos(vartheta): -((1 - x^2) f')' + [b^2/(2(1 - x)) + a^2/(2(1 + x)) + mu V/(2 hbar^2)] f = (mu e/2 hbar^2) f. Where V becomes
-    infinite inside (0, pi), as at det phi = 0, f = 0 there (Friedrichs).
+    infinite inside (0, pi), as at det phi = 0, f = 0 there (Friedrichs). Barriers in closed form.
     """
     unit = 2 * hbar**2 / mu
+    if isinstance(V, (Barriers, Zero)):
+        return _barriers(name, V if isinstance(V, Barriers) else Barriers(0.0, 0.0), a, b, count, unit)
 
     def U(vartheta):
         return V.value(vartheta) / unit
 
-    # Of barriers the strengths are known, and 1 - sin^2(vartheta/2) next to vartheta = pi is not accurate.
-    known = Well(0.0, np.pi, True, True, 4 * V.c_beta / unit, 4 * V.c_alpha / unit) if isinstance(V, Barriers) else None
-    found = known or well(name, U, 0.0, np.pi)
+    found = well(name, U, 0.0, np.pi)
     interval = angular_interval(name, found, a, b)
 
     def solve(n, _):
         base = basis(interval, n, 24)
-        q = angular_potential(base, a, b, found)
-        if known:
-            q = q + (found.c_hi / base.below + found.c_lo / base.above) / 2
-        else:
-            q = q + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
-        return base, base.lowest(q, 1 - base.x**2, count + 1, -1)
+        q = angular_potential(base, a, b, found) + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
+        return base, base.lowest(q, 1 - base.x**2, count + 1, 0)
 
     base, (values, vectors), coarse, n = _until_equal(solve, count + 24, 1.0, 1.0, count, tolerance)
 
@@ -183,6 +189,14 @@ def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: f
         return AngularFunction(IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]))
 
     return Factors(unit * values[:, :count], unit * coarse[:, :count], function, n)
+
+
+def _barriers(name: str, V: Barriers, a: np.ndarray, b: np.ndarray, count: int, unit: float) -> Factors:
+    """e_vartheta = (hbar^2/2 mu) (Q^2 - 1), Q = 2 n + 1 + s_alpha + s_beta."""
+    s_alpha = centrifugal(name, a**2 - 0.25 + 4 * V.c_alpha / unit, "at vartheta = pi") - 0.5
+    s_beta = centrifugal(name, b**2 - 0.25 + 4 * V.c_beta / unit, "at vartheta = 0") - 0.5
+    values = unit / 4 * ((2 * np.arange(count) + 1 + (s_alpha + s_beta)[:, None]) ** 2 - 1)
+    return Factors(values, values, lambda i, j: AngleFactor(j, float(s_alpha[i]), float(s_beta[i])), count)
 
 
 def angular_interval(name: str, found: Well, a: np.ndarray, b: np.ndarray) -> Interval:

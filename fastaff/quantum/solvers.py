@@ -6,9 +6,12 @@ so what is left to the polynomials is smooth. Many problems that differ in expon
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+
+from ..kernels.quantum_factors import polynomial_values
 
 
 class Interval(NamedTuple):
@@ -66,25 +69,51 @@ class IntervalFunction(NamedTuple):
     e_hi: float
     coefficients: np.ndarray
 
+    @property
+    def degree(self) -> int:
+        """Return the degree of the polynomial."""
+        return self.coefficients.size - 1
+
     def at(self, below: np.ndarray, above: np.ndarray, shift: float = 0.0) -> np.ndarray:
         """Return f (x - lo)^shift at distances below = x - lo and above = hi - x from the ends; 0 outside."""
+        below, above = np.broadcast_arrays(below, above)
         inside = (below >= 0) & (above >= 0)
-        low, high = np.where(inside, below, self.lo), np.where(inside, above, 0.0)
-        low = np.where(inside, low, (self.hi - self.lo) / 2)
+        middle = (self.hi - self.lo) / 2
+        low, high = np.where(inside, below, middle), np.where(inside, above, middle)
+        weight = interval_weight(self.lo, self.hi, self.e_lo, self.e_hi, low, high, shift)
+        # Beyond what floats hold polynomials overflow where their weight vanishes.
+        inside &= weight > 1e-300
         t = np.clip((low - high) / (self.hi - self.lo), -1, 1)
-        table = jacobi_table(self.coefficients.size, np.array([2 * self.e_hi]), np.array([2 * self.e_lo]), t.reshape(1, -1))[0]
-        with np.errstate(divide="ignore", under="ignore"):
-            weight = low ** (self.e_lo + shift) * high**self.e_hi
-        polynomial = (table @ self.coefficients).reshape(t.shape)
-        return np.where(inside, weight * polynomial / np.sqrt(total_weight(self.lo, self.hi, self.e_lo, self.e_hi)), 0.0)
+        diagonal, off = recurrence(self.coefficients.size, np.array([2 * self.e_hi]), np.array([2 * self.e_lo]))
+        polynomial = np.empty(t.shape)
+        polynomial_values(diagonal[0], off[0], self.coefficients, np.ascontiguousarray(t).reshape(-1), polynomial.reshape(-1))
+        return np.where(inside, weight * np.where(inside, polynomial, 0.0), 0.0)
+
+    def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes (order,) as distances from lo and weights: int f^2 g dx is the sum of weight*f^2*g."""
+        return interval_rule(self.lo, self.hi, self.e_lo, self.e_hi, order)
 
 
-def total_weight(lo: float, hi: float, e_lo: float, e_hi: float) -> float:
-    """Return int (x - lo)^2e_lo (hi - x)^2e_hi dx."""
-    from math import exp, lgamma, log
+def interval_rule(lo: float, hi: float, e_lo: float, e_hi: float, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return Gauss nodes (order,) as distances from lo, and weights for functions that carry (x - lo)^2e_lo (hi - x)^2e_hi themselves."""
+    t, w = gauss_jacobi(order, np.array([2 * e_hi]), np.array([2 * e_lo]))
+    below, above = (hi - lo) * (1 + t[0]) / 2, (hi - lo) * (1 - t[0]) / 2
+    return below, np.exp(np.log(w[0]) + log_total_weight(lo, hi, e_lo, e_hi) - 2 * e_lo * np.log(below) - 2 * e_hi * np.log(above))
 
+
+def interval_weight(lo: float, hi: float, e_lo: float, e_hi: float, below: np.ndarray, above: np.ndarray, shift: float = 0.0) -> np.ndarray:
+    """Return (x - lo)^(e_lo + shift) (hi - x)^e_hi at distances below, above >= 0, so that for shift = 0 the square has integral 1."""
+    from scipy.special import xlogy
+
+    logarithm = xlogy(e_lo + shift, below) + xlogy(e_hi, above) - log_total_weight(lo, hi, e_lo, e_hi) / 2
+    with np.errstate(over="ignore", under="ignore"):
+        return np.exp(logarithm)
+
+
+def log_total_weight(lo: float, hi: float, e_lo: float, e_hi: float) -> float:
+    """Return the logarithm of int (x - lo)^2e_lo (hi - x)^2e_hi dx."""
     power = 2 * e_lo + 2 * e_hi + 1
-    return exp(power * log(hi - lo) + lgamma(2 * e_lo + 1) + lgamma(2 * e_hi + 1) - lgamma(power + 1))
+    return power * math.log(hi - lo) + math.lgamma(2 * e_lo + 1) + math.lgamma(2 * e_hi + 1) - math.lgamma(power + 1)
 
 
 def recurrence(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..boundary import checked_model
+from ..charts import ALPHA_BETA, R_VARTHETA
 from ..models import Body
 from ..scalars import positive, whole
 from ..separation import FAMILIES, separate
-from .levels import FactorState, Levels, level_scale
+from .levels import Levels, level_scale
 from .nonseparable import plane_levels
 from .separable import Factors, angular, radial
+from .states import Product
 from .symmetry import SymmetryClass, checked_class
 
 
@@ -98,7 +100,8 @@ def _alpha_beta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tol
         count = min(levels, 2 * count)
 
     def factors(pair, n_alpha, n_beta):
-        return first.functions(i[pair], n_alpha), second.functions(j[pair], n_beta)
+        shapes = first.functions(i[pair], n_alpha), second.functions(j[pair], n_beta)
+        return shapes, {"E_alpha": first.values[i[pair], n_alpha], "E_beta": second.values[j[pair], n_beta]}
 
     return [(*_merged(sums[p], coarse[p], levels), _states(factors, p), max(first.size, second.size)) for p in range(len(pairs))]
 
@@ -121,7 +124,9 @@ def _r_vartheta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tol
     count = n_v
 
     def factors(pair, n_r, n_vartheta):
-        return fine.functions(pair * count + n_vartheta, n_r), e.functions(pair, n_vartheta)
+        row = pair * count + n_vartheta
+        constants = {"E": fine.values[row, n_r], "e_vartheta": e.values[pair, n_vartheta]}
+        return (fine.functions(row, n_r), e.functions(pair, n_vartheta)), constants
 
     return [(*_merged(sums[p], other[p], levels), _states(factors, p), max(e.size, fine.size)) for p in range(len(pairs))]
 
@@ -132,6 +137,7 @@ def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance
 
 
 _SOLVED = {0: _alpha_beta, 1: _r_vartheta}
+_CHARTS = {0: ALPHA_BETA, 1: R_VARTHETA}
 
 
 def _merged(sums: np.ndarray, coarse: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -155,7 +161,9 @@ def _levels(chosen: SymmetryClass, solved: Any, separated: Any, hbar: float, tol
     )
     converged = error <= tolerance * level_scale(E)
 
-    def state(k):
-        return FactorState(names, factors(labels[k]))
+    def describe(k):
+        pair, constants = factors(labels[k])
+        numbers = {f"n_{name}": int(n) for name, n in zip(names, labels[k], strict=True)}
+        return Product(_CHARTS[separated.family.code], pair), numbers, {name: float(value) for name, value in constants.items()}
 
-    return Levels(E, error, converged, labels, names, chosen.m, chosen.l, hbar, size, method, state)
+    return Levels(E, error, converged, labels, names, chosen.m, chosen.l, hbar, size, method, describe)

@@ -1,231 +1,26 @@
-"""Wave functions on GL(2,R): product states of two factors, their values, densities and expectation values (layer L3).
-
-    Psi = (1/2 pi) e^(i m phi + i l psi) f_alpha f_beta,    Psi = (sqrt2/pi) e^(i m phi + i l psi) f_r f_vartheta
-
-in L^2 of the Riemannian measure dx dy dz du = alpha beta dalpha dbeta deta dgamma = (r/8) sin(vartheta) dr dvartheta deta dgamma.
-A `ProductState` is a symmetry class, a chart and two factors; where the factors come from does not matter.
-"""
+"""Exact wave functions of solvable bodies: product states of closed-form factors (layer L3)."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
-from ..charts.checks import checked
-from ..kernels.quantum_factors import plane_radii, turn_planes
-from ..scalars import whole
+from ..charts import ALPHA_BETA, R_VARTHETA, Chart
 from .exact import SolvableBody, solvable
 from .factors import AngleFactor, Factor, PlaneFactor, RadialFactor, quantum_number
+from .states import Product, State, invariants_of
 from .symmetry import SymmetryClass, checked_class
-
-CHUNK = 1 << 19
-"""Points done at once: few enough for what stands between factors and Psi to be reused, enough for threads to meet rarely."""
-
-
-class Invariants(NamedTuple):
-    """Two deformation invariants as coordinates of the quadrant alpha, beta >= 0.
-
-    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha, beta)/d(invariants)|.
-    """
-
-    front: float
-    from_radii: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-    to_radii: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-    area: float
-
-
-def _same(alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return alpha, beta
-
-
-def _to_r_vartheta(alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return alpha * alpha + beta * beta, 2 * np.arctan2(beta, alpha)
-
-
-def _from_r_vartheta(r: np.ndarray, vartheta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    rho = np.sqrt(r)
-    return rho * np.cos(vartheta / 2), rho * np.sin(vartheta / 2)
-
-
-def _turned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return (x + y) / math.sqrt(2), (x - y) / math.sqrt(2)
-
-
-INVARIANTS = {
-    ALPHA_BETA.name: Invariants(1 / (2 * math.pi), _same, _same, 1.0),
-    R_VARTHETA.name: Invariants(math.sqrt(2) / math.pi, _to_r_vartheta, _from_r_vartheta, 0.25),
-    TWO_POLAR.name: Invariants(1.0, _turned, _turned, 1.0),
-}
-
-
-def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)) -> Invariants:
-    """Return the invariants of a chart; raises ValueError for one that is not among those given."""
-    if getattr(chart, "name", None) not in [known.name for known in among]:
-        raise ValueError(f"chart must be {', '.join(known.name for known in among)}, got {getattr(chart, 'name', chart)!r}")
-    return INVARIANTS[chart.name]
-
-
-@dataclass(frozen=True)
-class ProductState:
-    """A stationary state Psi = front e^(i m phi + i l psi) f_1 f_2 of one chart, normalised; call it on matrices phi (2, 2, ...).
-
-    symmetry: the class (m, l); chart: ALPHA_BETA or R_VARTHETA; factors: f_1, f_2, each normalised in its own measure; n: their quantum
-    numbers; energy; constants: the two separation constants by name; hbar.
-    The sign is that of closed-form factors: positive near alpha = 0, beta = 0 and r = 0.
-    With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`).
-    Source: Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
-    """
-
-    symmetry: SymmetryClass
-    chart: Chart
-    factors: tuple[Factor, Factor]
-    n: tuple[int, int]
-    energy: float
-    constants: dict[str, float]
-    hbar: float
-
-    def __post_init__(self) -> None:
-        invariants_of(self.chart, (ALPHA_BETA, R_VARTHETA))
-
-    @property
-    def labels(self) -> dict[str, int]:
-        """The quantum numbers by name: n_alpha, n_beta or n_r, n_vartheta, and m, l."""
-        named = {f"n_{name}": n for name, n in zip(self.chart.names[:2], self.n, strict=True)}
-        return named | {"m": self.symmetry.m, "l": self.symmetry.l}
-
-    def __call__(self, phi: ArrayLike) -> np.ndarray:
-        """Return Psi (...), complex, at matrices phi (2, 2, ...); of any determinant, also 0."""
-        return self.planes(CARTESIAN.points_to_planes(checked("phi", phi, (2, 2)).reshape(4, *np.shape(phi)[2:])))
-
-    def planes(self, planes: ArrayLike) -> np.ndarray:
-        """Return Psi (...), complex, at rows a1, a2, b1, b2 (4, ...): the fastest way, without trigonometry."""
-        if (self.symmetry.m + self.symmetry.l) % 2:
-            raise ValueError("with m + l odd Psi has two values on a matrix: give the coordinates of one, as at(q, ALPHA_BETA)")
-        rows = checked("planes", planes, (4,))
-        flat = np.ascontiguousarray(rows.reshape(4, -1))
-        out = np.empty(flat.shape[1], complex)
-        m, l = self.symmetry
-        for start in range(0, out.size, CHUNK):
-            some = flat[:, start : start + CHUNK]
-            radii = np.empty((2, some.shape[1]))
-            plane_radii(some, radii)
-            turn_planes((m - l) // 2, (m + l) // 2, some, radii, self._of_radii(radii[0], radii[1]), out[start : start + CHUNK])
-        return out.reshape(rows.shape[1:])[()]
-
-    def at(self, q: ArrayLike, chart: Chart = ALPHA_BETA) -> np.ndarray:
-        """Return Psi (...), complex, at coordinates q (4, ...) of any chart, e.g. rows alpha, beta, eta, gamma.
-
-        With m + l odd the angles decide between the two values; radii must not be negative then.
-        """
-        rows = checked("q", q, (4,))
-        planes = chart.points_to_planes(rows)
-        m, l = self.symmetry
-        if (m + l) % 2 == 0:
-            return self.planes(planes)
-        eta, gamma = _angles(chart, rows)
-        alpha, beta = np.hypot(planes[0], planes[1]), np.hypot(planes[2], planes[3])
-        if np.any(np.cos(eta) * planes[0] + np.sin(eta) * planes[1] < -0.5 * alpha) or np.any(
-            np.cos(gamma) * planes[2] + np.sin(gamma) * planes[3] < -0.5 * beta
-        ):
-            raise ValueError("q must have radii >= 0 where m + l is odd")
-        return self._of_radii(alpha, beta) * np.exp(0.5j * ((m - l) * eta + (m + l) * gamma))
-
-    def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
-        """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast."""
-        own = self.chart if chart is None else chart
-        first, second = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        return self._product(first, second) if own.name == self.chart.name else self._of_radii(*invariants_of(own).to_radii(first, second))
-
-    def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
-        """Return the probability density of two invariants, per unit dx dy: its integral is 1.
-
-        x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1 >= |D2|,
-        where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times 2 pi^2 (D1^2 - D2^2).
-        Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
-        """
-        chosen = invariants_of(self.chart if chart is None else chart)
-        first, second = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        alpha, beta = chosen.to_radii(first, second)
-        inside: Any = True
-        if chosen is INVARIANTS[TWO_POLAR.name]:
-            inside = (alpha >= 0) & (beta >= 0)
-            alpha, beta = np.where(inside, alpha, 0.0), np.where(inside, beta, 0.0)
-        own = self._of_radii(alpha, beta) if chosen is not INVARIANTS[self.chart.name] else self._product(first, second)
-        return np.where(inside, (2 * math.pi * own) ** 2 * alpha * beta * chosen.area, 0.0)[()]
-
-    def norm(self, *, order: int | None = None) -> float:
-        """Return the norm of Psi by the factors' own quadrature, `order` nodes each (n + 32 by default)."""
-        return math.sqrt(float(np.real(self.expectation(lambda x, y: np.ones(np.shape(x)), order=order))))
-
-    def expectation(
-        self, function: Callable[[np.ndarray, np.ndarray], np.ndarray], *, chart: Chart | None = None, order: int | None = None
-    ) -> Any:
-        """Return the expectation value of a function of two invariants by Gauss quadrature.
-
-        function(x, y): arrays of the invariants of `chart` (own by default; ALPHA_BETA, R_VARTHETA, TWO_POLAR) to real or complex
-        values; order: nodes of each factor, n + 32 by default. Raises ValueError for a chart or order it does not take.
-        For closed-form factors exact to rounding for polynomials of alpha^2 and beta^2 (r and cos vartheta) of degree up to 63;
-        raise `order` until the digits stand otherwise.
-        """
-        chosen = invariants_of(self.chart if chart is None else chart)
-        (x, u), (y, v) = self._rules(order)
-        first, second = np.meshgrid(x, y, indexing="ij")
-        alpha, beta = INVARIANTS[self.chart.name].to_radii(first, second)
-        values = np.asarray(function(*(first, second) if chosen is INVARIANTS[self.chart.name] else chosen.from_radii(alpha, beta)))
-        total = np.sum(np.outer(u * self.factors[0](x) ** 2, v * self.factors[1](y) ** 2) * values)
-        return total.item()
-
-    def overlap(self, other: ProductState, *, order: int | None = None) -> float:
-        """Return <self|other>; 0 between different classes. `order` as in `expectation`, with the larger n of both states."""
-        if self.symmetry != other.symmetry:
-            return 0.0
-        (x, u), (y, v) = self._rules(max(*self.n, *other.n) + 32 if order is None else order)
-        first, second = np.meshgrid(x, y, indexing="ij")
-        theirs = other._of_radii(*INVARIANTS[self.chart.name].to_radii(first, second))
-        weights = np.outer(u * self.factors[0](x), v * self.factors[1](y))
-        return float(np.sum(weights * theirs) / INVARIANTS[self.chart.name].front)
-
-    def _rules(self, order: int | None) -> list[tuple[np.ndarray, np.ndarray]]:
-        orders = [n + 32 if order is None else max(whole("order", order, 1), n + 1) for n in self.n]
-        return [factor.rule(nodes) for factor, nodes in zip(self.factors, orders, strict=True)]
-
-    def _product(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the amplitude at own invariants."""
-        product = self.factors[0](x) * INVARIANTS[self.chart.name].front
-        product *= self.factors[1](y)
-        return product
-
-    def _of_radii(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
-        """Return the amplitude at alpha, beta >= 0."""
-        return self._product(*INVARIANTS[self.chart.name].from_radii(alpha, beta))
-
-
-def _angles(chart: Chart, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return eta, gamma as they stand in coordinates q (4, ...) of a chart that has angles of space and body."""
-    named = dict(zip(chart.names, q, strict=True))
-    if "eta" in named:
-        return named["eta"], named["gamma"]
-    if "phi" in named:
-        return named["phi"] - named["psi"], named["phi"] + named["psi"]
-    if "Phi" in named:
-        return (named["Phi"] + named["Psi"]) / 2, (named["Phi"] - named["Psi"]) / 2
-    raise ValueError(f"chart must have the angles eta and gamma, phi and psi, or Phi and Psi where m + l is odd; got {chart.name!r}")
 
 
 def wavefunction(
     body: Any, *, m: int, l: int, n: tuple[int, int], hbar: float = 1.0, chart: Chart = ALPHA_BETA, single_valued: bool = True
-) -> ProductState:
+) -> State:
     """Return the exact stationary state of a solvable body with given quantum numbers.
 
     Parameters: m, l, whole numbers of spin and vorticity; n = (n1, n2) >= 0, quantum numbers of the two coordinates of `chart`, which
     is ALPHA_BETA or R_VARTHETA; hbar > 0; single_valued: m + l must be even (else refused), False takes the covering too.
-    Returns ProductState. Raises ValueError or TypeError for wrong input and for bodies without closed-form states (Harmonic,
+    Returns State. Raises ValueError or TypeError for wrong input and for bodies without closed-form states (Harmonic,
     Anharmonic and other oscillators with walls have them).
     Formula: the factors of `fastaff.quantum.factors` with s_alpha, s_beta of `exact_levels` and 2 epsilon = 2 n_vartheta + 1 + s_alpha +
     s_beta; errors below 1e-12 of the maximum for n and indices up to 500. About 30 ns for a value at n <= 10 on one thread, in ALPHA_BETA.
@@ -241,7 +36,8 @@ def wavefunction(
     names = ("E_alpha", "E_beta") if model.family.code == 0 else ("E", "e_vartheta")
     constants = dict(zip(names, model.constants(quanta, *symmetry).tolist(), strict=True))
     factors = closed_form_factors(model, (first, second), symmetry)
-    return ProductState(symmetry, chart, factors, (first, second), float(model.energy(quanta, *symmetry)), constants, model.hbar)
+    numbers = {f"n_{name}": k for name, k in zip(chart.names[:2], (first, second), strict=True)}
+    return State(symmetry, Product(chart, factors), numbers, float(model.energy(quanta, *symmetry)), constants, model.hbar)
 
 
 def closed_form_factors(model: SolvableBody, n: tuple[int, int], symmetry: SymmetryClass) -> tuple[Factor, Factor]:
