@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import jn_zeros
 
 from fastaff import (
     Anharmonic,
@@ -12,12 +13,16 @@ from fastaff import (
     HeavyTop,
     HenonHeiles,
     Hyperelastic,
+    NeoHookean,
     SeparableAlphaBeta,
     SeparableRVartheta,
+    StackelBody,
     one_variable,
 )  # fmt: skip
-from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring
+from fastaff.charts import CARTESIAN, to_matrix
+from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring, Zero
 from fastaff.quantum.ends import NoGroundState
+from fastaff.quantum.operators import hamiltonian_operator, spin
 from fastaff.quantum.separable import angular, radial
 from fastaff.quantum.spectrum import spectrum, spectrum_table
 
@@ -164,6 +169,64 @@ def test_states_are_orthonormal_with_nodes_of_their_labels(potential, chart):
                     assert abs((measure * f * g).sum()) < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("V", "m", "E"),
+    [
+        (one_variable(lambda q: np.where(q < 1, 0 * q, np.inf), slope=lambda q: 0 * q), 2, jn_zeros(1, 4) ** 2 / 2),
+        (one_variable(lambda q: -1 / q), 0, -0.5 / (np.arange(4) + 0.5) ** 2),
+        (one_variable(lambda q: -1 / q), 4, -0.5 / (np.arange(4) + 2.5) ** 2),
+    ],
+    ids=["disk", "Coulomb", "Coulomb, a = 2"],
+)
+def test_textbook_planes(V, m, E):
+    """A particle in a hard disk, E = j^2/2 with zeros of J_a; the two-dimensional hydrogen atom, E = -1/(2 (n + a + 1/2)^2)."""
+    found = spectrum(Body(SeparableAlphaBeta(V, Oscillator())), m=m, l=0, levels=24)
+    a = m / 2
+    lowest = [found.E[(found.labels == (n, 0)).all(axis=1)] for n in range(2)]
+    np.testing.assert_allclose(np.concatenate(lowest), E[:2] + 1 + a, rtol=1e-10)
+    assert found.converged.all()
+
+
+def test_a_wall_of_finite_strength():
+    """Poeschl and Teller, (nu^2 - 1/4)/(2 sin^2 q) on (0, pi): E = (n + nu + 1/2)^2/2; 1/(8 q^2) makes the plane a line."""
+    nu = 1.8
+
+    def value(q):
+        return np.where(q < np.pi, (nu * nu - 0.25) / (2 * np.sin(q) ** 2) + 1 / (8 * q * q), np.inf)
+
+    def slope(q):
+        return np.where(q < np.pi, -(nu * nu - 0.25) * np.cos(q) / np.sin(q) ** 3 - 1 / (4 * q**3), 0.0)
+
+    V = one_variable(value, slope=slope)
+    values = radial("V", V, 2, np.zeros(1), 4, 1.0, 1.0, 1e-12).values[0]
+    np.testing.assert_allclose(values, (np.arange(4) + nu + 0.5) ** 2 / 2, rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    "potential", [Hyperelastic(0.7), HeavyTop(A=0.8), SeparableAlphaBeta(QUARTIC, Oscillator(1.0, 0.3)), NeoHookean(1.0, 2.0)],
+    ids=lambda p: type(p).__name__,
+)  # fmt: skip
+def test_schroedinger_equation_of_numerical_states(potential):
+    """H Psi = E Psi by differences of Psi on planes, with the Laplacian of R^4; and the spin of its values on matrices.
+
+    Errors of levels are squares of those of states: 1e-9 and 3e-5 for the body that does not separate.
+    """
+    body, hbar, error = Body(potential, 1.2), 0.8, 3e-4 if isinstance(potential, NeoHookean) else 1e-7
+    found = spectrum(body, m=3, l=-1, levels=7, hbar=hbar, tolerance=1e-9)
+    planes = np.random.default_rng(3).normal(size=(4, 40)) * np.array([[0.8], [0.8], [0.4], [0.4]])
+    alpha, beta = np.hypot(*planes[:2]), np.hypot(*planes[2:])
+    planes = planes[:, (alpha > beta + 0.2) & (beta > 0.2)]
+    assert planes.shape[1] > 5
+    H = hamiltonian_operator(body, CARTESIAN, hbar=hbar)
+    for k in (0, 6):
+        state = found.state(k)
+        left = H(lambda x, state=state: state.at(x, CARTESIAN), CARTESIAN.points_from_planes(planes))
+        scale = np.abs(state.planes(planes)).max() * state.energy
+        assert np.abs(left - state.energy * state.planes(planes)).max() < error * scale
+        matrices = to_matrix(np.concatenate([planes, planes]))[0]
+        assert np.abs(spin(state, matrices, hbar=hbar) - 3 * hbar * state(matrices)).max() < 1e-9 * scale
+
+
 def test_table_of_classes():
     classes = [(m, l) for m in range(-3, 4) for l in range(-3, 4) if (m + l) % 2 == 0]
     table = spectrum_table(Body(Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=30)
@@ -182,6 +245,9 @@ def falling(q):
     ("potential", "changes", "error", "words"),
     [
         (Hyperelastic(), {"hbar": 0.0}, ValueError, "hbar"),
+        (Hyperelastic(), {"m": 0.5}, ValueError, "m must be a whole number"),
+        (Hyperelastic(), {"l": "0"}, TypeError, "l must be a whole number"),
+        (Hyperelastic(-1.0), {}, NoGroundState, "k > 0"),
         (Hyperelastic(), {"hbar": -1.0}, ValueError, "hbar"),
         (Hyperelastic(), {"levels": 0}, ValueError, "levels"),
         (Hyperelastic(), {"levels": 1.5}, TypeError, "levels"),
@@ -196,6 +262,9 @@ def falling(q):
         (SeparableAlphaBeta(one_variable(lambda q: -np.exp(-q)), Oscillator()), {}, NoGroundState, "bind"),
         (SeparableRVartheta(Spring(), Barriers(-1.0)), {}, NoGroundState, "vartheta = pi"),
         (SeparableRVartheta(Spring(), Secant(-8.0)), {}, ValueError, "V_"),
+        (SeparableAlphaBeta(one_variable(lambda q: q**2 + 1 / (q - 1) ** 2), Oscillator()), {}, ValueError, "pole at 1;"),
+        (SeparableAlphaBeta(one_variable(lambda q: np.tan(q) ** 2), Oscillator()), {}, ValueError, "pole at 1.5708"),
+        (SeparableRVartheta(Spring(), one_variable(lambda v: 1 / np.cos(v) ** 2)), {}, ValueError, "pole at 1.5708"),
     ],
 )
 def test_what_has_no_spectrum(potential, changes, error, words):
@@ -208,6 +277,10 @@ def test_other_wrong_input():
         spectrum(Body(Harmonic(), -1.0), m=0, l=0, levels=1)
     with pytest.raises(TypeError, match="Body"):
         spectrum(HenonHeiles(), m=0, l=0, levels=1)
+    with pytest.raises(TypeError, match="angular potentials"):
+        spectrum(StackelBody(Harmonic(), one_variable(lambda angle: np.cos(angle)), Zero()), m=0, l=0, levels=1)
+    with pytest.raises(ValueError, match="more than 1200"):
+        radial("V", QUARTIC, 2, np.zeros(1), 1200, 1.0, 1.0, 1e-12)
     with pytest.raises(ValueError, match="same length"):
         spectrum_table(Body(Harmonic()), m=[0, 1], l=[0], levels=1)
     found = spectrum(Body(Harmonic()), m=0, l=0, levels=2)

@@ -109,8 +109,8 @@ def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: f
     strength = K + (dimension - 1) * (dimension - 3) / 4
     e_zero = centrifugal(name, strength + found.c_lo) if found.natural_lo else np.array([exponent(name, found.c_lo, "at its wall")])
     deepest = K.min() + (dimension - 2) ** 2 / 4
-    _, far, k = reach(name, lambda q: U(q) + (K.max() + (dimension - 2) ** 2 / 4) / q**2, found.lo, found.hi, count + 2)
-    near, far_too, _ = reach(name, lambda q: U(q) + deepest / q**2, found.lo, found.hi, count + 2)
+    _, far, nodes = reach(name, lambda q: U(q) + (K.max() + (dimension - 2) ** 2 / 4) / q**2, found.lo, found.hi, count + 2)
+    near, far_too, deep = reach(name, lambda q: U(q) + deepest / q**2, found.lo, found.hi, count + 2)
     far = max(far, far_too)
     e_lo = np.broadcast_to(e_zero if near == found.lo else np.ones(1), K.shape)
     e_far = exponent(name, found.c_hi, "at its outer wall") if far == found.hi else 1.0
@@ -126,7 +126,9 @@ def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: f
         return b, b.lowest(q, np.ones_like(q), count + 1, 0)
 
     grow = 1.0 if far == found.hi else 1.05
-    first = int(0.65 * k * (far - near)) + count + 24
+    first = int(1.3 * max(nodes, deep)) + count + 24
+    if first > LARGEST:
+        raise ValueError(f"{count} levels of {name} take {first} basis functions, more than {LARGEST}: ask for fewer, or a larger hbar")
     b, (values, vectors), coarse, n = _until_equal(solve, first, far, grow, count, tolerance)
 
     def function(i, j):
@@ -137,17 +139,18 @@ def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: f
 
 
 def _until_equal(solve, n, hi, grow, count, tolerance):
-    """Enlarge basis and interval until the values of two in succession agree."""
+    """Enlarge basis and interval until the values of two in succession agree: twofold while they are far from it."""
     _, (coarse, _) = solve(n, hi)
+    far = False
     while True:
-        n = n + n // 4 + 12
+        n = 2 * n if far else n + n // 4 + 12
         hi *= grow
         b, (values, vectors) = solve(n, hi)
         gap = np.abs(values[:, :count] - coarse[:, :count])
         scale = np.maximum(np.abs(values[:, :count]), np.abs(np.diff(values[:, : count + 1])))
         if np.all(gap <= max(0.1 * tolerance, FLOOR) * scale) or n > LARGEST:
             return b, (values, vectors), coarse, n
-        coarse = values
+        coarse, far = values, bool(np.any(gap > 1e-4 * scale))
 
 
 def _oscillator(name, V, dimension, K, count, hbar, mu):

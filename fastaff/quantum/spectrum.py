@@ -9,7 +9,7 @@ import numpy as np
 
 from ..boundary import checked_model
 from ..charts import ALPHA_BETA, R_VARTHETA
-from ..models import Body
+from ..models import Body, StackelBody
 from ..scalars import positive, whole
 from ..separation import FAMILIES, separate
 from .levels import Levels, level_scale
@@ -76,7 +76,8 @@ def _families(body: Any) -> list[Any]:
 def _checked(body: Any, levels: int, hbar: float, tolerance: float) -> None:
     checked_model(body)
     if not isinstance(body, Body):
-        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
+        why = "; with angular potentials spin and vorticity are no quantum numbers" if isinstance(body, StackelBody) else ""
+        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
     whole("levels", levels, 1)
     positive("hbar", hbar)
     positive("tolerance", tolerance)
