@@ -44,9 +44,11 @@ from .naff import Lines, naff
 from .periodic import PeriodicOrbits, Stability, periodic_orbits
 from .periodic_search import find_periodic_orbits, periodic_guesses
 from .poincare import SectionMap, poincare_map
+from .quantum.diagram import LevelDiagram, class_diagram, level_diagram
 from .quantum.ends import NoGroundState
 from .quantum.exact import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
 from .quantum.levels import Levels
+from .quantum.listing import LevelList, all_levels, level_list
 from .quantum.spectrum import spectrum, spectrum_table
 from .quantum.states import State
 from .quantum.waves import wavefunction
@@ -127,6 +129,8 @@ __all__ = [
     "Hyperelastic",
     "Interrupted",
     "Islands",
+    "LevelDiagram",
+    "LevelList",
     "Levels",
     "Linear",
     "Lines",
@@ -165,8 +169,10 @@ __all__ = [
     "WebLine",
     "Zero",
     "ZeroOne",
+    "all_levels",
     "chaos",
     "chaotic_fraction",
+    "class_diagram",
     "constants_of_motion",
     "continuation",
     "diffusion_histogram",
@@ -184,6 +190,8 @@ __all__ = [
     "hamiltonian",
     "integrate",
     "islands",
+    "level_diagram",
+    "level_list",
     "multiplets",
     "naff",
     "one_variable",

@@ -14,13 +14,15 @@ from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.frequency_map import frequencies
 from .commands.poincare import poincare
+from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
 from .options import HELP, Parameter, cyclopts
 from .progress import EXIT_INTERRUPTED, say
 
 EXIT_WRONG_INPUT = 2
 COMMANDS: dict[str, Any] = {
-    "demo": demo, "poincare": poincare, "frequency-map": frequencies, "chaos-map": chaos_map, "warmup": warmup, "doctor": doctor,
+    "demo": demo, "poincare": poincare, "frequency-map": frequencies, "chaos-map": chaos_map, "spectrum": energy_levels,
+    "warmup": warmup, "doctor": doctor,
 }  # fmt: skip
 NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
 

@@ -54,6 +54,7 @@ Start with one of
 - `fastaff frequency-map --model hyperelastic --energy 3.5 --p-eta 0.3 --p-gamma 0.2`
 - `fastaff chaos-map --energy 1.5 --p-eta 0.3 --p-gamma 0.2`
 - `fastaff chaos-map --p-eta 0.3 --p-gamma 0.2 --scan energy=0.5:3:11`
+- `fastaff spectrum --model hyperelastic`
 """
 WHAT, WHERE, STARTS, HOW, WRITTEN = (
     Group(name, sort_key=k)

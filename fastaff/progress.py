@@ -111,7 +111,7 @@ def drawing(path: Any) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        say(f"stopped by Ctrl-C: all orbits are in {path}; no figure drawn")
+        say(f"stopped by Ctrl-C: all results are in {path}; no figure drawn")
         raise SystemExit(EXIT_INTERRUPTED) from None
 
 

@@ -2,6 +2,9 @@
 
 import os
 
+# Two test runs on two cores: threads of BLAS that wait for one another made matrices of 500 rows ten times slower.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 
