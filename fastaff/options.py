@@ -80,9 +80,9 @@ class Model:
     lam: float | None = None
     """Coupling of henon-heiles [1]."""
     formula: str | None = None
-    """Potential energy of a body of your own, such as "C/2*(D1**2+D2**2) + C/(D1*D2)", instead of a model."""
+    """Potential energy of a body of your own, such as `C/2*(D1**2+D2**2) + C/(D1*D2)`, instead of a model."""
     hamiltonian: str | None = None
-    """Potential energy of a system p^2/2 + V of your own, such as "(x**2+y**2)/2 + x**2*y - y**3/3"."""
+    """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`."""
     coordinates: str | None = None
     """Coordinates of --hamiltonian. ["x y"]"""
     parameter: list[str] | None = None
