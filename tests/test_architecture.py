@@ -23,7 +23,8 @@ LAYERS = {
     "web": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,
     "returns": 3.1, "periodic": 3.2, "periodic_search": 3.3, "continuation": 3.4,
     "jobs": 4, "files": 4,
-    "plot": 5, "plot_resonance": 5, "plot_periodic": 5, "plot_chaos": 5, "plot_quantum": 5, "commands": 5, "cli": 5, "options": 5,
+    "plot": 5, "plot_resonance": 5, "plot_periodic": 5, "plot_chaos": 5, "plot_quantum": 5, "plot_quantum_chaos": 5,
+    "commands": 5, "cli": 5, "options": 5,
     "progress": 5, "demo": 5, "__main__": 5,
 }  # fmt: skip
 HEAVY = {"scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}

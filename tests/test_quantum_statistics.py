@@ -1,0 +1,241 @@
+"""Level statistics: Weyl counts against exact counts and plain quadrature, ratios and laws of spacings against random matrices."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fastaff
+from fastaff import (
+    GOE_RATIO,
+    POISSON_RATIO,
+    Anharmonic,
+    BerryRobnik,
+    Body,
+    Brody,
+    Harmonic,
+    Hyperelastic,
+    NeoHookean,
+    count_deviation,
+    fit_spacings,
+    formula,
+    mean_spacing_ratio,
+    number_variance,
+    polynomial_count,
+    spacing_ratios,
+    spectrum,
+    unfold,
+    weyl_count,
+)
+
+
+@pytest.mark.parametrize(("m", "l"), [(0, 0), (1, 0), (2, 0), (3, -1), (8, 4)])
+def test_harmonic_count_in_closed_form(m, l):
+    """Z = e^(-(a + b) y)/(2 sinh y)^2 of a class, y = hbar omega/kT: N = x^2/2 - 1/12 at x = (E/hbar omega - a - b)/2."""
+    body, hbar = Body(Harmonic(1.4), 1.3), 0.3
+    x = np.array([[1.4, 3.0], [9.7, 20.0]])
+    E = hbar * np.sqrt(1.4 / 1.3) * (2 * x + abs(m - l) / 2 + abs(m + l) / 2)
+    found = weyl_count(body, E, m=m, l=l, hbar=hbar)
+    np.testing.assert_allclose(found, x**2 / 2 - 1 / 12, rtol=2e-6, atol=1e-5)
+    assert weyl_count(body, E[1, 0], m=m, l=l, hbar=hbar) == pytest.approx(found[1, 0], rel=2e-6)
+    assert weyl_count(body, E[0, 0] - 3.0 * hbar, m=m, l=l, hbar=hbar) == 0  # x < 0
+
+
+def test_anharmonic_count_up_to_the_next_order():
+    """N = x^2/2 - 1/12 again, with sqrt(a^2 + 4 C mu/hbar^2) for a: what is left out is of the order hbar^2 at one energy."""
+    body = Body(Anharmonic(1.4), 1.3)
+    left = []
+    for hbar in (0.4, 0.2):
+        x = (6.0 / (hbar * np.sqrt(1.4 / 1.3)) - np.hypot(1.0, 2 * np.sqrt(1.4 * 1.3) / hbar) - 1) / 2
+        left.append(abs(weyl_count(body, 6.0, m=2, l=0, hbar=hbar) - (x**2 / 2 - 1 / 12)))
+    assert left[0] < 1e-3
+    assert left[1] < 0.35 * left[0]
+
+
+@pytest.mark.parametrize(("m", "l", "hbar"), [(0, 0, 0.1), (3, -1, 0.1)])
+def test_count_has_no_drift_on_exact_levels(m, l, hbar):
+    """The wall det phi = 0 included: with the Dirichlet perimeter term or with a^2 - 1/4 the staircase would lie off by whole levels."""
+    body = Body(Hyperelastic(1.4), 1.3)
+    E = spectrum(body, m=m, l=l, levels=160, hbar=hbar).E
+    count = partial(weyl_count, body, m=m, l=l, hbar=hbar)
+    deviation = count_deviation(E, count)
+    assert abs(deviation.mean()) < 0.03
+    assert abs(deviation[:80].mean()) < 0.06
+    assert abs(deviation[80:].mean()) < 0.06
+    short = count_deviation(np.delete(E, 60), count)
+    assert short[:60].mean() == pytest.approx(deviation[:60].mean())
+    assert short[60:].mean() == pytest.approx(-1 + deviation[61:].mean())
+
+
+def test_count_of_a_body_that_does_not_separate():
+    body = Body(NeoHookean(1.0, 2.0))
+    E = spectrum(body, m=5, l=-1, levels=60, hbar=0.1, tolerance=1e-6).E
+    deviation = count_deviation(E, partial(weyl_count, body, m=5, l=-1, hbar=0.1))
+    assert abs(deviation.mean()) < 0.05
+    assert np.abs(deviation).max() < 2
+
+
+TWO_WELLS = "((D1**2 + D2**2) - 2)**2*((D1**2 + D2**2) - 6)**2/20 + D1*D2/10"
+
+
+@pytest.mark.parametrize(
+    ("body", "energy"), [(Body(NeoHookean(1.0, 2.0), 1.2), 2.2), (formula(TWO_WELLS), 0.6), (formula(TWO_WELLS), 2.5)],
+    ids=["neo-Hookean", "two wells", "two wells, above the pass"],
+)  # fmt: skip
+def test_leading_term_against_cells(body, energy):
+    """Phase space by cells of alpha and beta, exact for the leading term at hbar -> 0; angular momenta fixed."""
+    hbar, p_eta, p_gamma = 1e-3, 0.3, 0.2
+    step = 2e-3
+    alpha, beta = np.meshgrid(step * (np.arange(2000) + 0.5), step * (np.arange(1600) + 0.5), indexing="ij")
+    with np.errstate(invalid="ignore", divide="ignore"):
+        V = body.potential.value(alpha**2, beta**2) + (p_eta**2 / alpha**2 + p_gamma**2 / beta**2) / (2 * body.mu)
+        room = np.where((body.potential.margin(alpha**2, beta**2) > 0) & (energy > V), energy - V, 0.0)
+    truth = body.mu / (2 * np.pi) * room.sum() * step**2
+    found = weyl_count(body, energy, m=500, l=-100, hbar=hbar) * hbar**2
+    assert found == pytest.approx(truth, rel=2e-5)
+
+
+def test_what_has_no_count():
+    with pytest.raises(ValueError, match="not bounded"):
+        weyl_count(formula("-(D1**2 + D2**2)"), 1.0, m=0, l=0)
+    with pytest.raises(TypeError, match="Body"):
+        weyl_count(fastaff.HenonHeiles(1.0), 1.0, m=0, l=0)
+    with pytest.raises(ValueError, match="energy"):
+        weyl_count(Body(Harmonic()), [1.0, np.nan], m=0, l=0)
+    with pytest.raises(ValueError, match="hbar"):
+        weyl_count(Body(Harmonic()), 1.0, m=0, l=0, hbar=-1.0)
+
+
+def goe_levels(n, random):
+    """Unfolded middle levels of a GOE matrix. Source of the tridiagonal form: Dumitriu & Edelman 2002, J. Math. Phys. 43, 5830."""
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    E = eigvalsh_tridiagonal(np.sqrt(2) * random.normal(size=n), np.sqrt(random.chisquare(np.arange(n - 1, 0, -1)))) / (2 * np.sqrt(n))
+    E = np.clip(E, -1, 1)
+    return (n * (0.5 + (E * np.sqrt(1 - E**2) + np.arcsin(E)) / np.pi))[n // 5 : -(n // 5)]
+
+
+def superposed(chaotic, random):
+    """Levels of GOE and Poisson, with densities `chaotic` and 1 - chaotic."""
+    levels = goe_levels(400, random)
+    levels = (levels - levels[0]) / max(chaotic, 1e-9)
+    length = levels[-1] if chaotic else 400.0
+    regular = random.uniform(0, length, random.poisson((1 - chaotic) * length))
+    return np.sort(np.concatenate([levels, regular] if chaotic else [regular]))
+
+
+@pytest.mark.parametrize("chaotic", [0.0, 0.5, 0.75, 1.0])
+def test_ratios_of_random_spectra(chaotic):
+    """Their mean, its error against the scatter of many spectra, and the theory of Berry and Robnik (0.0052 high at GOE)."""
+    random = np.random.default_rng(3)
+    spectra = [superposed(chaotic, random) for _ in range(60)]
+    pooled = mean_spacing_ratio(spectra)
+    assert pooled.ratios == sum(E.size - 2 for E in spectra)
+    each = [mean_spacing_ratio([E]) for E in spectra]
+    assert np.mean([one.error for one in each]) == pytest.approx(np.std([one.value for one in each]), rel=0.35)  # 4 sigma of 60
+    law = BerryRobnik(chaotic).mean_ratio()
+    assert law - 0.0052 * chaotic - 4 * pooled.error < pooled.value < law + 4 * pooled.error
+    exact = {0.0: POISSON_RATIO, 1.0: GOE_RATIO}.get(chaotic)
+    assert exact is None or abs(pooled.value - exact) < 4 * pooled.error
+
+
+def test_ratios_known_in_closed_form():
+    np.testing.assert_allclose(spacing_ratios([0.0, 1.0, 3.0, 4.0]), [0.5, 0.5])
+    assert BerryRobnik(0.0).mean_ratio() == pytest.approx(2 * np.log(2) - 1, abs=1e-6)
+    assert BerryRobnik(1.0).mean_ratio() == pytest.approx(4 - 2 * np.sqrt(3), abs=1e-6)
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(300)
+
+
+@given(st.floats(0.05, 1.0), st.sampled_from([BerryRobnik, Brody]))
+def test_laws_are_densities_with_mean_one(parameter, family):
+    law = family(parameter)
+    s, w = 10 * (1 + NODES) ** 2, 20 * WEIGHTS * (1 + NODES)  # to 40, dense at 0
+    assert w @ law.density(s) == pytest.approx(1, abs=1e-6)
+    assert w @ (s * law.density(s)) == pytest.approx(1, abs=1e-6)
+    assert law.cumulative(0.0) == pytest.approx(0, abs=1e-15)
+    slope = (law.cumulative(1.3 + 1e-5) - law.cumulative(1.3 - 1e-5)) / 2e-5
+    assert slope == pytest.approx(float(law.density(1.3)), rel=1e-7)
+
+
+def test_laws_meet_at_both_ends():
+    s = np.linspace(0.01, 4, 9)
+    for family in (BerryRobnik, Brody):
+        np.testing.assert_allclose(family(0.0).density(s), np.exp(-s), rtol=1e-12)
+        np.testing.assert_allclose(family(1.0).density(s), np.pi * s / 2 * np.exp(-np.pi * s**2 / 4), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("family", "parameter"), [(BerryRobnik, 0.6), (Brody, 0.4), (BerryRobnik, 0.0), (Brody, 1.0)])
+def test_fits_find_the_parameter(family, parameter):
+    random, x = np.random.default_rng(5), np.linspace(0, 25, 40001)
+    spacings = np.interp(random.uniform(size=4000), family(parameter).cumulative(x), x)
+    fit = fit_spacings(spacings[spacings > 0], family)
+    found = next(iter(vars(fit.law).values()))
+    assert fit.low <= found <= fit.high
+    assert abs(found - parameter) < 4 * max(fit.high - fit.low, 0.005)
+    assert fit.high - fit.low < 0.15
+
+
+def test_unfolding_by_a_polynomial_and_number_variance():
+    random = np.random.default_rng(8)
+    x = np.cumsum(random.exponential(size=3000))
+    E = 1000 * (np.sqrt(1 + 2 * x / 1000) - 1)  # x = E + E^2/2000
+    unfolded = unfold(E, polynomial_count(E, 3))
+    assert np.diff(unfolded).mean() == pytest.approx(1, abs=0.02)
+    assert np.abs(np.diff(unfolded[::300]) / 300 - 1).max() < 4 / np.sqrt(300)
+    np.testing.assert_allclose(number_variance(x, [0.5, 2.0]) * x.size / x[-1], [0.5, 2.0], rtol=0.12)
+    goe = np.mean([number_variance(goe_levels(400, random), [4.0]) for _ in range(20)])
+    assert goe == pytest.approx(2 / np.pi**2 * (np.log(8 * np.pi) + 1.5772 - np.pi**2 / 8), rel=0.06)
+    np.testing.assert_allclose(number_variance(np.arange(50.0), 3.0), 0.0, atol=0.05)  # a fence
+
+
+@pytest.mark.slow
+def test_parity_is_left_only_where_det_changes_sign():
+    """alpha <-> beta sorts the states of m l = 0 of a potential of det^2, and of no other class."""
+    body = formula("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=0.3)
+    x = np.linspace(0.2, 2.2, 12)
+    for m, l, symmetric in ((2, 0, True), (3, 1, False)):
+        levels = spectrum(body, m=m, l=l, levels=4, tolerance=1e-6)
+        for k in range(4):
+            f = levels.state(k).amplitude(x[:, None], x[None, :], fastaff.ALPHA_BETA)
+            parity = np.sum(f * f.T) / np.sum(f * f)
+            assert (abs(abs(parity) - 1) < 1e-6) == symmetric
+
+
+@pytest.mark.parametrize(
+    ("levels", "words"),
+    [
+        ([1.0, 2.0], "at least|n >= 3"),
+        ([1.0, 3.0, 2.0], "ascend"),
+        ([1.0, np.nan, 2.0], "finite"),
+        ([[1.0, 2.0, 3.0]], "shape"),
+        ([1.0, 2.0, 2.0, 3.0], "degenerate"),
+        (spectrum(Body(Harmonic()), m=0, l=0, levels=10).E, "degenerate"),
+    ],
+)
+def test_levels_that_have_no_statistics(levels, words):
+    with pytest.raises(ValueError, match=words):
+        spacing_ratios(levels)
+
+
+def test_other_wrong_input():
+    E = np.arange(10.0)
+    with pytest.raises(TypeError, match="spectra"):
+        mean_spacing_ratio(E)
+    with pytest.raises(ValueError, match="count must grow"):
+        unfold(E, lambda x: -x)
+    with pytest.raises(ValueError, match="one number"):
+        unfold(E, lambda x: x[:3])
+    with pytest.raises(ValueError, match=r"\[0, 1\]"):
+        BerryRobnik(1.2)
+    with pytest.raises(ValueError, match=r"\[0, 1\]"):
+        Brody(-0.1)
+    with pytest.raises(ValueError, match="positive"):
+        fit_spacings([1.0, 0.0], Brody)
+    with pytest.raises(ValueError, match="lengths"):
+        number_variance(E, 5.0)
+    with pytest.raises(ValueError, match="n >= 7"):
+        polynomial_count(E[:5])
