@@ -44,12 +44,17 @@ from .naff import Lines, naff
 from .periodic import PeriodicOrbits, Stability, periodic_orbits
 from .periodic_search import find_periodic_orbits, periodic_guesses
 from .poincare import SectionMap, poincare_map
+from .quantum.coherent import coherent_packet
 from .quantum.diagram import LevelDiagram, class_diagram, level_diagram
 from .quantum.ends import NoGroundState
 from .quantum.exact import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
 from .quantum.husimi import Husimi, husimi
 from .quantum.levels import Levels
 from .quantum.listing import LevelList, all_levels, level_list
+from .quantum.number_packets import number_packet
+from .quantum.packets import Packet
+from .quantum.projections import projected_packet
+from .quantum.revivals import Revivals, TimeScales, revivals
 from .quantum.spectrum import spectrum, spectrum_table
 from .quantum.states import State
 from .quantum.statistics import (
@@ -166,12 +171,14 @@ __all__ = [
     "NotReached",
     "OrbitError",
     "Orbits",
+    "Packet",
     "PeriodicOrbits",
     "Quantizations",
     "QuasiclassicalLevels",
     "ReducedBody",
     "Resonances",
     "ReversibilityError",
+    "Revivals",
     "Rotation",
     "RungeKutta",
     "Sample",
@@ -186,6 +193,7 @@ __all__ = [
     "State",
     "Status",
     "TangentMap",
+    "TimeScales",
     "TimeTransformed",
     "Tori",
     "TorusFit",
@@ -197,6 +205,7 @@ __all__ = [
     "chaos",
     "chaotic_fraction",
     "class_diagram",
+    "coherent_packet",
     "constants_of_motion",
     "continuation",
     "count_deviation",
@@ -222,18 +231,21 @@ __all__ = [
     "mean_spacing_ratio",
     "multiplets",
     "naff",
+    "number_packet",
     "number_variance",
     "one_variable",
     "periodic_guesses",
     "periodic_orbits",
     "poincare_map",
     "polynomial_count",
+    "projected_packet",
     "quantizations",
     "quasiclassical_levels",
     "quasiclassical_levels_below",
     "ratio_web",
     "reduced",
     "resonances",
+    "revivals",
     "rotation_number",
     "scheme_named",
     "spacing_ratios",
