@@ -13,6 +13,7 @@ from scipy.special import eval_genlaguerre
 
 from fastaff import ALPHA_BETA, R_VARTHETA, Anharmonic, Body
 from fastaff.quantum.factors import PlaneFactor
+from fastaff.quantum.packets import Packet
 from fastaff.quantum.waves import wavefunction
 
 POINTS = 2_000_000
@@ -47,6 +48,21 @@ def test_product_states(benchmark, n, chart):
     error = max(factor_error(f) for f in state.shape.factors) if chart is ALPHA_BETA else float("nan")
     benchmark.extra_info.update(million_points_per_second=rate, error_of_the_maximum=error)
     print(f"\n{chart.name}, n = ({n}, {n}): {rate:.1f} million points/s, error {error:.1e} of the maximum")
+
+
+def test_autocorrelation(benchmark):
+    """A packet of 200 states at 10^6 times, beside mpmath at some of them."""
+    states = [wavefunction(Body(Anharmonic()), m=0, l=0, n=(k, 0)) for k in range(200)]
+    rng = np.random.default_rng(1)
+    packet = Packet(states, np.sort(rng.uniform(0, 100, 200)), rng.normal(size=200) / math.sqrt(200), 1.0)
+    times = np.linspace(0, 1e4, 1_000_000)
+    A = benchmark.pedantic(lambda: packet.autocorrelation(times), rounds=3, warmup_rounds=1)
+    some = rng.integers(0, times.size, 20)
+    levels = [(w, mpmath.mpf(E)) for w, E in zip(packet.weights, packet.energies)]
+    exact = [complex(sum(w * mpmath.expj(-E * mpmath.mpf(times[i])) for w, E in levels)) for i in some]
+    error = float(np.abs(A[some] - exact).max())
+    benchmark.extra_info.update(error=error)
+    print(f"\n10^6 times x 200 states: {benchmark.stats.stats.min:.2f} s, error {error:.1e} of 1 at phases up to 10^6")
 
 
 @pytest.mark.parametrize("n", [10, 200])

@@ -158,7 +158,7 @@ def test_missing_extras_are_named(monkeypatch, capsys):
     assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["demo"], ["warmup"], ["doctor"]])
+@pytest.mark.parametrize("command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["spectrum"], ["demo"], ["warmup"], ["doctor"]])
 def test_help(command, capsys):
     assert cli.main([*command, "--help"]) == 0
     assert "Usage: fastaff" in capsys.readouterr().out
