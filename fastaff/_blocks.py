@@ -20,7 +20,8 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
-from numba.extending import overload_method
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
+from numba.extending import lower_builtin
 
 from . import _jit
 from ._block_texts import ARGUMENTS, TEXTS, Rows
@@ -234,18 +235,34 @@ def _register_methods(cls: type) -> None:
             _register(name)
 
 
-def _register(name: str) -> None:
-    @overload_method(types.BaseNamedTuple, name, jit_options={"forceinline": True})  # type: ignore[call-arg]
-    def resolve(self, *args):
-        method = vars(self.instance_class).get(name)
+@infer_getattr
+class _Methods(AttributeTemplate):
+    """The types of methods of NamedTuples; `_register` adds what calls compile to."""
+
+    key = types.BaseNamedTuple
+
+    def generic_resolve(self, value, name):
+        method = vars(value.instance_class).get(name) if name in _REGISTERED else None
         if not inspect.isfunction(method):
             return None
-        compiled = _compiled_method(method)
+        compiled = types.Dispatcher(_compiled_method(method))
 
-        def call(self, *args):
-            return compiled(self, *args)
+        class Call(AbstractTemplate):
+            key = types.BaseNamedTuple, name
 
-        return call
+            def generic(self, args, kws):
+                return compiled.get_call_type(self.context, (value, *args), kws).as_method()
+
+        return types.BoundFunction(Call, value)
+
+
+def _register(name: str) -> None:
+    @lower_builtin((types.BaseNamedTuple, name), types.BaseNamedTuple, types.VarArg(types.Any))
+    def call(context, builder, signature, arguments):
+        compiled = types.Dispatcher(_compiled_method(vars(signature.args[0].instance_class)[name]))
+        function = context.get_function(compiled, compiled.get_call_type(context.typing_context, signature.args, {}))
+        context.add_linking_libs(function.libs)
+        return function(builder, arguments)
 
 
 @functools.cache

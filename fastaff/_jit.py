@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 from numba import types
 from numba.core import cgutils
 from numba.core import config as _config
@@ -83,14 +84,30 @@ def _private_cache(folder: Path | None) -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-def jit(function: Callable | None = None, *, parallel: bool = False) -> Callable:
-    """Compile a kernel at its first call: strict floating point, no GIL, cached by package content."""
+def jit(function: Callable | None = None, *, parallel: bool = False, constants: bool = False) -> Callable:
+    """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
+
+    With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes, which
+    that makes up to a third faster. Else one code serves all numbers.
+    """
     if function is None:
-        return functools.partial(jit, parallel=parallel)
+        return functools.partial(jit, parallel=parallel, constants=constants)
     if JIT_DISABLED:
         return function
     with _private_cache(cache_directory()) as cache:
-        return numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy")
+        kernel = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy")
+    return kernel if constants else _for_all_numbers(kernel)
+
+
+def _for_all_numbers(kernel: Any) -> Any:
+    """Make kernels that call this one with constants share the code for all numbers: Numba would compile it anew for each."""
+    template = kernel.get_call_template
+
+    def get_call_template(args, kws):
+        return template(tuple(map(types.unliteral, args)), {name: types.unliteral(entry) for name, entry in kws.items()})
+
+    kernel.get_call_template = get_call_template
+    return kernel
 
 
 def _element(context, builder, array_type, array, index):
@@ -164,6 +181,35 @@ class BlockFunction(types.WrapperAddressProtocol):
 def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable | BlockFunction:
     """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled)."""
     return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache)
+
+
+_loops: dict[tuple, Callable] = {}
+
+
+def loop_over_units(loop: Any, work: Callable, arguments: tuple) -> Callable:
+    """Return loop(work, ., .) with both compiled for arguments of these types: run it with the arguments and the number of units.
+
+    `work` is work(unit, *arguments), not compiled yet; see `kernels.drive.run_units`.
+    """
+    if JIT_DISABLED:
+        return functools.partial(loop, work)
+    key = (work, *map(_kind, arguments))
+    if key not in _loops:
+        _loops[key] = _compiled_loop(loop, work, numba.typeof(arguments))
+    return _loops[key]
+
+
+def _kind(argument: Any) -> Any:
+    """Return what the type of an argument follows from, in a tenth of the time that Numba needs for it."""
+    if isinstance(argument, np.ndarray):
+        return argument.dtype, argument.ndim, argument.flags.num
+    return argument.signature() if isinstance(argument, BlockFunction) else type(argument)
+
+
+@functools.cache
+def _compiled_loop(loop: Any, work: Callable, arguments: Any) -> Callable:
+    compiled = BlockFunction(work, types.void(types.int64, *arguments), cache=True)
+    return functools.partial(loop.compile((types.FunctionType(compiled.signature()), arguments, types.int64)), compiled)
 
 
 _f8, _i8 = types.float64, types.int64

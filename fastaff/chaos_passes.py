@@ -42,7 +42,7 @@ def zero_one(
     flow.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
     stop, progress, result = np.zeros(1, np.int64), np.zeros(orbits, np.int64), np.full(orbits, np.nan)
-    launch(kernels.zero_one, (out, angles, result, stop, progress), stop, progress, float(orbits), flow.threads, report)
+    launch(kernels.zero_one, (out, angles, result), stop, progress, float(orbits), flow.threads, report)
     return np.where(ensemble.status == Status.OK, result, np.nan), ensemble.status
 
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from . import observers
 from ._blocks import idle_block, model_block, parameters
-from ._jit import JIT_DISABLED, LANES
+from ._jit import JIT_DISABLED, LANES, loop_over_units
 from .auto import TRIAL_ORBITS, Automatic, Trial, natural_rate, spread, trial_rounds
 from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points
 from .kernels import crossings as crossing_kernels
-from .kernels.drive import run_adaptive, run_fixed
+from .kernels.drive import run_adaptive, run_fixed, run_units
 from .observers import Observer
 from .scalars import positive, whole
 from .schemes import DOP853, RungeKutta, Splitting
@@ -59,16 +59,18 @@ def launch(
     kernel: Callable, arguments: tuple, stop: np.ndarray, progress: np.ndarray, work: float, threads: int,
     report: Report | None,
 ) -> None:  # fmt: skip
-    """Run a kernel without the GIL in a worker thread; the main thread draws progress and owns Ctrl-C.
+    """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a worker thread.
 
-    Ctrl-C sets stop[0], which kernels poll; KeyboardInterrupt is raised when the kernel has put its state back.
+    The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised when the kernel
+    has put its state back.
     """
 
     def run() -> None:
         if not JIT_DISABLED:
             numba.set_num_threads(max(1, min(threads, progress.size)))  # a second thread for one unit would only wait
             numba.set_parallel_chunksize(1)
-        kernel(*arguments)
+        given = (stop, progress, *arguments)  # arrays first: Numba warns of tuples that begin with functions
+        loop_over_units(run_units, kernel, given)(given, progress.size)
 
     interrupted = False
     future = _worker(os.getpid()).submit(run)
@@ -182,8 +184,11 @@ class Flow:
             return self.scheme.drift_array, self.scheme.kick_array, np.zeros((0, 0)), np.zeros(0)
         return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
 
-    def _blocks(self) -> tuple[Callable, Callable, Callable]:
-        return self._block("precise_stage" if self.precise else "stage"), self._block("derivative"), self._block("check")
+    def _stepping(self) -> tuple[Callable, Callable]:
+        """Return the blocks stage, which splittings step by, and derivative, which Runge-Kutta tableaux step by; the other is idle."""
+        if isinstance(self.scheme, Splitting):
+            return self._block("precise_stage" if self.precise else "stage"), idle_block("derivative")
+        return idle_block("stage"), self._block("derivative")
 
     def _block(self, kind: str) -> Callable:
         return model_block(kind, self.model, self.model.degrees_of_freedom, self.vectors)
@@ -212,7 +217,7 @@ class Flow:
 
     def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance with step control; lanes are always refilled, so `refill` changes nothing."""
-        stop, (_, derivative, check) = np.zeros(1, np.int64), self._blocks()
+        stop, derivative, check = np.zeros(1, np.int64), self._block("derivative"), self._block("check")
         _, _, a, b = self._tables()
         orbits = ensemble.z.shape[1]
         unit = self._unit(orbits)
@@ -221,14 +226,13 @@ class Flow:
         arguments = (
             derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
             self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, self.radius, unit,
-            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, ensemble.count, stop,
-            progress,
+            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, ensemble.count,
         )  # fmt: skip
         launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance with equal steps; `count` of the ensemble is the number of steps done."""
-        stop, (stage, derivative, check) = np.zeros(1, np.int64), self._blocks()
+        stop, check = np.zeros(1, np.int64), self._block("check")
         drift, kick, a, b = self._tables()
         orbits, every, h, steps = ensemble.z.shape[1], 1, self.step, self.steps(time)
         if observations:
@@ -238,12 +242,13 @@ class Flow:
         unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         march = self._block("march") if solo else idle_block("march")
+        stage, derivative = (idle_block("stage"), idle_block("derivative")) if solo else self._stepping()
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
         total = np.full(orbits, steps, np.int64)
         arguments = (
             stage, march, derivative, check, observer.function, parameters(self.model), observer.parameters, drift, kick, a, b,
             np.full(orbits, h), total, every, self.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
-            ensemble.count, memory, out, ensemble.status, stop, progress,
+            ensemble.count, memory, out, ensemble.status,
         )  # fmt: skip
         try:
             launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)
@@ -256,12 +261,12 @@ class Flow:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
-        stop, (stage, derivative, _) = np.zeros(1, np.int64), self._blocks()
+        stop, (stage, derivative) = np.zeros(1, np.int64), self._stepping()
         progress = np.zeros(math.ceil(where.size / LANES), np.int64)
         value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)
         arguments = (
             stage, derivative, value, parameters(self.model), parameters(section), *self._tables(),
-            float(section.direction), self.precise, 2 * self.model.degrees_of_freedom * (1 + self.vectors), records, where, stop, progress,
+            float(section.direction), self.precise, 2 * self.model.degrees_of_freedom * (1 + self.vectors), records, where,
         )  # fmt: skip
         launch(crossing_kernels.locate, arguments, stop, progress, float(where.size), self.threads, report)
 

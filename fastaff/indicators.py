@@ -139,7 +139,7 @@ class SALI:
     name: ClassVar[str] = "sali"
     above: ClassVar[bool] = False
     rate: ClassVar[bool] = False
-    reading: ClassVar[str] = "alignment(k, m, i, memory)"
+    reading: ClassVar[str] = "alignment(k, i, memory)"
 
     def vectors(self, n: int) -> int:
         """Return how many tangent vectors it needs."""
@@ -173,7 +173,7 @@ class GALI:
     @property
     def reading(self) -> str:
         """Return the text of the reading."""
-        return f"volume({self.count}, k, m, i, memory) / LN10"
+        return f"volume({self.count}, k, i, memory) / LN10"
 
     def vectors(self, n: int) -> int:
         """Return how many tangent vectors it needs."""

@@ -169,13 +169,13 @@ def deviations(
         f"            {_letters('v', n)}, = value.model.velocity({', '.join(at[n:])})\n"
         f"            {_letters('f', n)}, = value.model.force({', '.join(at[:n])})\n"
         f"            size = {' + '.join(f'{name}*{name}' for name in _names('vf', n))}\n"
-        f"            across(k, m, i, ({along})/math.sqrt(size) if size > 0.0 else 0.0, memory)\n"
+        f"            across(k, i, ({along})/math.sqrt(size) if size > 0.0 else 0.0, memory)\n"
     )
     text = (
         f"    k, m = {k}, {m}\n"
         "    if wait(value.stride, lanes, fresh, memory) == 0.0:\n        return 0\n"
-        f"    orthonormalise({n}, k, m, lanes, z, memory)\n    follow(k, m, lanes, memory)\n"
-        "    grow(k, m, 0.5*value.time, lanes, t, memory)\n"
+        f"    orthonormalise({n}, k, lanes, z, memory)\n    follow(k, lanes, memory)\n"
+        "    grow(k, 0.5*value.time, lanes, t, memory)\n"
         f"    sums, lengths, readings = {' , '.join(f'place(k, m, {what})*{LANES}' for what in (0, 2, 5))}\n"
         "    for i in range(lanes):\n"
         f"        if memory[DUE * LANES + i] > 0.0:\n{flow if across else ''}"

@@ -156,7 +156,7 @@ def resonances(
     table[:, :n] = vectors(n, max_order)
     stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(status.size / LANES))
     if status.size:
-        arguments = (n, table, flat, spread, rank, basis, stop, progress)
+        arguments = (n, table, flat, spread, rank, basis)
         launch(relations, arguments, stop, progress, float(progress.size), count, report)
     basis = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
     size = np.abs(basis)

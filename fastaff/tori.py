@@ -145,7 +145,7 @@ def _momenta(z: np.ndarray) -> np.ndarray:
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
     count = checked_threads(threads)
     stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(n / unit), np.int64)
-    launch(kernel, (*arguments, stop, progress), stop, progress, float(progress.size), count, report)
+    launch(kernel, arguments, stop, progress, float(progress.size), count, report)
 
 
 def _closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:

@@ -11,11 +11,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from naive import states
 
 import fastaff
-from fastaff import DOP853, HenonHeiles, Linear, _jit, frequency_map, integrate, poincare_map
+from fastaff import DOP853, KAHAN_LI8, RK4, SOFRONIOU_SPALETTA10, HenonHeiles, Linear, _jit, engine, frequency_map, integrate, poincare_map
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
 TESTS, PACKAGE = Path(__file__).parent, Path(fastaff.__file__).parent
@@ -78,6 +79,51 @@ def test_parameters_are_no_reason_to_compile(cache):
     other, _ = python(BUILTIN.replace("LAM", "0.4"), cache)
     assert contents(cache) == before
     assert other != first
+
+
+def test_constants_are_a_reason_to_compile_only_where_asked_for(monkeypatch):
+    monkeypatch.setattr(_jit, "cache_directory", lambda: None)
+
+    @_jit.jit
+    def plain(factor, x):
+        return factor * x
+
+    @_jit.jit(constants=True)
+    def special(factor, x):
+        return factor * x
+
+    @_jit.jit
+    def all_of_them(x):
+        return plain(2, x), plain(3, x), plain(factor=x, x=4), special(2, x), special(3, x), special(x, 4)
+
+    assert all_of_them(5) == (10, 15, 20, 10, 15, 20)
+    assert len(plain.signatures) == 1
+    assert len(special.signatures) == 3
+
+
+@pytest.mark.parametrize(
+    ("scheme", "orbits", "blocks"),
+    [
+        (KAHAN_LI8, 3, {"stage", "check"}),
+        (SOFRONIOU_SPALETTA10, 3, {"precise_stage", "check"}),
+        (KAHAN_LI8, 1, {"march", "check"}),
+        (RK4, 3, {"derivative", "check"}),
+        (DOP853, 3, {"derivative", "check"}),
+    ],
+    ids=["splitting", "precise splitting", "one orbit", "tableau", "adaptive"],
+)
+def test_a_scheme_compiles_only_what_it_steps_by(monkeypatch, scheme, orbits, blocks):
+    used, make = set(), engine.model_block
+
+    def watched(kind, *rest):
+        used.add(kind)
+        return make(kind, *rest)
+
+    monkeypatch.setattr(engine, "model_block", watched)
+    z = states(HenonHeiles(), orbits, seed=1)
+    assert np.isfinite(integrate(HenonHeiles(), z, time=1.0, step=0.1, scheme=scheme).z).all()
+    assert used == blocks
+
 
 
 # --- a user's model ----------------------------------------------------------------------------------------------

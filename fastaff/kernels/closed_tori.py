@@ -6,7 +6,6 @@ Then G is constant, s = m - l cos(chi), and all integrals of `libration` are ele
     psi = atan2(sqrt(s2) sin(chi/2), sqrt(s1) cos(chi/2)).
 """
 
-import numba
 import numpy as np
 
 from .._jit import jit
@@ -81,27 +80,25 @@ def _plane(mu, k, wall, x, y, px, py, out):
     return code
 
 
-@jit(parallel=True)
-def planes(mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, turning, constants, error, status, stop, progress):
+def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, turning, constants, error, status):
     """z (8, n) -> rows alpha, beta, eta, gamma of J, nu, theta (4, n), H_alpha, H_beta, c_eta, c_gamma, turning (2, 3, n)."""
     n = z.shape[1]
-    for unit in numba.prange(progress.size):
-        if stop[0] != 0:
-            continue
-        a, b = np.empty(10), np.empty(10)
-        for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-            code = _plane(mu, k_a, wall_a, z[0, i], z[1, i], z[4, i], z[5, i], a)
-            other = _plane(mu, k_b, wall_b, z[2, i], z[3, i], z[6, i], z[7, i], b)
-            J[0, i], J[1, i], J[2, i], J[3, i] = a[0], b[0], a[1], b[1]
-            nu[0, i], nu[1, i], nu[2, i], nu[3, i] = a[2], b[2], a[3], b[3]
-            theta[0, i], theta[1, i], theta[2, i], theta[3, i] = a[4], b[4], a[5], b[5]
-            constants[0, i], constants[1, i] = a[6], b[6]
-            constants[2, i], constants[3, i] = a[7] * a[7] / (2 * mu), b[7] * b[7] / (2 * mu)
-            turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = a[8], a[9], 1.0
-            turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = b[8], b[9], 1.0
-            error[i] = 1e-16
-            status[i] = max(code, other)
-        progress[unit] = 1
+    if stop[0] != 0:
+        return
+    a, b = np.empty(10), np.empty(10)
+    for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        code = _plane(mu, k_a, wall_a, z[0, i], z[1, i], z[4, i], z[5, i], a)
+        other = _plane(mu, k_b, wall_b, z[2, i], z[3, i], z[6, i], z[7, i], b)
+        J[0, i], J[1, i], J[2, i], J[3, i] = a[0], b[0], a[1], b[1]
+        nu[0, i], nu[1, i], nu[2, i], nu[3, i] = a[2], b[2], a[3], b[3]
+        theta[0, i], theta[1, i], theta[2, i], theta[3, i] = a[4], b[4], a[5], b[5]
+        constants[0, i], constants[1, i] = a[6], b[6]
+        constants[2, i], constants[3, i] = a[7] * a[7] / (2 * mu), b[7] * b[7] / (2 * mu)
+        turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = a[8], a[9], 1.0
+        turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = b[8], b[9], 1.0
+        error[i] = 1e-16
+        status[i] = max(code, other)
+    progress[unit] = 1
 
 
 @jit
@@ -175,19 +172,17 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
     return code
 
 
-@jit(parallel=True)
-def shells(mu, k, wall_r, wall_a, wall_b, z, J, nu, theta, turning, constants, error, status, stop, progress):
+def shells(unit, stop, progress, mu, k, wall_r, wall_a, wall_b, z, J, nu, theta, turning, constants, error, status):
     """z (8, n) -> rows r, vartheta, eta, gamma of J, nu, theta (4, n), E, h_vartheta, c_eta, c_gamma, turning (2, 3, n)."""
     n = z.shape[1]
-    for unit in numba.prange(progress.size):
-        if stop[0] != 0:
-            continue
-        for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-            status[i] = _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants)
-            error[i] = 1e-16
-            if status[i] == UNBOUND_CODE:
-                error[i] = np.inf
-                turning[:, :, i] = np.nan
-                for m in range(4):
-                    J[m, i], nu[m, i], theta[m, i] = np.nan, np.nan, np.nan
-        progress[unit] = 1
+    if stop[0] != 0:
+        return
+    for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        status[i] = _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants)
+        error[i] = 1e-16
+        if status[i] == UNBOUND_CODE:
+            error[i] = np.inf
+            turning[:, :, i] = np.nan
+            for m in range(4):
+                J[m, i], nu[m, i], theta[m, i] = np.nan, np.nan, np.nan
+    progress[unit] = 1

@@ -7,7 +7,6 @@ fractional steps that contains the crossing. Location then turns the record, in 
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from .._jit import LANES, jit, read_now, write_now
 from .stepping import advance
@@ -23,7 +22,7 @@ MEMORY = 7
 records written, certain crossings among them."""
 
 
-@jit
+@jit(constants=True)
 def detect(direction, wanted, rows, lanes, orbit, fresh, t, z, memory, out, done):
     """Record sign changes of the section function, and extrema near zero; memory (MEMORY + rows)*LANES.
 
@@ -149,10 +148,9 @@ def split_pairs(
     return pairs
 
 
-@jit(parallel=True)
 def locate(
-    stage, derivative, section, params, section_params, drift, kick, a, b, direction, precise, rows, records, where, stop,
-    progress,
+    block, stop, progress, stage, derivative, section, params, section_params, drift, kick, a, b, direction, precise,
+    rows, records, where,
 ):  # fmt: skip
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
@@ -164,77 +162,76 @@ def locate(
     """
     count = where.size
     size = rows * LANES
-    for block in prange((count + LANES - 1) // LANES):
-        first = block * LANES
-        lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-        start, z, work, k = np.zeros(size), np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
-        x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-        f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-        kind, live, resolution, flat = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-        for i in range(lanes):
-            o = where[first + i]
-            kind[i], x1[i], x2[i] = records[o, 1], records[o, 2], records[o, 3]
-            for r in range(rows):
-                start[r * LANES + i] = records[o, RECORD + r]
-        pairs = split_pairs(
-            stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, kind, x1, x2, z, k, work,
-        )  # fmt: skip
-        section(section_params, lanes, start, f1)
-        if pairs > 0:
-            fractional(
-                stage, derivative, section, params, section_params, drift, kick, a, b,
-                rows, lanes, start, x1, z, k, work, f1,
-            )  # fmt: skip
+    first = block * LANES
+    lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
+    start, z, work, k = np.zeros(size), np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
+    x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    kind, live, resolution, flat = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    for i in range(lanes):
+        o = where[first + i]
+        kind[i], x1[i], x2[i] = records[o, 1], records[o, 2], records[o, 3]
+        for r in range(rows):
+            start[r * LANES + i] = records[o, RECORD + r]
+    pairs = split_pairs(
+        stage, derivative, section, params, section_params, drift, kick, a, b,
+        rows, lanes, start, kind, x1, x2, z, k, work,
+    )  # fmt: skip
+    section(section_params, lanes, start, f1)
+    if pairs > 0:
         fractional(
             stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, x2, z, k, work, f2,
+            rows, lanes, start, x1, z, k, work, f1,
         )  # fmt: skip
-        for i in range(lanes):
-            if kind[i] >= LOWER and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
-                kind[i] = NOTHING
-            live[i] = 1.0 if kind[i] != NOTHING and f1[i] * f2[i] < 0.0 else 0.0
-            resolution[i], flat[i] = 1.2e-16 * abs(x2[i] - x1[i]), 1.2e-16 * abs(f2[i] - f1[i])
-            x3[i], f3[i] = x1[i], f1[i]
-            tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]) if live[i] > 0.0 else 0.5)
-        active, sweeps = lanes, 0
-        while active > 0 and sweeps < 100:
-            active, sweeps = 0, sweeps + 1
-            fractional(
-                stage, derivative, section, params, section_params, drift, kick, a, b,
-                rows, lanes, start, tau, z, k, work, f,
-            )  # fmt: skip
-            for i in range(lanes):
-                if live[i] == 0.0:
-                    continue
-                if (f[i] > 0.0) == (f1[i] > 0.0):
-                    x3[i], f3[i] = x1[i], f1[i]
-                else:
-                    x3[i], f3[i] = x2[i], f2[i]
-                    x2[i], f2[i] = x1[i], f1[i]
-                x1[i], f1[i] = tau[i], f[i]
-                width = abs(x2[i] - x1[i])
-                if abs(f[i]) <= flat[i] or width <= 2.0 * resolution[i]:
-                    live[i] = 0.0
-                    continue
-                active += 1
-                least = resolution[i] / width
-                fraction = chandrupatla(x1[i], f1[i], x2[i], f2[i], x3[i], f3[i])
-                tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
-        for i in range(lanes):
-            tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
+    fractional(
+        stage, derivative, section, params, section_params, drift, kick, a, b,
+        rows, lanes, start, x2, z, k, work, f2,
+    )  # fmt: skip
+    for i in range(lanes):
+        if kind[i] >= LOWER and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
+            kind[i] = NOTHING
+        live[i] = 1.0 if kind[i] != NOTHING and f1[i] * f2[i] < 0.0 else 0.0
+        resolution[i], flat[i] = 1.2e-16 * abs(x2[i] - x1[i]), 1.2e-16 * abs(f2[i] - f1[i])
+        x3[i], f3[i] = x1[i], f1[i]
+        tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]) if live[i] > 0.0 else 0.5)
+    active, sweeps = lanes, 0
+    while active > 0 and sweeps < 100:
+        active, sweeps = 0, sweeps + 1
         fractional(
             stage, derivative, section, params, section_params, drift, kick, a, b,
             rows, lanes, start, tau, z, k, work, f,
         )  # fmt: skip
         for i in range(lanes):
-            o = where[first + i]
-            records[o, 0] += tau[i]
-            records[o, 1] = NOTHING if kind[i] == NOTHING else LOCATED
-            records[o, 2] = f[i]
-            for r in range(rows):
-                records[o, RECORD + r] = z[r * LANES + i]
-        write_now(progress, block, lanes)
+            if live[i] == 0.0:
+                continue
+            if (f[i] > 0.0) == (f1[i] > 0.0):
+                x3[i], f3[i] = x1[i], f1[i]
+            else:
+                x3[i], f3[i] = x2[i], f2[i]
+                x2[i], f2[i] = x1[i], f1[i]
+            x1[i], f1[i] = tau[i], f[i]
+            width = abs(x2[i] - x1[i])
+            if abs(f[i]) <= flat[i] or width <= 2.0 * resolution[i]:
+                live[i] = 0.0
+                continue
+            active += 1
+            least = resolution[i] / width
+            fraction = chandrupatla(x1[i], f1[i], x2[i], f2[i], x3[i], f3[i])
+            tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
+    for i in range(lanes):
+        tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
+    fractional(
+        stage, derivative, section, params, section_params, drift, kick, a, b,
+        rows, lanes, start, tau, z, k, work, f,
+    )  # fmt: skip
+    for i in range(lanes):
+        o = where[first + i]
+        records[o, 0] += tau[i]
+        records[o, 1] = NOTHING if kind[i] == NOTHING else LOCATED
+        records[o, 2] = f[i]
+        for r in range(rows):
+            records[o, RECORD + r] = z[r * LANES + i]
+    write_now(progress, block, lanes)
 
 
 @jit

@@ -22,7 +22,10 @@ MEGNO over time; MEGNO; largest L_0; largest log of the part of w_0 across the f
 
 @jit
 def place(k, m, what):
-    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), detections (6), end (7)."""
+    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), detections (6), end (7).
+
+    The number m of readings only counts for what follows them.
+    """
     rows = SHARED + k * min(what, 3)
     rows += k * k * max(0, min(what - 3, 2))
     return rows + m * max(0, what - 5)
@@ -41,13 +44,13 @@ def wait(stride, lanes, fresh, memory):
     return due
 
 
-@jit
-def orthonormalise(n, k, m, lanes, z, memory):
+@jit(constants=True)
+def orthonormalise(n, k, lanes, z, memory):
     """Make the k vectors of the due lanes orthonormal, in their order (modified Gram-Schmidt); R into memory, S summed.
 
     z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which vectors drop).
     """
-    half, sums, factor = n * (1 + k), place(k, m, 0), place(k, m, 4)
+    half, sums, factor = n * (1 + k), place(k, 0, 0), place(k, 0, 4)
     for j in range(k):
         for b in range(j + 1):
             entry = (factor + b * k + j) * LANES
@@ -81,10 +84,10 @@ def orthonormalise(n, k, m, lanes, z, memory):
                 z[(first + r) * LANES + i] = 0.0
 
 
-@jit
-def follow(k, m, lanes, memory):
+@jit(constants=True)
+def follow(k, lanes, memory):
     """Carry the true vectors along: columns = R columns, each normalised, the logarithm of its length added to L."""
-    lengths, columns, factor = place(k, m, 2), place(k, m, 3), place(k, m, 4)
+    lengths, columns, factor = place(k, 0, 2), place(k, 0, 3), place(k, 0, 4)
     for j in range(k):
         for b in range(j + 1):
             entry = (columns + b * k + j) * LANES
@@ -104,13 +107,13 @@ def follow(k, m, lanes, memory):
                 memory[(columns + b * k + j) * LANES + i] /= length
 
 
-@jit
-def grow(k, m, half_time, lanes, t, memory):
+@jit(constants=True)
+def grow(k, half_time, lanes, t, memory):
     """Update what the growth L_0 of the first vector gives: the largest L_0, MEGNO and its mean; keep S at half time.
 
     MEGNO is Y = (2/t) int s dL(s), Cincotta & Simo 2000, with s of the middle of each interval; its mean by the trapezoidal rule.
     """
-    sums, before, lengths, factor = place(k, m, 0), place(k, m, 1), place(k, m, 2), place(k, m, 4)
+    sums, before, lengths, factor = place(k, 0, 0), place(k, 0, 1), place(k, 0, 2), place(k, 0, 4)
     for i in range(lanes):
         on = memory[DUE * LANES + i] > 0.0
         last, now = memory[LAST * LANES + i], t[i]
@@ -131,9 +134,9 @@ def grow(k, m, half_time, lanes, t, memory):
 
 
 @jit
-def across(k, m, i, along, memory):
+def across(k, i, along, memory):
     """Update the largest log of the part of the first vector across the flow; `along` is its cosine with the flow."""
-    growth = memory[place(k, m, 2) * LANES + i] + 0.5 * math.log(max(1.0 - along * along, 1e-300))
+    growth = memory[place(k, 0, 2) * LANES + i] + 0.5 * math.log(max(1.0 - along * along, 1e-300))
     if memory[DUE * LANES + i] > 0.0:
         memory[LARGEST_ACROSS * LANES + i] = max(memory[LARGEST_ACROSS * LANES + i], growth)
 
@@ -141,19 +144,19 @@ def across(k, m, i, along, memory):
 LN10 = math.log(10.0)
 
 
-@jit
-def volume(count, k, m, i, memory):
+@jit(constants=True)
+def volume(count, k, i, memory):
     """Return the logarithm of the volume of the first `count` normalised true vectors of lane i."""
     total = 0.0
     for j in range(count):
-        total += memory[(place(k, m, 0) + j) * LANES + i] - memory[(place(k, m, 2) + j) * LANES + i]
+        total += memory[(place(k, 0, 0) + j) * LANES + i] - memory[(place(k, 0, 2) + j) * LANES + i]
     return min(total, 0.0)
 
 
-@jit
-def alignment(k, m, i, memory):
+@jit(constants=True)
+def alignment(k, i, memory):
     """Return log10 of SALI of lane i: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area."""
-    area = volume(2, k, m, i, memory)
+    area = volume(2, k, i, memory)
     if area < -18.0:
         return area / LN10
     return math.log10(2.0 * math.sin(0.5 * math.asin(math.exp(area))))

@@ -1,4 +1,4 @@
-"""The parallel drivers: one prange over units of orbits, lanes refilled as orbits finish (layer L2).
+"""The parallel loop over units of work, and the drivers of units of orbits, lanes refilled as orbits finish (layer L2).
 
 Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of the orbits.
 State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on where it was.
@@ -25,11 +25,20 @@ BURST = 128
 
 
 @jit(parallel=True)
+def run_units(work, arguments, units):
+    """Run work(unit, *arguments) for every unit below `units`.
+
+    The work is a compiled function that it gets as a pointer: inside a prange Numba would compile all its code three times more.
+    """
+    for unit in prange(units):
+        work(np.int64(unit), *arguments)
+
+
 def run_fixed(
-    stage, march, derivative, check, observe, params, observer, drift, kick, a, b, step, total, every, radius, precise,
-    strict, refill, solo, unit, z0, count, memory0, out, status, stop, progress,
+    u, stop, progress, stage, march, derivative, check, observe, params, observer, drift, kick, a, b, step, total,
+    every, radius, precise, strict, refill, solo, unit, z0, count, memory0, out, status,
 ):  # fmt: skip
-    """Advance orbits (columns of z0) to total[orbit] steps of step[orbit], observing every `every` steps.
+    """Advance the orbits (columns of z0) of unit u to total[orbit] steps of step[orbit], observing every `every` steps.
 
     With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the lanes of a
     block keep the same step number and the domain is checked every BURST steps (and before every observation where `strict`).
@@ -38,73 +47,72 @@ def run_fixed(
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
-    for u in prange((orbits + unit - 1) // unit):
-        following, end = u * unit, min((u + 1) * unit, orbits)
-        state_rows = 3 * rows if precise else rows
-        z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
-        k = np.empty(b.size * rows * LANES)
-        memory = np.empty(memory_rows * LANES)
-        t, h, code, done, fresh = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
-        n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
-        lanes = 0
-        while read_now(stop, 0) == 0:
-            if refill or lanes == 0:
-                while lanes < LANES and following < end:
-                    if status[following] == 0 and count[following] < total[following]:
-                        load_lane(z0, following, z, lanes)
-                        for r in range(rows, state_rows):
-                            z[r * LANES + lanes] = 0.0
-                        load_lane(memory0, following, memory, lanes)
-                        orbit[lanes], n[lanes], h[lanes] = following, count[following], step[following]
-                        code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
-                        lanes += 1
-                    following += 1
-            if lanes == 0:
-                break
-            longest = 64 * BURST if solo else BURST
-            burst = longest - n[0] % longest
-            for i in range(lanes):
-                burst = min(burst, total[orbit[i]] - n[i])
-            ran, ended = 0, 0
-            while ran < burst and ended == 0:
-                taken = 1
-                if solo:
-                    taken = min(burst - ran, every - n[0] % every, BURST - n[0] % BURST)
-                    march(params, drift, kick, h[0], taken, z)
-                else:
-                    advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
-                ran += taken
-                for i in range(lanes):
-                    n[i] += taken
-                    t[i] = n[i] * h[i]
-                if refill or ran == burst or n[0] % BURST == 0 or (strict and n[0] % every == 0):
-                    check(params, lanes, radius, z, code)
-                    for i in range(lanes):
-                        if code[i] > 0.0:
-                            fresh[i] = 0.0
-                            ended += 1
-                if n[0] % every == 0:
-                    ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
-            write_now(progress, u, progress[u] + ran * lanes)
-            i = 0
-            while i < lanes:
-                o = orbit[i]
-                if code[i] > 0.0 or done[i] > 0.0 or n[i] == total[o]:
-                    store_lane(z, i, z0, o)
-                    store_lane(memory, i, memory0, o)
-                    count[o] = n[i]
-                    status[o] = np.int64(code[i])
-                    lanes -= 1
-                    move_lane(state_rows, lanes, i, z)
-                    move_lane(memory_rows, lanes, i, memory)
-                    orbit[i], n[i], h[i] = orbit[lanes], n[lanes], h[lanes]
-                    code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
-                else:
-                    i += 1
+    following, end = u * unit, min((u + 1) * unit, orbits)
+    state_rows = 3 * rows if precise else rows
+    z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
+    k = np.empty(b.size * rows * LANES)
+    memory = np.empty(memory_rows * LANES)
+    t, h, code, done, fresh = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
+    n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    lanes = 0
+    while read_now(stop, 0) == 0:
+        if refill or lanes == 0:
+            while lanes < LANES and following < end:
+                if status[following] == 0 and count[following] < total[following]:
+                    load_lane(z0, following, z, lanes)
+                    for r in range(rows, state_rows):
+                        z[r * LANES + lanes] = 0.0
+                    load_lane(memory0, following, memory, lanes)
+                    orbit[lanes], n[lanes], h[lanes] = following, count[following], step[following]
+                    code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
+                    lanes += 1
+                following += 1
+        if lanes == 0:
+            break
+        longest = 64 * BURST if solo else BURST
+        burst = longest - n[0] % longest
         for i in range(lanes):
-            store_lane(z, i, z0, orbit[i])
-            store_lane(memory, i, memory0, orbit[i])
-            count[orbit[i]] = n[i]
+            burst = min(burst, total[orbit[i]] - n[i])
+        ran, ended = 0, 0
+        while ran < burst and ended == 0:
+            taken = 1
+            if solo:
+                taken = min(burst - ran, every - n[0] % every, BURST - n[0] % BURST)
+                march(params, drift, kick, h[0], taken, z)
+            else:
+                advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
+            ran += taken
+            for i in range(lanes):
+                n[i] += taken
+                t[i] = n[i] * h[i]
+            if refill or ran == burst or n[0] % BURST == 0 or (strict and n[0] % every == 0):
+                check(params, lanes, radius, z, code)
+                for i in range(lanes):
+                    if code[i] > 0.0:
+                        fresh[i] = 0.0
+                        ended += 1
+            if n[0] % every == 0:
+                ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
+        write_now(progress, u, progress[u] + ran * lanes)
+        i = 0
+        while i < lanes:
+            o = orbit[i]
+            if code[i] > 0.0 or done[i] > 0.0 or n[i] == total[o]:
+                store_lane(z, i, z0, o)
+                store_lane(memory, i, memory0, o)
+                count[o] = n[i]
+                status[o] = np.int64(code[i])
+                lanes -= 1
+                move_lane(state_rows, lanes, i, z)
+                move_lane(memory_rows, lanes, i, memory)
+                orbit[i], n[i], h[i] = orbit[lanes], n[lanes], h[lanes]
+                code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
+            else:
+                i += 1
+    for i in range(lanes):
+        store_lane(z, i, z0, orbit[i])
+        store_lane(memory, i, memory0, orbit[i])
+        count[orbit[i]] = n[i]
 
 
 @jit
@@ -168,12 +176,11 @@ def observe_dense(
     return ended
 
 
-@jit(parallel=True)
 def run_adaptive(
-    derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time, cadence, renew, radius, unit,
-    z0, time0, step0, ticks0, memory0, out, status, steps, stop, progress,
+    u, stop, progress, derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time,
+    cadence, renew, radius, unit, z0, time0, step0, ticks0, memory0, out, status, steps,
 ):  # fmt: skip
-    """Advance orbits from time0 to end_time with step control of each orbit's own, the lanes always refilled.
+    """Advance the orbits of unit u from time0 to end_time with step control of each orbit's own, the lanes always refilled.
 
     The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it may change
     the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next
@@ -181,100 +188,99 @@ def run_adaptive(
     """
     rows, orbits = z0.shape
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
-    for u in prange((orbits + unit - 1) // unit):
-        following, end = u * unit, min((u + 1) * unit, orbits)
-        z, new, work, work2 = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-        k = np.empty(max(stages, a.shape[0]) * size)
-        memory = np.empty(memory_rows * LANES)
-        t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-        ahead, ceiling = np.empty(LANES), np.empty(LANES)
-        code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
-        ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
-        lanes = 0
-        while read_now(stop, 0) == 0:
-            loaded = 0
-            while lanes < LANES and following < end:
-                if status[following] == 0 and time0[following] < end_time:
-                    load_lane(z0, following, z, lanes)
-                    load_lane(memory0, following, memory, lanes)
-                    orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                    ahead[lanes], ceiling[lanes] = step0[following], 10.0
-                    code[lanes], done[lanes] = 0.0, 0.0
-                    lanes += 1
-                    loaded += 1
-                following += 1
-            if lanes == 0:
-                break
-            if loaded > 0:
-                derivative(params, lanes, z, k[:size])
-            for i in range(lanes):
-                h[i] = min(ahead[i], end_time - t[i])
-            runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
-            combine(rows, lanes, 0, stages, b, k, new)
-            for r in range(rows):
-                for i in range(lanes):
-                    new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
-            error_norm(rows, lanes, errors, rtol, atol, h, z, new, k, work, work2, norm)
-            check(params, lanes, radius, new, code)
-            ended = 0
-            for i in range(lanes):
-                # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a
-                # wrong step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by less than 4 %.
-                root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
-                factor = min(ceiling[i], max(0.2, 0.9 / root)) if norm[i] > 0.0 else ceiling[i]
-                fresh[i] = 1.0 if norm[i] < 1.0 and code[i] == 0.0 else 0.0
-                ceiling[i] = 10.0 if fresh[i] > 0.0 else 1.0
-                # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
-                ahead[i] = h[i] * (factor if code[i] == 0.0 else min(factor, 0.2))
-                if fresh[i] > 0.0:
-                    code[i] = 0.0
-                elif not (t[i] + ahead[i] > t[i]):
-                    code[i] = code[i] if code[i] > 0.0 else STEP_TOO_SMALL_CODE
-                    ended += 1
-                else:
-                    code[i] = 0.0
-            if cadence > 0.0:
-                inside = 0
-                for i in range(lanes):
-                    if fresh[i] > 0.0 and (ticks[i] + 1) * cadence <= (t[i] + h[i]) * (1.0 + 4e-16):
-                        inside += 1
-                if inside > 0:
-                    runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
-                    ended += observe_dense(
-                        observe, observer, rows, lanes, cadence, orbit, fresh, ticks, z, t, h, k, dense, at, work2,
-                        memory, out, done,
-                    )  # fmt: skip
-            for i in range(lanes):
-                if fresh[i] > 0.0:
-                    t[i] = end_time if h[i] == end_time - t[i] else t[i] + h[i]
-                    move_step(rows, i, size, stages, new, z, k)
-                steps[orbit[i]] += 1
-            if cadence == 0.0:
-                ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
-                if renew:
-                    derivative(params, lanes, z, k[:size])
-            write_now(progress, u, following - u * unit - lanes)
-            i = 0
-            while i < lanes:
-                o = orbit[i]
-                if code[i] > 0.0 or done[i] > 0.0 or t[i] == end_time:
-                    store_lane(z, i, z0, o)
-                    store_lane(memory, i, memory0, o)
-                    time0[o], step0[o], ticks0[o] = t[i], ahead[i], ticks[i]
-                    status[o] = np.int64(code[i])
-                    lanes -= 1
-                    move_lane(rows, lanes, i, z)
-                    move_lane(rows, lanes, i, k)
-                    move_lane(memory_rows, lanes, i, memory)
-                    orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
-                    ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
-                else:
-                    i += 1
+    following, end = u * unit, min((u + 1) * unit, orbits)
+    z, new, work, work2 = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    k = np.empty(max(stages, a.shape[0]) * size)
+    memory = np.empty(memory_rows * LANES)
+    t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    ahead, ceiling = np.empty(LANES), np.empty(LANES)
+    code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
+    ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    lanes = 0
+    while read_now(stop, 0) == 0:
+        loaded = 0
+        while lanes < LANES and following < end:
+            if status[following] == 0 and time0[following] < end_time:
+                load_lane(z0, following, z, lanes)
+                load_lane(memory0, following, memory, lanes)
+                orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
+                ahead[lanes], ceiling[lanes] = step0[following], 10.0
+                code[lanes], done[lanes] = 0.0, 0.0
+                lanes += 1
+                loaded += 1
+            following += 1
+        if lanes == 0:
+            break
+        if loaded > 0:
+            derivative(params, lanes, z, k[:size])
         for i in range(lanes):
+            h[i] = min(ahead[i], end_time - t[i])
+        runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
+        combine(rows, lanes, 0, stages, b, k, new)
+        for r in range(rows):
+            for i in range(lanes):
+                new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
+        error_norm(rows, lanes, errors, rtol, atol, h, z, new, k, work, work2, norm)
+        check(params, lanes, radius, new, code)
+        ended = 0
+        for i in range(lanes):
+            # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a
+            # wrong step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by less than 4 %.
+            root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
+            factor = min(ceiling[i], max(0.2, 0.9 / root)) if norm[i] > 0.0 else ceiling[i]
+            fresh[i] = 1.0 if norm[i] < 1.0 and code[i] == 0.0 else 0.0
+            ceiling[i] = 10.0 if fresh[i] > 0.0 else 1.0
+            # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
+            ahead[i] = h[i] * (factor if code[i] == 0.0 else min(factor, 0.2))
+            if fresh[i] > 0.0:
+                code[i] = 0.0
+            elif not (t[i] + ahead[i] > t[i]):
+                code[i] = code[i] if code[i] > 0.0 else STEP_TOO_SMALL_CODE
+                ended += 1
+            else:
+                code[i] = 0.0
+        if cadence > 0.0:
+            inside = 0
+            for i in range(lanes):
+                if fresh[i] > 0.0 and (ticks[i] + 1) * cadence <= (t[i] + h[i]) * (1.0 + 4e-16):
+                    inside += 1
+            if inside > 0:
+                runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
+                ended += observe_dense(
+                    observe, observer, rows, lanes, cadence, orbit, fresh, ticks, z, t, h, k, dense, at, work2,
+                    memory, out, done,
+                )  # fmt: skip
+        for i in range(lanes):
+            if fresh[i] > 0.0:
+                t[i] = end_time if h[i] == end_time - t[i] else t[i] + h[i]
+                move_step(rows, i, size, stages, new, z, k)
+            steps[orbit[i]] += 1
+        if cadence == 0.0:
+            ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
+            if renew:
+                derivative(params, lanes, z, k[:size])
+        write_now(progress, u, following - u * unit - lanes)
+        i = 0
+        while i < lanes:
             o = orbit[i]
-            store_lane(z, i, z0, o)
-            store_lane(memory, i, memory0, o)
-            time0[o], step0[o], ticks0[o] = t[i], ahead[i], ticks[i]
+            if code[i] > 0.0 or done[i] > 0.0 or t[i] == end_time:
+                store_lane(z, i, z0, o)
+                store_lane(memory, i, memory0, o)
+                time0[o], step0[o], ticks0[o] = t[i], ahead[i], ticks[i]
+                status[o] = np.int64(code[i])
+                lanes -= 1
+                move_lane(rows, lanes, i, z)
+                move_lane(rows, lanes, i, k)
+                move_lane(memory_rows, lanes, i, memory)
+                orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
+                ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
+            else:
+                i += 1
+    for i in range(lanes):
+        o = orbit[i]
+        store_lane(z, i, z0, o)
+        store_lane(memory, i, memory0, o)
+        time0[o], step0[o], ticks0[o] = t[i], ahead[i], ticks[i]
 
 
 @jit

@@ -9,7 +9,7 @@ MEMORY = 2
 """Rows of observer memory before the state: levels passed; time of the step before."""
 
 
-@jit
+@jit(constants=True)
 def pass_levels(row, count, rows, lanes, orbit, fresh, t, z, memory, out, done):
     """Record the brackets in which row `row` of z rises through 1/count, 2/count ... 1; memory (MEMORY + rows)*LANES.
 
@@ -38,7 +38,7 @@ def pass_levels(row, count, rows, lanes, orbit, fresh, t, z, memory, out, done):
     return ended
 
 
-@jit
+@jit(constants=True)
 def stop_beyond(row, limit, lanes, fresh, z, done):
     """Mark the lanes whose row `row` has reached `limit` as done; return how many became so."""
     ended = 0

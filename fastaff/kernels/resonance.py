@@ -9,7 +9,6 @@ keeping those that leave the set primitive is Minkowski's reduction in the norm 
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from .._jit import LANES, jit, read_now
 
@@ -158,12 +157,10 @@ def search_block(n, vectors, begin, lanes, nu, width, rank, basis):
                     x[i] = np.nan  # nothing is left to find
 
 
-@jit(parallel=True)
-def relations(n, vectors, nu, width, rank, basis, stop, progress):
-    """Run `search_block` over all orbits, one block of LANES after another; progress (blocks,), stop[0] = 1 ends the run."""
+def relations(block, stop, progress, n, vectors, nu, width, rank, basis):
+    """Run `search_block` on the orbits of a block of LANES; progress (blocks,), stop[0] = 1 leaves it out."""
     orbits = nu.shape[1]
-    for block in prange(progress.size):
-        if read_now(stop, 0) == 0:
-            begin = block * LANES
-            search_block(n, vectors, begin, min(LANES, orbits - begin), nu, width, rank, basis)
-            progress[block] = 1.0
+    if read_now(stop, 0) == 0:
+        begin = block * LANES
+        search_block(n, vectors, begin, min(LANES, orbits - begin), nu, width, rank, basis)
+        progress[block] = 1.0

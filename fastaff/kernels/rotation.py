@@ -42,7 +42,7 @@ def weight(x):
     return e if inside else 0.0
 
 
-@jit
+@jit(constants=True)
 def keep_time(time, n, lanes, fresh, t, memory):
     """Advance each lane's clock to t (Hermite's rule, error h^5/720) and set and sum the weights of the moment."""
     rate = 8 * n * LANES
@@ -74,7 +74,7 @@ def keep_time(time, n, lanes, fresh, t, memory):
         memory[shared + 13 * LANES + i] += v2 * r1
 
 
-@jit
+@jit(constants=True)
 def rotate(time, clocks, lanes, fresh, t, memory):
     """Add the weighted rates of all angles; clocks[k] = 1 where angle k is averaged over the clock instead of time."""
     n = len(clocks)
@@ -96,7 +96,7 @@ def rotate(time, clocks, lanes, fresh, t, memory):
             memory[m + 4 * LANES + i] += memory[w + 2 * LANES + i] * rate
 
 
-@jit
+@jit(constants=True)
 def widen(signals, lanes, fresh, memory):
     """Widen the range of each signal: memory rows are signals, smallest values, largest values."""
     for s in range(signals):
@@ -107,7 +107,7 @@ def widen(signals, lanes, fresh, memory):
             memory[k] = max(memory[k], value) if fresh[i] > 0.0 else memory[k]
 
 
-@jit
+@jit(constants=True)
 def sample(rows, lanes, orbit, fresh, block, memory, out):
     """Write the rows of block as the next sample of each orbit; row `rows` of memory counts the samples."""
     for i in range(lanes):

@@ -5,7 +5,6 @@ c_eta = p_eta^2/(2 mu) + V_eta. Coordinate i has the coefficients u = LINKS[char
 dJ_i/dc = LINKS^T (D0...D3), dE = dc0 (+ dc1 in the alpha-beta chart), and nu = dE/dJ, theta = (dJ/dc)^-T (partial integrals).
 """
 
-import numba
 import numpy as np
 
 from .._jit import jit
@@ -308,28 +307,26 @@ def _state(
     return code
 
 
-@jit(parallel=True)
 def tori_by_quadrature(
-    chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, z, J, nu, theta, turning, constants,
-    error, status, stop, progress,
+    unit, stop, progress, chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, z, J,
+    nu, theta, turning, constants, error, status,
 ):  # fmt: skip
     """z (8, n) -> J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
     n = z.shape[1]
-    for unit in numba.prange(progress.size):
-        if stop[0] != 0:
-            continue
-        work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 4))
-        small, ends = np.zeros((15, 4)), np.zeros((2, 2))
-        limits(first, first_p, KINDS[chart, 0], work, ends[0])
-        limits(second, second_p, KINDS[chart, 1], work, ends[1])
-        for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-            status[k] = _state(
-                chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where,
-                small, results, J, nu, theta, turning, constants, error,
-            )  # fmt: skip
-            if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):
-                error[k] = np.inf
-                for i in range(4):
-                    J[i, k], nu[i, k], theta[i, k] = np.nan, np.nan, np.nan
-                turning[:, :, k] = np.nan
-        progress[unit] = 1
+    if stop[0] != 0:
+        return
+    work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 4))
+    small, ends = np.zeros((15, 4)), np.zeros((2, 2))
+    limits(first, first_p, KINDS[chart, 0], work, ends[0])
+    limits(second, second_p, KINDS[chart, 1], work, ends[1])
+    for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        status[k] = _state(
+            chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where,
+            small, results, J, nu, theta, turning, constants, error,
+        )  # fmt: skip
+        if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):
+            error[k] = np.inf
+            for i in range(4):
+                J[i, k], nu[i, k], theta[i, k] = np.nan, np.nan, np.nan
+            turning[:, :, k] = np.nan
+    progress[unit] = 1

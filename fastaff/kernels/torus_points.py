@@ -5,7 +5,6 @@ others are known: two one-dimensional Newton searches from the bottom of the eff
 which the partial integrals depend on the phases.
 """
 
-import numba
 import numpy as np
 
 from .._jit import jit
@@ -334,22 +333,20 @@ def _point(
     return OK_CODE if results[0, ERROR] < 1e-7 and results[1, ERROR] < 1e-7 else NOT_CONVERGED_CODE
 
 
-@jit(parallel=True)
 def torus_points(
-    chart, first, first_p, second, second_p, mu, J, theta, start, z, nu, energy, wells, status, stop, progress
+    unit, stop, progress, chart, first, first_p, second, second_p, mu, J, theta, start, z, nu, energy, wells, status,
 ):  # fmt: skip
     """J (4, n), theta (4, n or 0), start (2, n) ratios or 0 -> z (8, n or 0), nu (4, n), energy, wells, status (n,)."""
     n = J.shape[1]
-    for unit in numba.prange(progress.size):
-        if stop[0] != 0:
-            continue
-        work, other = np.zeros((ROWS, MOST)), np.zeros((ROWS, MOST))
-        results, small, ends = np.zeros((2, RESULTS)), np.zeros((12, 4)), np.zeros((2, 2))
-        limits(first, first_p, KINDS[chart, 0], work, ends[0])
-        limits(second, second_p, KINDS[chart, 1], work, ends[1])
-        for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-            energy[k], nu[:, k] = np.nan, np.nan
-            status[k] = _point(
-                chart, first, first_p, second, second_p, mu, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
-            )
-        progress[unit] = 1
+    if stop[0] != 0:
+        return
+    work, other = np.zeros((ROWS, MOST)), np.zeros((ROWS, MOST))
+    results, small, ends = np.zeros((2, RESULTS)), np.zeros((12, 4)), np.zeros((2, 2))
+    limits(first, first_p, KINDS[chart, 0], work, ends[0])
+    limits(second, second_p, KINDS[chart, 1], work, ends[1])
+    for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        energy[k], nu[:, k] = np.nan, np.nan
+        status[k] = _point(
+            chart, first, first_p, second, second_p, mu, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
+        )
+    progress[unit] = 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
 from .._jit import jit, read_now, write_now
 
@@ -38,14 +37,12 @@ def correlation(samples, c, lags, p, q):
     return across / math.sqrt(spread) if spread > 0.0 else 0.0
 
 
-@jit(parallel=True)
-def zero_one(samples, angles, result, stop, progress):
-    """Set result (orbits,) to the median over `angles` of the correlation for each row of samples (orbits, count)."""
-    orbits, count = samples.shape
-    for o in prange(orbits):
-        if read_now(stop, 0) == 0:
-            p, q, k = np.empty(count), np.empty(count), np.empty(angles.size)
-            for j in range(angles.size):
-                k[j] = correlation(samples[o], angles[j], count // 10, p, q)
-            result[o] = np.median(k)
-            write_now(progress, o, 1)
+def zero_one(o, stop, progress, samples, angles, result):
+    """Set result[o] (orbits,) to the median over `angles` of the correlation for row o of samples (orbits, count)."""
+    count = samples.shape[1]
+    if read_now(stop, 0) == 0:
+        p, q, k = np.empty(count), np.empty(count), np.empty(angles.size)
+        for j in range(angles.size):
+            k[j] = correlation(samples[o], angles[j], count // 10, p, q)
+        result[o] = np.median(k)
+        write_now(progress, o, 1)
