@@ -279,7 +279,7 @@ def test_other_wrong_input():
         spectrum(HenonHeiles(), m=0, l=0, levels=1)
     with pytest.raises(TypeError, match="angular potentials"):
         spectrum(StackelBody(Harmonic(), one_variable(lambda angle: np.cos(angle)), Zero()), m=0, l=0, levels=1)
-    with pytest.raises(ValueError, match="more than 1200"):
+    with pytest.raises(ValueError, match="above 1200"):
         radial("V", QUARTIC, 2, np.zeros(1), 1200, 1.0, 1.0, 1e-12)
     with pytest.raises(ValueError, match="same length"):
         spectrum_table(Body(Harmonic()), m=[0, 1], l=[0], levels=1)

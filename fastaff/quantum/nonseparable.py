@@ -9,6 +9,7 @@ import numpy as np
 
 from ..charts import R_VARTHETA, Chart
 from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, sampled, well
+from .interruptible import interruptible
 from .levels import Levels, level_scale
 from .separable import angle_of, angular_interval, angular_potential
 from .solvers import Basis, Interval, basis, gauss_jacobi, interval_rule, interval_weight, jacobi_table
@@ -18,6 +19,10 @@ POINTS = 4096
 """Points whose polynomials are tabulated at once."""
 LARGEST = 6000
 """Largest matrix: 0.3 GB each of a handful."""
+ALGEBRAIC = 30.0
+"""Error in units of the change from a smaller basis where convergence is algebraic; 26 was the worst seen."""
+STEEP = 1e9
+"""Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of all levels."""
 STEPS = ((1.5, 1.15, 10.0), (1.8, 1.3, 11.0), (2.2, 1.5, 13.0), (2.8, 1.75, 15.0), (3.6, 2.1, 18.0), (4.8, 2.5, 22.0), (6.5, 3.0, 26.0))
 """Refinements: cut of the channels in units of the energy of the highest level above the bottom, density of both bases,
 action to which tails of channels are kept."""
@@ -84,7 +89,11 @@ def _side(n: int, ends: Interval, below: np.ndarray, above: np.ndarray, shift: f
 
 
 class _Problem(NamedTuple):
-    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with centrifugal terms."""
+    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with centrifugal terms.
+
+    lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf without bound; smooth: whether the weights
+    take all that is not smooth at the ends of vartheta.
+    """
 
     U: Callable
     a: np.ndarray
@@ -92,6 +101,8 @@ class _Problem(NamedTuple):
     well: Well
     rho: np.ndarray
     lowest: np.ndarray
+    threshold: float
+    smooth: bool
     states: Callable
     channels: Callable
 
@@ -109,11 +120,11 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
     unit = hbar**2 / (2 * body.mu)
     problem = _problem(body, chosen, unit)
     bottom = problem.lowest.min()
-    top = count_top(problem.states, bottom, 1 / problem.rho[np.argmin(problem.lowest)] ** 2, 1.1 * levels + 40)
+    top = count_top(problem.states, bottom, 1 / problem.rho[np.argmin(problem.lowest)] ** 2, _wanted(problem, levels, unit))
     coarse, size = None, 0
     for step in STEPS:
         try:
-            E, states, found_size = _solve(problem, levels, bottom, top, *step)
+            E, states, found_size = interruptible(_solve, problem, levels, bottom, top, *step)
         except _TooLarge:
             break
         if found_size < levels:
@@ -121,16 +132,30 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
         size = found_size
         gap = np.full(levels, np.inf) if coarse is None else np.abs(E - coarse)
         coarse, make, top = E, states, max(E[-1], top)
-        error = unit * (gap + 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom)))
+        error = unit * ((1 if problem.smooth else ALGEBRAIC) * gap + 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom)))
         converged = error <= tolerance * level_scale(unit * E)
         if converged.all():
             break
     if size == 0:
-        raise ValueError(f"levels = {levels} needs more than {LARGEST} functions; ask for fewer, or a larger hbar")
+        raise ValueError(f"levels = {levels} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar")
     method = "not separated: adiabatic channels in vartheta, Gauss-Jacobi grid in rho; f = 0 where V is infinite (Friedrichs)"
     return Levels(
         unit * coarse, error, converged, None, None, chosen.m, chosen.l, hbar, size, method, lambda k: (make(k), {"level": k}, {})
     )
+
+
+def _wanted(problem: _Problem, levels: int, unit: float) -> float:
+    """Return how many states there should be below the top energy; raises where V does not bind the levels."""
+    wanted = 1.1 * levels + 40
+    if np.isinf(problem.threshold):
+        return wanted
+    bound = problem.states(problem.threshold)
+    if bound < levels + 0.5:
+        raise NoGroundState(
+            f"V grows to {unit * problem.threshold:.6g} only at large distance and binds about {bound:.0f} levels of a class below that; "
+            f"levels = {levels}"
+        )
+    return min(wanted, (levels + bound) / 2)
 
 
 class _TooLarge(Exception):
@@ -150,12 +175,12 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
     grid = U(rho[:, None], v)
     with np.errstate(over="ignore"):
         w = grid + (a**2 / np.cos(v / 2) ** 2 + b**2 / np.sin(v / 2) ** 2) / rho[:, None] ** 2
-    lowest = w.min(axis=1)
+    lowest = w.min(axis=1) + 1 / rho**2
     place = int(np.argmin(lowest))
     if not np.isfinite(lowest[place]):
         raise ValueError("the potential is finite nowhere")
-    if place == 0:
-        _fall(lowest, rho)
+    if place == 0 and lowest[0] < 0:
+        raise NoGroundState("V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state")
     check_bottom("V", place, rho.size, np.inf)
     wells = [well("V", lambda angle, q=q: U(q, angle) * q * q / 4, 0.0, np.pi) for q in (0.8 * rho[place], rho[place], 1.3 * rho[place])]
     one = wells[1]
@@ -175,14 +200,26 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
     strengths = [sum(getattr(x, c) for x in wells) / 3 for c in ("c_lo", "c_hi")]
     uniform = all(max(getattr(x, c) for x in wells) - min(getattr(x, c) for x in wells) <= 1e-6 * (1 + abs(s))
                   for c, s in zip(("c_lo", "c_hi"), strengths))  # fmt: skip
+    fine = np.pi * (np.arange(200_000) + 0.5) / 200_000  # valleys far out are narrow in vartheta
+    before, last = (float(U(q, fine).min()) for q in (1e3, 1e4))
+    level_out = last - before < 0.01 * (last - lowest[place])
+    smooth = uniform and _even(U, rho[place], one)
     # Strengths that change with rho: no one exponent; that of the free problem, 1 at a wall.
-    return _Problem(U, a, b, one if uniform else one._replace(c_lo=0.0, c_hi=0.0), rho, lowest, states, channels)
+    ends = one if uniform else one._replace(c_lo=0.0, c_hi=0.0)
+    return _Problem(U, a, b, ends, rho, lowest, last if level_out else np.inf, smooth, states, channels)
 
 
-def _fall(lowest: np.ndarray, rho: np.ndarray) -> None:
-    """Refuse a potential that falls at rho -> 0 like -1/rho^2 or faster with more than the centrifugal term."""
-    if lowest[0] * rho[0] ** 2 < -1:
-        raise NoGroundState("V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state")
+def _even(U: Callable, rho: float, found: Well) -> bool:
+    """Return whether V less its singular part is even in vartheta at both natural ends: no cone, as |beta| would make."""
+    for natural, c, end, sign in ((found.natural_lo, found.c_lo, 0.0, 1), (found.natural_hi, found.c_hi, np.pi, -1)):
+        if not natural:
+            continue
+        d = np.array([0.01, 0.02, 0.04])
+        V = U(rho, end + sign * d) * rho**2 / 4 - c / d**2
+        rise, next_rise = abs(V[1] - V[0]), abs(V[2] - V[1])
+        if rise > 1e-9 * np.abs(V).max() and next_rise < 3 * rise:  # 2 for a cone, 4 for a smooth top
+            return False
+    return True
 
 
 class _Bases(NamedTuple):
@@ -197,9 +234,14 @@ class _Bases(NamedTuple):
     free: np.ndarray
 
 
+def _beyond(problem: _Problem, bottom: float, top: float) -> float:
+    """Return an energy above the highest level, and below where V ends."""
+    return min(bottom + 1.2 * (top - bottom), (top + problem.threshold) / 2)
+
+
 def _bases(problem: _Problem, bottom: float, top: float, density: float) -> _Bases:
     with np.errstate(invalid="ignore"):
-        near, far = decayed("V", problem.rho, problem.lowest + 1 / problem.rho**2, bottom + 1.2 * (top - bottom), 0.0, np.inf)
+        near, far = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
     n_rho = int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12))
     n_x = int(density * (1.2 * problem.channels(top) + 16))
     angular = basis(angular_interval("V", problem.well, problem.a, problem.b), n_x, n_x // 2 + 16)
@@ -227,7 +269,7 @@ def _solve(
     from scipy.linalg import eigh
 
     bases = _bases(problem, bottom, top, density)
-    energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes))
+    energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, bottom + STEEP * (top - bottom)))
     energies = energies + bases.rest / bases.nodes[:, None] ** 2
     kept = _kept(energies, bases.nodes, bottom + cut * (top - bottom), bottom + 1.05 * (top - bottom), depth)
     node, channel = np.nonzero(kept)
@@ -262,11 +304,11 @@ def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth
     return below | tail & below.any(axis=0)
 
 
-def _angular_matrices(problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray) -> np.ndarray:
-    """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho."""
+def _angular_matrices(problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf) -> np.ndarray:
+    """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
     vartheta = 2 * np.arctan2(np.sqrt(1 - angular.x[0]), np.sqrt(1 + angular.x[0]))
     U = sampled(lambda q: problem.U(q, vartheta), rho[:, None] + 0 * vartheta)
     if not np.all(np.isfinite(U)):
         raise ValueError("the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta inside")
-    values = angular.values[0]
+    values, U = angular.values[0], np.minimum(U, highest)
     return free * (4 / rho**2)[:, None, None] + (values * (angular.weight[0] * U)[..., None]).mT @ values

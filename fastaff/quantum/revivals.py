@@ -63,7 +63,7 @@ def revivals(
     the actions.
     Formulas: T = 2 pi hbar/|dE/dn| and 4 pi hbar/|d2E/dn2|, by central differences of the levels (0 below their error: a revival time of
     inf); dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of `energy_of_actions`, to 1e-9.
-    Both agree to O(hbar^2) at given actions. Milliseconds.
+    Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled.
     Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
     """
     quantum, symmetry = positive("hbar", hbar), checked_class(m, l, single_valued)

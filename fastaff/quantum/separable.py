@@ -127,8 +127,7 @@ def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: f
 
     grow = 1.0 if far == found.hi else 1.05
     first = int(1.3 * max(nodes, deep)) + count + 24
-    if first > LARGEST:
-        raise ValueError(f"{count} levels of {name} take {first} basis functions, more than {LARGEST}: ask for fewer, or a larger hbar")
+    check_size(name, first, count)
     b, (values, vectors), coarse, n = _until_equal(solve, first, far, grow, count, tolerance)
 
     def function(i, j):
@@ -136,6 +135,12 @@ def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: f
         return RadialFunction(IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]), dimension)
 
     return Factors(unit * values[:, :count], unit * coarse[:, :count], function, n)
+
+
+def check_size(name: str, size: int, count: int) -> None:
+    """Raise ValueError for a basis so large that it leaves no room for a larger one to compare with."""
+    if 1.25 * size + 12 > LARGEST:
+        raise ValueError(f"{count} levels of {name} take {size} basis functions and more, above {LARGEST}: ask for fewer, or a larger hbar")
 
 
 def _until_equal(solve, n, hi, grow, count, tolerance):
@@ -185,6 +190,7 @@ def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: f
         q = angular_potential(base, a, b, found) + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
         return base, base.lowest(q, 1 - base.x**2, count + 1, 0)
 
+    check_size(name, count + 24, count)
     base, (values, vectors), coarse, n = _until_equal(solve, count + 24, 1.0, 1.0, count, tolerance)
 
     def function(i, j):
