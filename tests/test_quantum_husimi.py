@@ -142,3 +142,16 @@ def test_figures_of_husimi_functions_and_spacings():
     drawn = plot_spacings([0.5, 1.0, 1.2, 9.0], {"Poisson": fastaff.BerryRobnik(0.0)}, ax=right, bins=7)
     assert drawn.missing == 1
     assert sum(bar.get_height() * bar.get_width() for bar in drawn.points) == pytest.approx(3 / 4)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"widths": 1.0}, "widths must be two"),
+        ({"widths": (1.0,) * 3}, "widths must be two"),
+        ({"tolerance": 2.0}, "tolerance must be below 1"),
+    ],
+)
+def test_bad_options_are_named(options, words):
+    with pytest.raises(ValueError, match=words):
+        husimi(wavefunction(Body(Harmonic()), m=0, l=0, n=(0, 0)), **options)

@@ -258,3 +258,30 @@ def test_diagrams_against_spin_need_one_sequence():
             class_diagram(Body(Harmonic()), m=m, l=l, levels=2)
     with pytest.raises(ValueError, match="non-empty"):
         class_diagram(Body(Harmonic()), m=[], l=0, levels=2)
+
+
+def test_a_shortened_list_knows_where_it_ends():
+    whole = all_levels(Body(Harmonic()), count=4)  # energies 2, 3, 4, 5 with 1, 4, 10, 20 levels
+    cut = whole.upto(5)
+    assert cut.degeneracy.tolist() == [1, 4]
+    assert cut.complete_below == pytest.approx(4.0, rel=1e-14)
+    for more in (whole.E.size, 10**6):
+        same = whole.upto(more)
+        assert same.degeneracy.tolist() == [1, 4, 10, 20]
+        assert same.complete_below == whole.complete_below
+    with pytest.raises(ValueError, match="levels must be at least 0"):
+        whole.upto(-1)
+
+
+def test_lists_of_what_does_not_belong_together_are_refused():
+    body = Body(Harmonic())
+    with pytest.raises(ValueError, match="quantum numbers"):
+        level_list([spectrum(body, m=0, l=0, levels=1, chart=chart) for chart in ("alpha-beta", "r-vartheta")])
+    with pytest.raises(TypeError, match="classes must be Levels, got"):
+        level_list([1])
+
+
+@pytest.mark.parametrize(("m", "l"), [([], 0), ([0, 1], [0, 1, 2]), ([[0]], 0)])
+def test_diagrams_name_classes_that_are_none(m, l):
+    with pytest.raises(ValueError, match="m and l must be"):
+        level_diagram(lambda C: Body(Harmonic(C=C)), [1.0], m=m, l=l, levels=1, single_valued=False)

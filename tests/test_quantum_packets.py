@@ -430,3 +430,11 @@ def test_walls_in_alpha_and_heavy_tops_have_packets():
         classical = float(body.kinetic_energy(*z0[4:]) + body.potential_energy(*z0[:4]))
         # T + hbar^2/(4 mu width^2) of two radii, and V averaged over the width: some hbar
         assert packet.energy == pytest.approx(classical, abs=4 * 0.2)
+
+
+def test_expectations_of_functions_that_are_not_finite_are_refused():
+    packet = number_packet(Body(Harmonic()), n=(1, 1), m=0, l=0, width=(0.0, 0.0))
+    with pytest.raises(ValueError, match="function must return finite"):
+        packet.expectation(lambda alpha, beta: np.nan * alpha)
+    with pytest.raises(ValueError, match="beta must lie"):
+        packet.density(1.0, -1.0)

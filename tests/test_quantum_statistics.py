@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq, minimize_scalar
 
 import fastaff
 from fastaff import (
@@ -29,6 +30,7 @@ from fastaff import (
     unfold,
     weyl_count,
 )
+from fastaff.quantum import weyl
 
 
 @pytest.mark.parametrize(("m", "l"), [(0, 0), (1, 0), (2, 0), (3, -1), (8, 4)])
@@ -239,3 +241,38 @@ def test_other_wrong_input():
         number_variance(E, 5.0)
     with pytest.raises(ValueError, match="n >= 7"):
         polynomial_count(E[:5])
+
+
+@pytest.mark.parametrize("law", [fastaff.BerryRobnik(0.5), fastaff.Brody(0.5)])
+@pytest.mark.parametrize("s", [-1.0, np.nan, [0.0, -0.1]])
+def test_laws_refuse_what_are_no_spacings(law, s):
+    for method in (law.density, law.cumulative):
+        with pytest.raises(ValueError, match="s must be at least 0"):
+            method(s)
+
+
+def test_a_single_ratio_has_no_error_and_few_energies_no_polynomial():
+    assert fastaff.mean_spacing_ratio([[1.0, 2.0, 4.0]]) == (0.5, np.inf, 1)
+    with pytest.raises(ValueError, match="more than degree = 3 different energies, got 1"):
+        fastaff.polynomial_count(np.ones(10), 3)
+
+
+@pytest.mark.parametrize("energy", [10.0, 20.0, 40.0])
+def test_phase_space_integrals_of_a_body_with_a_wall_are_those_of_one_quadrature(energy):
+    """Hyperelastic, (m, l) = (1, 1): on a ray V_eff = u/2 + K/u, u = rho^2, so that both radial integrals are elementary."""
+
+    def K(angle):
+        return 2 / np.cos(2 * angle) + 0.5 / np.sin(angle) ** 2
+
+    bottom = minimize_scalar(K, bounds=(0.1, 0.7), method="bounded").x
+    lo, hi = (brentq(lambda angle: K(angle) - energy**2 / 2, *ends) for ends in ((1e-6, bottom), (bottom, np.pi / 4 - 1e-9)))
+    t, w = np.polynomial.legendre.leggauss(2000)
+    half = np.pi / 4 * (1 + t)
+    angle, weight = lo + (hi - lo) * np.sin(half) ** 2, np.pi / 4 * w * (hi - lo) * np.sin(2 * half)
+    root = np.sqrt(np.maximum(energy**2 - 2 * K(angle), 0))
+    u1, u2 = 2 * K(angle) / (energy + root), energy + root
+    volume = weight @ (energy * (u2 - u1) / 2 - (u2**2 - u1**2) / 8 - K(angle) * np.log(u2 / u1) / 2)
+    laplacian = weight @ ((2 + 4 / (np.cos(2 * angle) ** 3 * K(angle))) * 2 * root)
+    well, _ = weyl._wells(Body(Hyperelastic()), np.array([0.0, 1.0]), 1.0, 41.0)
+    found = weyl._integrals(well, np.array([energy]))[:, 0]
+    np.testing.assert_allclose(found[[0, 3]], [volume, laplacian], rtol=1e-8)

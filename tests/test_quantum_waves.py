@@ -24,6 +24,7 @@ from fastaff.quantum.operators import (
     spin,
     vorticity,
 )
+from fastaff.quantum.spectrum import spectrum
 from fastaff.quantum.states import Product, State
 from fastaff.quantum.waves import wavefunction
 
@@ -506,7 +507,8 @@ def test_whole_floats_are_quantum_numbers():
         (lambda: wave().planes(np.ones(3)), ValueError, "planes takes"),
         (lambda: wave().at(np.ones(4) * 1j), TypeError, "q takes"),
         (lambda: wave().density(1.0, 1.0, EXPONENTIAL), ValueError, "chart must be"),
-        (lambda: wave().density(-1.0, 1.0), ValueError, "radius must lie"),
+        (lambda: wave().density(-1.0, 1.0), ValueError, "alpha must lie"),
+        (lambda: wave().density(1.0, np.inf), ValueError, "beta takes finite"),
         (lambda: wave().expectation(np.add, chart=EULER), ValueError, "chart must be"),
         (lambda: wave().norm(order=0), ValueError, "order must be"),
         (lambda: PlaneFactor(-1, 0.0, 1.0), ValueError, "n must be at least 0"),
@@ -526,3 +528,56 @@ def test_whole_floats_are_quantum_numbers():
 def test_bad_calls(call, error, words):
     with pytest.raises(error, match=words):
         call()
+
+
+@pytest.fixture(scope="module")
+def states_of_every_solver():
+    """One state in closed form, of each chart, one found numerically, and one of a body that does not separate."""
+    exact = [wavefunction(HARMONIC, m=2, l=0, n=(1, 1), chart=chart) for chart in (ALPHA_BETA, R_VARTHETA)]
+    return [*exact, *(spectrum(body, m=2, l=0, levels=1, tolerance=1e-6).state(0) for body in (Body(Hyperelastic()), Body(NeoHookean())))]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "chart", "words"),
+    [
+        (1.0, -0.5, ALPHA_BETA, "beta must lie in .0, inf., got -0.5"),
+        ([1.0, np.nan], 0.5, ALPHA_BETA, "alpha takes finite"),
+        (-1.0, 0.5, R_VARTHETA, "r must lie"),
+        (1.0, [0.5, -0.5], R_VARTHETA, "vartheta must lie"),
+        (1.0, np.nan, TWO_POLAR, "D2 takes finite"),
+    ],
+)
+def test_states_of_every_solver_refuse_what_are_no_invariants(states_of_every_solver, x, y, chart, words):
+    for state in states_of_every_solver:
+        for method in (state.amplitude, state.density):
+            with pytest.raises(ValueError, match=words):
+                method(x, y, chart)
+
+
+def test_outside_of_the_two_polar_chart_there_is_no_probability_and_no_amplitude(states_of_every_solver):
+    for state in states_of_every_solver:
+        assert state.density([1.0, -1.0], [1.5, 0.2], TWO_POLAR).tolist() == [0.0, 0.0]
+        with pytest.raises(ValueError, match=r"D1 >= \|D2\|"):
+            state.amplitude(1.0, 1.5, TWO_POLAR)
+
+
+def test_amplitudes_of_numbers_are_numbers(states_of_every_solver):
+    for state in states_of_every_solver:
+        assert all(isinstance(state.amplitude(1, 1, chart), float) for chart in (ALPHA_BETA, R_VARTHETA))
+
+
+@pytest.mark.parametrize(
+    ("m", "error"),
+    [
+        (np.nan, ValueError),
+        (np.inf, ValueError),
+        (1.5, ValueError),
+        (np.array([0, 2]), TypeError),
+        (np.array([0.0, 2.0]), TypeError),
+        (np.True_, TypeError),
+        (np.complex128(2j), TypeError),
+    ],
+)
+def test_quantum_numbers_that_are_none_are_named(m, error):
+    with pytest.raises(error, match="m must be a whole number"):
+        wave(m=m)

@@ -13,7 +13,7 @@ Mask = NDArray[np.bool_]
 
 def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     """Return `value` as floats of shape (*leading, ...), or say what was wrong with it."""
-    takes = f"{name} takes finite real numbers of shape ({', '.join(map(str, leading))}, ...)"
+    takes = f"{name} takes finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
     try:
         array = np.asarray(value)
     except ValueError as error:

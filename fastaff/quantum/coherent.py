@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..boundary import phase_points
+from ..charts.checks import checked
 from ..scalars import positive, whole
 from .grids import resolved
 from .packets import Packet
@@ -38,8 +39,8 @@ def coherent_packet(
     z, tolerance = phase_points("z0", z0, body), fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
-    widths = np.asarray(width, float)
-    if widths.shape not in ((), (2,)) or not np.all(np.isfinite(widths) & (widths > 0)):
+    widths = checked("width", width, ())
+    if widths.shape not in ((), (2,)) or not np.all(widths > 0):
         raise ValueError(f"width must be one or two positive numbers, got {width!r}")
     quantum, sides = positive("hbar", hbar), np.broadcast_to(widths, (2,))
     planes = [PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], float(sides[i]), quantum) for i in (0, 1)]

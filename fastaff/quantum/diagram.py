@@ -13,7 +13,7 @@ from ..engine import Interrupted
 from ..scalars import whole
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
-from .symmetry import checked_class
+from .symmetry import SymmetryClass, checked_class
 
 
 class Curve(NamedTuple):
@@ -83,8 +83,7 @@ def level_diagram(
     points = np.atleast_1d(np.asarray(values, dtype=np.float64))
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
         raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
-    pairs = np.broadcast_arrays(np.atleast_1d(np.asarray(m, object)), np.atleast_1d(np.asarray(l, object)))
-    chosen = [checked_class(one, other, single_valued) for one, other in zip(*pairs, strict=True)]
+    chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows: list[list[Levels]] = []
     try:
@@ -112,14 +111,22 @@ def class_diagram(
     """
     if (np.ndim(m) == 1) == (np.ndim(l) == 1):
         raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")
-    name, points = ("m", m) if np.ndim(m) == 1 else ("l", l)
-    if not np.size(points):
-        raise ValueError(f"{name} must be a non-empty sequence, got {points!r}")
-    pairs = np.broadcast_arrays(np.asarray(m, object), np.asarray(l, object))
-    chosen = [checked_class(one, other, single_valued) for one, other in zip(*pairs, strict=True)]
+    name = "m" if np.ndim(m) == 1 else "l"
+    chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows = [[found] for found in _row(body, chosen, levels, options)]
     return diagram_of(name, np.array([getattr(one, name) for one in chosen], float), rows)
+
+
+def _classes(m: Any, l: Any, single_valued: bool) -> list[SymmetryClass]:
+    """Return the classes of two numbers, or sequences of one length; a number goes with each of a sequence."""
+    spins, vorticities = (np.atleast_1d(np.asarray(given, object)) for given in (m, l))
+    if spins.ndim != 1 or vorticities.ndim != 1 or not spins.size or not vorticities.size:
+        raise ValueError(f"m and l must be whole numbers or non-empty sequences of them, got m = {m!r}, l = {l!r}")
+    if spins.size != vorticities.size and 1 not in (spins.size, vorticities.size):
+        raise ValueError(f"m and l must be of the same length, got {spins.size} and {vorticities.size}")
+    pairs = np.broadcast_arrays(spins, vorticities)
+    return [checked_class(one, other, single_valued) for one, other in zip(*pairs, strict=True)]
 
 
 def _row(body: Any, chosen: list[Any], levels: int, options: dict[str, Any]) -> list[Levels]:

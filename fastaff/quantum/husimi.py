@@ -55,7 +55,7 @@ class Husimi:
         return out.reshape(points.shape[1:])[()]
 
 
-def husimi(state: Any, *, widths: tuple[float, float] | None = None, tolerance: float = 1e-6) -> Husimi:
+def husimi(state: Any, *, widths: tuple[float, float] | None = None, tolerance: float = 1e-4) -> Husimi:
     """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
 
     Parameters: state: of `wavefunction` or `Levels.state`, with m + l even; widths: sigma_a, sigma_b > 0 of the coherent states
@@ -75,9 +75,11 @@ def husimi(state: Any, *, widths: tuple[float, float] | None = None, tolerance: 
     if (m + l) % 2:
         raise ValueError(f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}")
     tolerance, hbar = positive("tolerance", tolerance), positive("state.hbar", state.hbar)
-    sigmas = (math.sqrt(hbar),) * 2 if widths is None else tuple(positive("widths", width) for width in widths)
-    if len(sigmas) != 2:
+    if not tolerance < 1:
+        raise ValueError(f"tolerance must be below 1, got {tolerance!r}")
+    if widths is not None and np.shape(widths) != (2,):
         raise ValueError(f"widths must be two numbers, of the planes a and b, got {widths!r}")
+    sigmas = (math.sqrt(hbar),) * 2 if widths is None else (positive("widths", widths[0]), positive("widths", widths[1]))
     momenta = ((m - l) // 2, (m + l) // 2)
     count = 40
     while True:

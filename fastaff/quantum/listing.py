@@ -64,22 +64,27 @@ class LevelList:
         return slice(*self.first[[multiplet, multiplet + 1]])
 
     def upto(self, levels: int) -> LevelList:
-        """Return the list of the lowest levels only."""
-        cut: dict[str, Any] = {name: getattr(self, name)[:levels] for name in ("E", "error", "converged", "m", "l", "k")}
-        labels = None if self.labels is None else self.labels[:levels]
-        return replace(self, **cut, labels=labels, first=np.append(self.first[self.first < levels], levels))
+        """Return the list of the lowest levels only, all where there are no more; complete below the first one left out."""
+        size = min(whole("levels", levels, 0), self.E.size)
+        cut: dict[str, Any] = {name: getattr(self, name)[:size] for name in ("E", "error", "converged", "m", "l", "k")}
+        labels = None if self.labels is None else self.labels[:size]
+        top = min(self.complete_below, float(self.E[size])) if size < self.E.size else self.complete_below
+        return replace(self, **cut, labels=labels, first=np.append(self.first[self.first < size], size), complete_below=top)
 
 
 def level_list(classes: Sequence[Levels], *, complete_below: float = -math.inf) -> LevelList:
     """Merge the levels of symmetry classes into one list with degeneracies.
 
     classes: Levels of one body, one or more, such as `spectrum_table` gives; complete_below: kept in the result.
-    Returns LevelList. Raises ValueError for no classes, or for classes of different hbar.
+    Returns LevelList. Raises TypeError for what are no Levels, ValueError for none of them, or of different hbar or quantum numbers.
     Formula: neighbours are one multiplet where E differs by no more than the sum of their errors (and 64 roundings).
     Source: none; the errors are those of `Levels`.
     """
-    if not classes or len({found.hbar for found in classes}) > 1:
-        raise ValueError(f"classes must be one or more Levels of the same hbar, got {[getattr(found, 'hbar', found) for found in classes]}")
+    if not all(isinstance(found, Levels) for found in classes):
+        raise TypeError(f"classes must be Levels, got {sorted({type(found).__name__ for found in classes})}")
+    if not classes or len({(found.hbar, found.names) for found in classes}) > 1:
+        got = sorted({f"hbar = {found.hbar:g}, {found.names}" for found in classes})
+        raise ValueError(f"classes must be one or more Levels of the same hbar and quantum numbers, got {got}")
     sizes = [found.E.size for found in classes]
     E = np.concatenate([found.E for found in classes])
     order = np.argsort(E, kind="stable")

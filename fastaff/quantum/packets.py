@@ -19,7 +19,7 @@ from ..charts import ALPHA_BETA, TWO_POLAR, Chart
 from ..kernels.phases import phase_sums
 from ..scalars import positive
 from .grids import resolved
-from .states import Product, State, invariants_of
+from .states import Product, State, checked_invariants, invariants_of
 from .symmetry import SymmetryClass
 
 
@@ -126,7 +126,7 @@ class Packet:
         """
         chosen = ALPHA_BETA if chart is None else chart
         invariants = invariants_of(chosen)
-        first, second = np.asarray(x, float), np.asarray(y, float)
+        first, second = checked_invariants(x, y, chosen)
         alpha, beta = invariants.to_radii(first, second)
         inside = (alpha >= 0) & (beta >= 0)
         if chosen.name == TWO_POLAR.name:
@@ -150,6 +150,8 @@ class Packet:
         values = np.asarray(function(*chosen.from_radii(*grid.radii)))
         if np.iscomplexobj(values):
             raise TypeError("function must return real values")
+        if not np.isfinite(values).all():
+            raise ValueError("function must return finite values where the states live")
         flat, weighted = moments.reshape(-1), (grid.weights * values).reshape(-1)
         total = np.zeros(flat.size)
         for start in range(0, flat.size, 512):
@@ -179,7 +181,7 @@ class Packet:
 
 def _amplitudes(x: ArrayLike, y: ArrayLike, chart: Chart) -> Callable[[State], np.ndarray]:
     """Return what evaluates a state at invariants of a chart: factors, where it has them there, on x and y before they broadcast."""
-    first, second = np.asarray(x, float), np.asarray(y, float)
+    first, second = checked_invariants(x, y, chart)
     front = invariants_of(chart).front
 
     def evaluate(state: State) -> np.ndarray:

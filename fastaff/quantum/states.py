@@ -32,13 +32,15 @@ CHUNK = 1 << 19
 class Invariants(NamedTuple):
     """Two deformation invariants as coordinates of the quadrant alpha, beta >= 0.
 
-    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha, beta)/d(invariants)|.
+    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha, beta)/d(invariants)|;
+    ranges: least and largest value of both.
     """
 
     front: float
     from_radii: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     to_radii: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     area: float
+    ranges: tuple[tuple[float, float], tuple[float, float]]
 
 
 def _same(alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -58,10 +60,11 @@ def _turned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (x + y) / math.sqrt(2), (x - y) / math.sqrt(2)
 
 
+_RADIUS, _ANY = (0.0, math.inf), (-math.inf, math.inf)
 INVARIANTS = {
-    ALPHA_BETA.name: Invariants(1 / (2 * math.pi), _same, _same, 1.0),
-    R_VARTHETA.name: Invariants(math.sqrt(2) / math.pi, _to_r_vartheta, _from_r_vartheta, 0.25),
-    TWO_POLAR.name: Invariants(1.0, _turned, _turned, 1.0),
+    ALPHA_BETA.name: Invariants(1 / (2 * math.pi), _same, _same, 1.0, (_RADIUS, _RADIUS)),
+    R_VARTHETA.name: Invariants(math.sqrt(2) / math.pi, _to_r_vartheta, _from_r_vartheta, 0.25, (_RADIUS, (0.0, math.pi))),
+    TWO_POLAR.name: Invariants(1.0, _turned, _turned, 1.0, (_ANY, _ANY)),
 }
 
 
@@ -70,6 +73,17 @@ def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA
     if getattr(chart, "name", None) not in [known.name for known in among]:
         raise ValueError(f"chart must be {', '.join(known.name for known in among)}, got {getattr(chart, 'name', chart)!r}")
     return INVARIANTS[chart.name]
+
+
+def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.ndarray, np.ndarray]:
+    """Return invariants of a chart as floats; raises ValueError or TypeError for what is not finite, or outside of their ranges."""
+    rows = []
+    for name, value, (least, most) in zip(chart.names, (x, y), invariants_of(chart).ranges, strict=False):
+        row = checked(name, value, ())
+        if np.any((row < least) | (row > most)):
+            raise ValueError(f"{name} must lie in [{least:g}, {most:.3g}], got {row.min():.6g} to {row.max():.6g}")
+        rows.append(row)
+    return rows[0], rows[1]
 
 
 class Shape(Protocol):
@@ -184,10 +198,18 @@ class State:
         return self._of_radii(alpha, beta) * np.exp(0.5j * ((m - l) * eta + (m + l) * gamma))
 
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
-        """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast."""
+        """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast.
+
+        Raises ValueError for what are no invariants: negative radii, vartheta outside of [0, pi], D1 < |D2|.
+        """
         own = self.chart if chart is None else chart
-        first, second = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        return self.shape(first, second) if own.name == self.chart.name else self._of_radii(*invariants_of(own).to_radii(first, second))
+        first, second = np.broadcast_arrays(*checked_invariants(x, y, own))
+        if own.name == self.chart.name:
+            return self.shape(first, second)[()]
+        alpha, beta = invariants_of(own).to_radii(first, second)
+        if np.any((alpha < 0) | (beta < 0)):
+            raise ValueError("x, y must have D1 >= |D2|, where every body is once")
+        return self._of_radii(alpha, beta)[()]
 
     def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
         """Return the probability density of two invariants, per unit dx dy: its integral is 1.
@@ -196,8 +218,9 @@ class State:
         where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times 2 pi^2 (D1^2 - D2^2).
         Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
         """
-        chosen = invariants_of(self.chart if chart is None else chart)
-        first, second = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        own_chart = self.chart if chart is None else chart
+        chosen = invariants_of(own_chart)
+        first, second = np.broadcast_arrays(*checked_invariants(x, y, own_chart))
         alpha, beta = chosen.to_radii(first, second)
         inside: Any = True
         if chosen is INVARIANTS[TWO_POLAR.name]:

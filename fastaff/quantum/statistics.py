@@ -44,6 +44,13 @@ def _share(name: str, value: Any) -> float:
     return number
 
 
+def _spacings(s: ArrayLike) -> np.ndarray:
+    spacings = np.asarray(s, float)
+    if not np.all(spacings >= 0):
+        raise ValueError(f"s must be at least 0 and no NaN, got {spacings.min():.6g} to {spacings.max():.6g}")
+    return spacings
+
+
 @dataclass(frozen=True)
 class BerryRobnik:
     """Spacings of regular and chaotic levels, superposed independently; `chaotic` is the chaotic share of the energy surface.
@@ -62,7 +69,7 @@ class BerryRobnik:
         """Return P(s)."""
         from scipy.special import erfc
 
-        s, q, p = np.asarray(s, float), self.chaotic, 1 - self.chaotic
+        s, q, p = _spacings(s), self.chaotic, 1 - self.chaotic
         wigner = (2 * p * q + np.pi * q**3 * s / 2) * np.exp(-np.pi * q * q * s * s / 4)
         return np.exp(-p * s) * (p * p * erfc(math.sqrt(np.pi) * q * s / 2) + wigner)
 
@@ -70,7 +77,7 @@ class BerryRobnik:
         """Return the probability of a spacing below s."""
         from scipy.special import erfc
 
-        s, q, p = np.asarray(s, float), self.chaotic, 1 - self.chaotic
+        s, q, p = _spacings(s), self.chaotic, 1 - self.chaotic
         return 1 - np.exp(-p * s) * (p * erfc(math.sqrt(np.pi) * q * s / 2) + q * np.exp(-np.pi * q * q * s * s / 4))
 
     def mean_ratio(self) -> float:
@@ -137,12 +144,12 @@ class Brody:
 
     def density(self, s: ArrayLike) -> np.ndarray:
         """Return P(s)."""
-        s, w, b = np.asarray(s, float), self.repulsion, self._front()
+        s, w, b = _spacings(s), self.repulsion, self._front()
         return (w + 1) * b * s**w * np.exp(-b * s ** (w + 1))
 
     def cumulative(self, s: ArrayLike) -> np.ndarray:
         """Return the probability of a spacing below s."""
-        return -np.expm1(-self._front() * np.asarray(s, float) ** (self.repulsion + 1))
+        return -np.expm1(-self._front() * _spacings(s) ** (self.repulsion + 1))
 
 
 class SpacingFit(NamedTuple):
@@ -192,6 +199,8 @@ def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike]
     """
     degree = whole("degree", degree, 1)
     E = checked_levels(levels, degree + 2)
+    if np.unique(E).size <= degree:
+        raise ValueError(f"levels must have more than degree = {degree} different energies, got {np.unique(E).size}")
     fitted: Any = np.polynomial.Polynomial.fit(E, np.arange(E.size) + 0.5, degree)
     return fitted
 
@@ -241,7 +250,8 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     """Compute the mean ratio of spacings of one or several spectra, with its standard error.
 
     Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their ratios are pooled.
-    Returns MeanRatio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic), BerryRobnik(q).mean_ratio() (both). Raises as `spacing_ratios`.
+    Returns MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic), BerryRobnik(q).mean_ratio()
+    (both). Raises as `spacing_ratios`.
     The error has the variance of a ratio and its covariance with the next, which shares a spacing with it.
     Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
     """
@@ -251,6 +261,8 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     r = np.concatenate(parts)
     away = [part - r.mean() for part in parts]
     variance, next_to = sum(float(d @ d) for d in away), sum(float(d[1:] @ d[:-1]) for d in away)
+    if r.size < 2:
+        return MeanRatio(float(r.mean()), math.inf, r.size)
     return MeanRatio(float(r.mean()), math.sqrt(max(variance + 2 * next_to, 0.1 * variance)) / r.size, r.size)
 
 

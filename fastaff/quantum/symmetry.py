@@ -49,9 +49,9 @@ def whole_quantum(name: str, value: Any) -> int:
         return operator.index(value)
     except TypeError:
         pass
-    if isinstance(value, (float,)) or hasattr(value, "dtype"):
+    if getattr(value, "ndim", 0) == 0 and (isinstance(value, float) or getattr(getattr(value, "dtype", None), "kind", "") == "f"):
         number = float(value)
-        if number == round(number):
-            return round(number)
+        if number.is_integer():
+            return int(number)
         raise ValueError(f"{name} must be a whole number, got {value!r}")
     raise TypeError(f"{name} must be a whole number, got {value!r} ({type(value).__name__})")

@@ -75,7 +75,7 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
     space over (2 pi hbar)^2 with the centrifugal terms of Langer, a^2 and not a^2 - 1/4: with these no term of the order 1/hbar is left,
     no perimeter; the others are of order 1, -1/12 for oscillators. What is left out is of the order hbar, and what oscillates.
     A wall det phi = 0 must be soft on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p.
-    Quadrature errors are about 1e-6 of N, more at energies of saddles; 7 ms for an energy.
+    Quadrature errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy.
     Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys. Rev. 51, 669; the
     terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
     """
@@ -127,12 +127,11 @@ def _count(energy: np.ndarray, well: _Well, bends: list[tuple[int, float, _Well]
 
 def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
     """Return the integrals (4, energies) of E - V, 1/alpha^2, 1/beta^2 and Delta V over dalpha dbeta where V_eff < E."""
-    low, theta = well.low, well.theta
-    n, first, last = _intervals(low < energy[:, None])
+    n, first, last = _intervals(well.low < energy[:, None])
     total = np.zeros((4, energy.size))
     if n.size == 0 or well.reach[1] == 0.0:
         return total
-    ends = [_crossing(low, theta, k, step, energy[n], edge) for k, step, edge in ((first, -1, 0.0), (last, 1, np.pi / 2))]
+    ends = [_crossing(well, k, step, energy[n], edge) for k, step, edge in ((first, -1, 0.0), (last, 1, np.pi / 2))]
     t, w = np.polynomial.legendre.leggauss(ORDER)
     half = np.pi / 2 * (1 + t)  # theta = lo + (hi - lo) sin^2(half/2): roots at the ends become analytic
     span = (ends[1] - ends[0])[:, None]
@@ -160,15 +159,31 @@ def _intervals(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return row, first, last
 
 
-def _crossing(low: np.ndarray, theta: np.ndarray, inside: np.ndarray, step: int, energy: np.ndarray, edge: float) -> np.ndarray:
-    """Return the angles where `low` crosses the energy next to the index `inside`, linearly; the edge where it never does."""
+def _crossing(well: _Well, inside: np.ndarray, step: int, energy: np.ndarray, edge: float) -> np.ndarray:
+    """Return the angles where the smallest value on rays crosses the energy next to the index `inside`; the edge where it never does.
+
+    By bisection: next to a wall the angles of the table are far apart, and interpolation between them would miss most of Delta V.
+    """
     out = inside + step
-    natural = (out < 0) | (out >= theta.size)
-    out = np.where(natural, inside, out)
-    rise = low[out] - low[inside]
-    with np.errstate(all="ignore"):
-        share = np.where(np.isfinite(rise) & (rise > 0), (energy - low[inside]) / rise, 1.0)
-    return np.where(natural, edge, theta[inside] + share * (theta[out] - theta[inside]))
+    natural = (out < 0) | (out >= well.theta.size)
+    near, far = well.theta[inside], well.theta[np.where(natural, inside, out)]
+    for _ in range(30):
+        middle = (near + far) / 2
+        allowed = _lowest(well, middle) < energy
+        near, far = np.where(allowed, middle, near), np.where(allowed, far, middle)
+    return np.where(natural, edge, near)
+
+
+def _lowest(well: _Well, rays: np.ndarray) -> np.ndarray:
+    """Return the smallest value on rays, by a scan and golden sections."""
+    rho = np.geomspace(*well.reach, SCAN)
+    best = np.argmin(well.value(rho, rays[:, None]), axis=1)
+    left, right = rho[np.maximum(best - 1, 0)], rho[np.minimum(best + 1, SCAN - 1)]
+    for _ in range(24):
+        c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
+        lower = well.value(c, rays) < well.value(d, rays)
+        left, right = np.where(lower, left, c), np.where(lower, d, right)
+    return well.value((left + right) / 2, rays)
 
 
 def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
