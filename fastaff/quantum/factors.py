@@ -26,7 +26,10 @@ from .symmetry import whole_quantum
 
 
 class Factor(Protocol):
-    """What a product state asks of its factors: values, and nodes and weights of a rule for the factor's measure."""
+    """What a product state asks of its factors: values, and nodes and weights of a rule for the factor's measure.
+
+    A factor of vartheta also has `of_squares`, its values at sin^2(vartheta/2) and cos^2(vartheta/2).
+    """
 
     @property
     def degree(self) -> int:

@@ -51,17 +51,23 @@ class PlaneShape(NamedTuple):
 
     def __call__(self, r: np.ndarray, vartheta: np.ndarray) -> np.ndarray:
         """Return A (...) at r, vartheta (...); 0 where V is infinite or A has decayed below rounding."""
-        out = np.empty(np.shape(r))
-        flat, q, angle = out.reshape(-1), np.sqrt(np.ravel(r)), np.ravel(vartheta)
+        rho, half = np.sqrt(r), np.asarray(vartheta) / 2
+        return self.of_radii(rho * np.cos(half), rho * np.sin(half))
+
+    def of_radii(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+        """Return A (...) at alpha, beta (...) >= 0."""
+        out = np.empty(np.shape(alpha))
+        flat, a, b = out.reshape(-1), np.ravel(alpha), np.ravel(beta)
         for start in range(0, flat.size, POINTS):
             some = slice(start, start + POINTS)
-            flat[some] = self._of(q[some], angle[some])
+            flat[some] = self._of(a[some], b[some])
         return out
 
-    def _of(self, q: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        u, v = self.rho, self.x
-        below = 2 * np.cos(angle / 2) ** 2 if v.lo == -1 else np.cos(angle) - v.lo
-        first = _side(self.coefficients.shape[1], v, below, 2 * np.sin(angle / 2) ** 2, 0.0)
+    def _of(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        u, v, q = self.rho, self.x, np.hypot(a, b)
+        sine, cosine = b / np.where(q > 0, q, 1.0), np.where(q > 0, a, 1.0) / np.where(q > 0, q, 1.0)
+        below = 2 * cosine**2 if v.lo == -1 else (cosine - sine) * (cosine + sine) - v.lo
+        first = _side(self.coefficients.shape[1], v, below, 2 * sine**2, 0.0)
         second = _side(self.coefficients.shape[0], u, q - u.lo, u.hi - q, 0.0 if u.lo else -1.5)
         values = np.einsum("pi,pi->p", second @ self.coefficients, first) / np.pi
         return values * np.maximum(q, u.lo) ** -1.5 if u.lo else values

@@ -44,10 +44,13 @@ class AngularFunction(NamedTuple):
 
     def __call__(self, vartheta: ArrayLike) -> np.ndarray:
         """Return f; 0 where V is infinite."""
-        f, vartheta = self.function, np.asarray(vartheta, float)
-        below = 2 * np.cos(vartheta / 2) ** 2 if f.lo == -1 else np.cos(vartheta) - f.lo
-        above = 2 * np.sin(vartheta / 2) ** 2 if f.hi == 1 else f.hi - np.cos(vartheta)
-        return f.at(below, above)
+        half = np.asarray(vartheta, float) / 2
+        return self.of_squares(np.sin(half) ** 2, np.cos(half) ** 2)
+
+    def of_squares(self, sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+        """Return f of sin^2(vartheta/2) and cos^2(vartheta/2), each accurate where it is small."""
+        f, x = self.function, cosine - sine
+        return f.at(2 * cosine if f.lo == -1 else x - f.lo, 2 * sine if f.hi == 1 else f.hi - x)
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order - degree)."""
