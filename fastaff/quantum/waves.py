@@ -23,8 +23,8 @@ def wavefunction(
     Returns State. Raises ValueError or TypeError for wrong input and for bodies without closed-form states (Harmonic,
     Anharmonic and other oscillators with walls have them).
     Formula: the factors of `fastaff.quantum.factors` with s_alpha, s_beta of `exact_levels` and 2 epsilon = 2 n_vartheta + 1 + s_alpha +
-    s_beta; errors below 1e-12 of the maximum for n and indices up to 500. About 40 million values a second for n <= 10 on two threads in ALPHA_BETA, half of that
-    in R_VARTHETA.
+    s_beta; errors below 1e-12 of the maximum for n and indices up to 500. 40 million values a second at n = 10 on two threads in
+    ALPHA_BETA, half of that in R_VARTHETA.
     Source: Martens & Slawianowski, EQ4.3, EQ5.1, EQ5.2 and the factors of section 5.
     """
     symmetry = checked_class(m, l, single_valued)
