@@ -3,7 +3,7 @@
 Thirteen spectra, each of one symmetry class (m, l) by itself, with the angular momenta p_eta = hbar (m - l)/2 = 0.3, p_gamma =
 hbar (m + l)/2 = 0.2 or next to them: nine classes at hbar = 0.05 for high energies, four smaller hbar for low ones. Classical orbits
 start at random points of the same energy surfaces, uniform in phase-space volume: their chaotic share is the one in the theory of Berry
-and Robnik. About 2 minutes on two cores.
+and Robnik. About 3 minutes on two cores.
 """
 
 import itertools
