@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .scalars import positive, real, whole
+from .scalars import positive, real, whole, whole_numbers
 from .tori import energy_of_actions
 
 BOHR_SOMMERFELD = (0, 0)
@@ -67,7 +67,7 @@ def quasiclassical_levels(
     Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack); Keller 1958, Ann. Phys. 4, 180 (EBK).
     """
     h = 2 * np.pi * positive("hbar", hbar)
-    quanta = [_integers(name, value) for name, value in (("n", n), ("m", m), ("l", l))]
+    quanta = [whole_numbers(name, value) for name, value in (("n", n), ("m", m), ("l", l))]
     if quanta[0].ndim not in (1, 2) or quanta[0].shape[0] != 2 or np.any(quanta[0] < 0):
         raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {n!r}")
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
@@ -155,12 +155,3 @@ def _search(body: Any, top: float, maslov: tuple[int, int], hbar: float, step: i
                 found_eta = True
             if not found_eta:
                 break
-
-
-def _integers(name: str, value: ArrayLike) -> np.ndarray:
-    numbers = np.asarray(value)
-    if numbers.dtype.kind not in "iuf" or numbers.size == 0:
-        raise TypeError(f"{name} must be whole numbers, got {value!r}")
-    if not np.all(np.abs(numbers) < 2**53) or np.any(numbers != np.round(numbers)):
-        raise ValueError(f"{name} must be whole numbers, got {value!r}")
-    return numbers.astype(np.int64)

@@ -1,4 +1,4 @@
-"""Checks of single numbers: each raises at once, naming the argument, what it got and what it takes (layer L0)."""
+"""Checks of numbers: each raises at once, naming the argument, what it got and what it takes (layer L0)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import operator
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 def positive(name: str, value: Any) -> float:
@@ -43,3 +44,13 @@ def whole(name: str, value: Any, least: int) -> int:
     if number < least:
         raise ValueError(f"{name} must be at least {least}, got {number}")
     return number
+
+
+def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
+    """Return whole numbers as an array of integers; whole floats are converted, all else and an empty array refused."""
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "iuf" or numbers.size == 0:
+        raise TypeError(f"{name} must be whole numbers, got {value!r}")
+    if not np.all(np.abs(numbers) < 2.0**53) or np.any(numbers != np.round(numbers)):
+        raise ValueError(f"{name} must be whole numbers, got {value!r}")
+    return numbers.astype(np.int64)

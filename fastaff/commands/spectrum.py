@@ -227,6 +227,8 @@ def _keep(partial: Any, save: Callable[[Any], Any], kept: str) -> None:
 
 def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
     """Say in one line what was computed."""
+    from ..quantum.symmetry import SymmetryClass
+
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
     if not hasattr(result, "first"):
         return f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of {result.name}; {worst}"
@@ -235,13 +237,8 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
         return f"{text}; none is missing below E = {result.complete_below:.10g}"
     if len(classes) > 1:
         return f"{text}; degeneracies are those among these {len(classes)} classes"
-    others = _partners(*classes[0])
+    others = [other for other in SymmetryClass(*classes[0]).alike() if other != classes[0]]
     return text + (f"; the same levels in the classes {' '.join(f'({m},{l})' for m, l in others)}" if others else "")
-
-
-def _partners(m: int, l: int) -> list[tuple[int, int]]:
-    """Return the other classes of the same |m - l| and |m + l|."""
-    return sorted({(m, l), (l, m), (-m, -l), (-l, -m)} - {(m, l)}, reverse=True)
 
 
 # Drawing

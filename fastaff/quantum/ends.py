@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,13 @@ class Well(NamedTuple):
     natural_hi: bool
     c_lo: float
     c_hi: float
+
+
+def potential(body: Any, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return V of a body at A = alpha^2, B = beta^2, +inf where it does not live."""
+    with np.errstate(all="ignore"):
+        V = np.where(body.potential.margin(A, B) > 0, body.potential.value(A, B), np.inf)
+    return np.where(np.isnan(V), np.inf, V)
 
 
 def sampled(V: Callable, y: np.ndarray) -> np.ndarray:

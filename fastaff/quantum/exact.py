@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..models.functions import Barriers, Oscillator, Spring
 from ..quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels
-from ..scalars import positive, real, whole
+from ..scalars import positive, real, whole, whole_numbers
 from ..separation import Family, separate
 
 
@@ -134,16 +134,6 @@ class ExactLevels:
         The harmonic E is hbar omega (2 n + 2 + |m|), (2 n + 2 + |l|), and either.
         """
         return np.where(np.abs(self.m) > np.abs(self.l), 1, np.where(np.abs(self.m) < np.abs(self.l), 2, 3))
-
-
-def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
-    """Return quantum numbers as integers; whole floats are converted, all else is refused."""
-    numbers = np.asarray(value)
-    if numbers.dtype.kind not in "iuf" or numbers.size == 0:
-        raise TypeError(f"{name} must be whole numbers, got {value!r}")
-    if not np.all(np.abs(numbers) < 2.0**53) or np.any(numbers != np.round(numbers)):
-        raise ValueError(f"{name} must be whole numbers, got {value!r}")
-    return numbers.astype(np.int64)
 
 
 def exact_levels(

@@ -104,8 +104,12 @@ def _laguerre_constants(n: int, s: float, h: float, log_front: float) -> np.ndar
 
 
 def _laguerre(n: int, s: float, h: float, log_front: float, y: np.ndarray) -> np.ndarray:
-    out = np.empty(y.shape)
-    laguerre_values(*_laguerre_ladder(n, s), _laguerre_constants(n, s, h, log_front), 1.0, False, y, out)
+    return _laguerre_values((*_laguerre_ladder(n, s), _laguerre_constants(n, s, h, log_front)), 1.0, False, y)
+
+
+def _laguerre_values(tables: tuple[np.ndarray, np.ndarray, np.ndarray], kappa: float, squared: bool, x: np.ndarray) -> np.ndarray:
+    out = np.empty(x.shape)
+    laguerre_values(*tables, float(kappa), squared, x.reshape(-1), out.reshape(-1))
     return out
 
 
@@ -145,10 +149,7 @@ class PlaneFactor:
 
     def __call__(self, x: ArrayLike) -> np.ndarray:
         """Return f (...) at radii x (...) >= 0."""
-        radii = _coordinate("radius", x)
-        out = np.empty(radii.shape)
-        laguerre_values(*self._tables, float(self.kappa), True, radii.reshape(-1), out.reshape(-1))
-        return out
+        return _laguerre_values(self._tables, self.kappa, True, _coordinate("radius", x))
 
     @property
     def degree(self) -> int:
@@ -186,8 +187,7 @@ class RadialFactor:
     def __call__(self, x: ArrayLike) -> np.ndarray:
         """Return f_r (...) at r = x (...) >= 0."""
         r = _coordinate("r", x)
-        out = np.empty(r.shape)
-        laguerre_values(*self._tables, float(self.kappa), False, r.reshape(-1), out.reshape(-1))
+        out = _laguerre_values(self._tables, self.kappa, False, r)
         if self.s < 1:
             with np.errstate(divide="ignore"):
                 out *= (self.kappa * r) ** ((self.s - 1) / 2)

@@ -18,6 +18,7 @@ from ..engine import Interrupted
 from ..scalars import real, whole
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
+from .symmetry import SymmetryClass
 
 Key = tuple[int, int]
 """|m - l|, |m + l| of classes with the same levels: both even, or both odd on the covering."""
@@ -154,14 +155,9 @@ def _solved(body: Any, todo: dict[Key, int], solved: dict[Key, Levels], options:
     return {key: spectrum(body, m=m, l=l, levels=todo[key], **options)}
 
 
-def _class(key: Key) -> tuple[int, int]:
-    """Return m, l of one of the classes."""
-    return (key[1] + key[0]) // 2, (key[1] - key[0]) // 2
-
-
-def _classes(key: Key) -> list[tuple[int, int]]:
-    """Return m, l of all classes with these |m - l|, |m + l|."""
-    return sorted({_class((eta, gamma)) for eta in (key[0], -key[0]) for gamma in (key[1], -key[1])}, reverse=True)
+def _class(key: Key) -> SymmetryClass:
+    """Return one of the classes."""
+    return SymmetryClass((key[1] + key[0]) // 2, (key[1] - key[0]) // 2)
 
 
 def _smaller(key: Key) -> list[Key]:
@@ -217,6 +213,6 @@ def _share(solved: dict[Key, Levels], top: float, seeds: tuple[Key, ...]) -> flo
 
 def _listed(solved: dict[Key, Levels], top: float, count: int | None) -> LevelList:
     """Return the levels below `top`, or the first `count` multiplets, each class with all its signs."""
-    signed = [replace(found, m=m, l=l) for key, found in solved.items() for m, l in _classes(key)]
+    signed = [replace(found, m=m, l=l) for key, found in solved.items() for m, l in _class(key).alike()]
     merged = level_list(signed, complete_below=top)
     return merged.upto(int(np.searchsorted(merged.E, top)) if count is None else int(merged.first[count]))

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..charts import R_VARTHETA, Chart
-from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, sampled, well
+from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
 from .interruptible import interruptible
 from .levels import Levels, level_scale
 from .separable import angle_of, angular_interval, angular_potential
@@ -173,9 +173,8 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
 
     def U(rho, vartheta):
         A, B = (rho * np.cos(vartheta / 2)) ** 2, (rho * np.sin(vartheta / 2)) ** 2
-        with np.errstate(all="ignore"):
-            V = np.where(body.potential.margin(A, B) > 0, body.potential.value(A, B), np.inf) / unit
-        return np.where(np.isnan(V), np.inf, V)
+        with np.errstate(over="ignore"):
+            return potential(body, A, B) / unit
 
     rho, v = np.geomspace(1e-4, 1e4, 1601), np.pi * (np.arange(256) + 0.5) / 256
     grid = U(rho[:, None], v)

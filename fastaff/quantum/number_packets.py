@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..charts import Chart
-from .exact import whole_numbers
+from ..scalars import whole_numbers
 from .grids import converged_box, grid_tables
 from .levels import Levels
 from .packets import Packet

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..quasiclassical import EBK
-from ..scalars import positive, whole
+from ..scalars import positive, whole, whole_numbers
 from ..separation import separate
 from ..tori import energy_of_actions
-from .exact import whole_numbers
 from .number_packets import labelled_levels
 from .operators import FIRST, OFFSETS
 from .symmetry import SymmetryClass, checked_class

@@ -27,6 +27,11 @@ class SymmetryClass(NamedTuple):
         """Return |m + l|/2."""
         return abs(self.m + self.l) / 2
 
+    def alike(self) -> list[SymmetryClass]:
+        """Return all classes with the same |m - l| and |m + l|, which have the same levels, itself among them."""
+        m, l = self
+        return sorted({SymmetryClass(*pair) for pair in ((m, l), (l, m), (-m, -l), (-l, -m))}, reverse=True)
+
 
 def checked_class(m: Any, l: Any, single_valued: Any = True) -> SymmetryClass:
     """Return the class of the quantum numbers; whole floats are converted.

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..scalars import positive
-from .exact import whole_numbers
+from ..scalars import positive, whole_numbers
 from .factors import AngleFactor
 from .symmetry import checked_class
 

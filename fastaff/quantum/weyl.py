@@ -11,6 +11,7 @@ from ..boundary import checked_model
 from ..charts.checks import checked
 from ..models import Body
 from ..scalars import positive
+from .ends import potential
 from .symmetry import checked_class
 
 CHUNK = 48
@@ -38,10 +39,10 @@ class _Well(NamedTuple):
         """Return it, +inf where the potential does not live."""
         A, B = (rho * np.cos(theta)) ** 2, (rho * np.sin(theta)) ** 2
         with np.errstate(all="ignore"):
-            V = np.where(self.body.potential.margin(A, B) > 0, self.body.potential.value(A, B), np.inf)
+            V = potential(self.body, A, B)
             for square, p in ((A, self.p_eta), (B, self.p_gamma)):
                 V = V + p * p / (2 * self.body.mu * square) if p else V
-        return np.where(np.isnan(V), np.inf, V)
+        return V
 
 
 def _well(body: Any, p_eta: float, p_gamma: float, top: float) -> _Well:
