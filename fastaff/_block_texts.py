@@ -135,7 +135,9 @@ def _check(rows: Rows) -> str:
         f"margin = value.margin({', '.join(z[:n])})\n"
         "code = 0.0 if margin > 0.0 else 2.0\n"
         "code = code if size < radius*radius else 3.0\n"
-        "result[i] = code if finite == 0.0 else 1.0\n", 1
+        "result[i] = code if finite == 0.0 else 1.0\n"
+        f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[n:])})\n"
+        "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n", 1
     )  # fmt: skip
 
 
@@ -155,7 +157,7 @@ ARGUMENTS = {
     "stage": "params, lanes, drift, kick, step, z",
     "precise_stage": "params, lanes, drift, kick, step, z",
     "march": "params, drift, kick, step, steps, z",
-    "check": "params, lanes, radius, z, result",
+    "check": "params, lanes, radius, z, result, kinetic",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
     "observe": "params, lanes, orbit, fresh, t, z, memory, out, done",

@@ -223,8 +223,8 @@ SIGNATURES = {
     # (params, lanes, z, result)
     "derivative": types.void(_vector, _i8, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),
-    # (params, lanes, escape radius, z, status)
-    "check": types.void(_vector, _i8, _f8, _vector, _vector),
+    # (params, lanes, escape radius, z, status, largest kinetic energy so far)
+    "check": types.void(_vector, _i8, _f8, _vector, _vector, _vector),
     # (params, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
     "observe": _i8(
         _vector, _i8, types.Array(_i8, 1, "C"), _vector, _vector, _vector, _vector, types.Array(_f8, 2, "C"), _vector

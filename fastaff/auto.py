@@ -20,12 +20,6 @@ TRIAL_ORBITS = 64
 """Orbits that decide between schemes."""
 
 
-NUDGE, STIFFER = 1e-6, 8.0
-"""Relative displacement for the change of a force, and how many times a frequency must differ for an orbit to count as near rest."""
-
-VANISHING = 1e3
-"""How many times a frequency along q must exceed the others for these to count as none."""
-
 SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
 
@@ -109,23 +103,3 @@ def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
 def spread(z: np.ndarray, orbits: int) -> np.ndarray:
     """Return at least `orbits` of the phase points z, evenly chosen (all where there are fewer)."""
     return np.ascontiguousarray(z[:, :: max(1, z.shape[1] // orbits)])
-
-
-def natural_rate(model: Any, z: np.ndarray) -> float:
-    """Return a typical angular frequency of the orbits: the median of sqrt(|dq/dt| |dp/dt|/(|q| |p|)), omega for an oscillator.
-
-    Next to an equilibrium away from q = 0, where |q| is no amplitude, it is sqrt(|dF|/|dq|) along the velocity instead; where that
-    vanishes too, as on a circle on which the force is 0, along q.
-    """
-    n = model.degrees_of_freedom
-    with np.errstate(all="ignore"):
-        v = np.array(model.velocity(*z[n:])) + 0.0 * z[:n]
-        q, p, dq, dp = (np.sqrt((np.array(x) ** 2).sum(axis=0)) for x in (z[:n], z[n:], v, np.array(model.force(*z[:n])) + 0.0 * z[:n]))
-        rates = np.sqrt(dq / p * dp / q)
-        for direction, size, ratio in ((v, dq, STIFFER), (z[:n], q, VANISHING)):
-            shift = NUDGE * np.maximum(q, 1e-3) / size * direction
-            change = np.array(model.force(*(z[:n] + shift))) - np.array(model.force(*(z[:n] - shift)))
-            stiff = np.sqrt(np.sqrt((change**2).sum(axis=0)) / (2 * np.sqrt((shift**2).sum(axis=0))) * dq / p)
-            rates = np.where(stiff > ratio * rates, stiff, rates)
-    rates = rates[np.isfinite(rates) & (rates > 0)]
-    return float(np.median(rates)) if rates.size else 1.0

@@ -13,7 +13,7 @@ import numpy as np
 from .boundary import checked_model
 from .chaos_passes import frequency_diffusion, reversibility_error, zero_one
 from .chaos_stream import ChaosRun
-from .engine import Flow, Interrupted, Report, energy_error, make_flow, mark_drift
+from .engine import Flow, Interrupted, Report, energy_error, mark_drift
 from .frequency import checked_angles
 from .indicators import GALI, MEGNO, SALI, BirkhoffDigits, FrequencyDiffusion, Indicator, ReversibilityError, TangentIndicator, ZeroOne
 from .kernels.deviations import LN10
@@ -21,6 +21,7 @@ from .scalars import positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 from .tangent import tangent_flow
+from .trials import make_flow
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ def frequency_diffusion(
     indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
-    step = flow.step if math.isfinite(flow.step) else None
+    step = None if flow.adaptive else flow.step
     found = frequency_map(
         flow.model, z0, time=time, angles=indicator.angles, step=step, scheme=flow.scheme, rtol=flow.rtol, atol=flow.atol,
         energy_tolerance=1e300, threads=flow.threads, report=report,

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .auto import natural_rate
 from .engine import Ensemble, Flow, Report
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, TangentIndicator, limit_of
 from .kernels.deviations import place
+from .motion import typical_rate
 from .status import Status
 from .tangent import checked_deviations
 
@@ -52,7 +52,7 @@ class ChaosRun:
         self.flow, self.z0, self.time, self.chosen = flow, z0, time, chosen
         self.slots, self.early_stop = slots, early_stop
         self.n, self.orbits = flow.model.degrees_of_freedom, z0.shape[1]
-        self.rate = natural_rate(flow.model, z0)
+        self.rate = typical_rate(flow.model, z0)
         self.limits = np.array([limit_of(entry, self.n, self.rate * time, time) for entry in chosen])
         self.tangent = [(j, entry) for j, entry in enumerate(chosen) if isinstance(entry, TangentIndicator)]
         self.digits = [j for j, entry in enumerate(chosen) if isinstance(entry, BirkhoffDigits)]
@@ -65,7 +65,7 @@ class ChaosRun:
         often = slots * math.ceil(often / slots) if slots else often
         self.stride, self.observations = 1, 0 if flow.adaptive else often
         if (early_stop or self.digits) and self.observations:
-            self.stride = flow.steps(time / often)
+            self.stride = int(np.max(flow.steps(time / often)))
             self.observations = often * self.stride
         self.observer = self._observer()
         self.memory = np.zeros((self.observer.rows, self.orbits))

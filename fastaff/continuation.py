@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .boundary import checked_section, checked_tangent_model, energies
-from .engine import Flow, make_flow
+from .engine import Flow
 from .periodic import PeriodicOrbits, closing_matrix, packed, periodic_orbits, return_time
 from .periodic_search import joined
 from .returns import Returns, least_change, onto, section_returns
 from .scalars import positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status
+from .trials import make_flow
 
 CORRECTIONS = 10
 EASY = 3

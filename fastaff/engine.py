@@ -13,16 +13,14 @@ from typing import Any
 import numba
 import numpy as np
 
-from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES, loop_over_units
-from .auto import TRIAL_ORBITS, Automatic, Trial, natural_rate, spread, trial_rounds
-from .boundary import checked_model, checked_scheme, energies, energy_drift, energy_scale, phase_points
+from .boundary import energies, energy_drift, kinetic_energies
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed, run_units
 from .observers import Observer
-from .scalars import positive, whole
-from .schemes import DOP853, RungeKutta, Splitting
+from .scalars import whole
+from .schemes import RungeKutta, Splitting
 from .status import Status
 
 Report = Callable[[float], None]
@@ -104,12 +102,13 @@ def _worker(process: int) -> ThreadPoolExecutor:
 class Ensemble:
     """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
 
-    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise.
+    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise; energy at the
+    start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no zero of V.
     """
 
     z: np.ndarray
     energy: np.ndarray
-    scale: np.ndarray
+    kinetic: np.ndarray
     vectors: int = 0
     status: np.ndarray = field(init=False)
     count: np.ndarray = field(init=False)
@@ -121,6 +120,11 @@ class Ensemble:
         n = self.z.shape[1]
         self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.time, self.ahead = np.zeros(n), np.zeros(n)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """What energy errors are relative to: the largest kinetic energy seen; 1 for an orbit that rests."""
+        return np.where(self.kinetic > 0, self.kinetic, 1.0)
 
     @property
     def points(self) -> np.ndarray:
@@ -142,12 +146,12 @@ class Ensemble:
 class Flow:
     """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`).
 
-    Each orbit carries so many tangent `vectors`.
+    step: one number for all orbits or (orbits,), a step for each. Each orbit carries so many tangent `vectors`.
     """
 
     model: Any
     scheme: Splitting | RungeKutta
-    step: float
+    step: float | np.ndarray
     rtol: float
     atol: float
     threads: int
@@ -171,12 +175,12 @@ class Flow:
         if deviations is not None:
             whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
             state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
-        started = Ensemble(state, energies(self.model, z0), energy_scale(self.model, z0), self.vectors)
+        started = Ensemble(state, energies(self.model, z0), kinetic_energies(self.model, z0), self.vectors)
         with np.errstate(all="ignore"):
             slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
-        started.ahead[:] = self.step if math.isfinite(self.step) else np.maximum(guess, 1e-6)
+        started.ahead[:] = np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
         return started
 
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -193,9 +197,17 @@ class Flow:
     def _block(self, kind: str) -> Callable:
         return model_block(kind, self.model, self.model.degrees_of_freedom, self.vectors)
 
-    def steps(self, time: float) -> int:
-        """Return the number of steps that reach `time`."""
-        return max(1, math.ceil(time / self.step * (1 - 1e-12)))
+    def steps(self, time: float | np.ndarray) -> np.ndarray:
+        """Return the number of steps that reach `time`, for each orbit where steps or times differ."""
+        return np.maximum(1, np.ceil(time / np.asarray(self.step) * (1 - 1e-12))).astype(np.int64)
+
+    def fitted(self, time: float | np.ndarray, parts: int = 1) -> Flow:
+        """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`."""
+        return replace(self, step=time / (parts * self.steps(time / parts)))
+
+    def of(self, orbits: Any) -> Flow:
+        """Return the flow of some of the orbits, chosen by an index array or mask."""
+        return replace(self, step=self.step[orbits]) if isinstance(self.step, np.ndarray) and self.step.ndim else self
 
     def _unit(self, orbits: int) -> int:
         """Orbits handed to a thread at once: about eight portions each, whole blocks where there are enough orbits."""
@@ -205,12 +217,12 @@ class Flow:
         return min(LANES, math.ceil(orbits / self.threads))
 
     def advance(
-        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float,
+        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float | np.ndarray,
         observations: int = 0, refill: bool = False, report: Report | None = None,
     ) -> None:  # fmt: skip
-        """Advance the ensemble to `time` and update its status.
+        """Advance the ensemble to `time`, with fixed steps perhaps one for each orbit, and update its status.
 
-        The observer sees `observations` equidistant states, or every step where that is 0.
+        The observer sees `observations` equidistant states, for which steps are shortened as they need, or every step where that is 0.
         """
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, report)
@@ -226,29 +238,33 @@ class Flow:
         arguments = (
             derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
             self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, self.radius, unit,
-            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, memory, out, ensemble.status, ensemble.count,
+            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, ensemble.kinetic, memory, out, ensemble.status, ensemble.count,
         )  # fmt: skip
         launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
-        """Advance with equal steps; `count` of the ensemble is the number of steps done."""
+        """Advance each orbit with equal steps; `count` of the ensemble is the number of steps done."""
         stop, check = np.zeros(1, np.int64), self._block("check")
         drift, kick, a, b = self._tables()
-        orbits, every, h, steps = ensemble.z.shape[1], 1, self.step, self.steps(time)
+        orbits = ensemble.z.shape[1]
+        every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
         if observations:
-            every = self.steps(time / observations)
-            steps = observations * every
-            h = time / steps
+            every[:] = self.steps(time / observations)
+            total[:] = observations * every
+            h[:] = time / total
+        else:
+            total[:], h[:] = self.steps(time), self.step
+        # Orbits with equally many steps share blocks, whose lanes then end and are observed together.
+        order = np.argsort(-total, kind="stable")
         unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         march = self._block("march") if solo else idle_block("march")
         stage, derivative = (idle_block("stage"), idle_block("derivative")) if solo else self._stepping()
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
-        total = np.full(orbits, steps, np.int64)
         arguments = (
             stage, march, derivative, check, observer.function, parameters(self.model), observer.parameters, drift, kick, a, b,
-            np.full(orbits, h), total, every, self.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
-            ensemble.count, memory, out, ensemble.status,
+            h, total, every, order, self.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
+            ensemble.count, ensemble.kinetic, memory, out, ensemble.status,
         )  # fmt: skip
         try:
             launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)
@@ -271,122 +287,13 @@ class Flow:
         launch(crossing_kernels.locate, arguments, stop, progress, float(where.size), self.threads, report)
 
 
-def make_flow(
-    model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
-) -> tuple[Flow, np.ndarray]:
-    """Check what every computation takes; return the flow and z0 as a fresh array (2n, orbits).
-
-    A missing fixed step is chosen by trial.
-    """
-    checked_model(model)
-    count = checked_threads(threads)
-    if isinstance(scheme, Automatic):
-        unset_step(step)
-        z = phase_points("z0", z0, model)
-        chosen = scheme.in_time.choose(trials_in_time(model, z, scheme.in_time, rtol, atol, count))
-        scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
-    checked_scheme(scheme)
-    size = math.inf if step is None else positive("step", step)
-    flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
-    z = phase_points("z0", z0, model)
-    return (flow if flow.adaptive or step is not None else trial_flow(flow, z)), z
-
-
-def unset_step(step: Any) -> None:
-    """Raise ValueError unless the step is left to an automatic scheme."""
-    if step is not None:
-        raise ValueError(f"step must be None with an automatic scheme, which chooses it; got {step!r}")
-
-
-def trials_in_time(
-    model: Any, z: np.ndarray, scheme: Automatic, rtol: Any, atol: Any, threads: int, time: float | None = None
-) -> list[Trial]:
-    """Try the candidates that step in time itself on a sample of orbits, for three times as long as `trial_flow`.
-
-    The error of an adaptive scheme is extended in proportion to a run over `time`.
-    """
-    sample, tried = spread(z, TRIAL_ORBITS), []
-    span = 60 / natural_rate(model, sample)
-    rounds = trial_rounds(sample, span, time)
-    sample = staying(model, sample, span * rounds, threads)
-    for candidate in scheme.candidates:
-        if not isinstance(candidate, (Splitting, RungeKutta)):
-            continue
-        flow = Flow(model, candidate, math.inf, positive("rtol", rtol), positive("atol", atol), threads)
-        if flow.adaptive:
-            worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
-            worst *= max(1.0, (time or span) / (span * rounds))
-        else:
-            flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds)
-            steps = span / flow.step
-        tried.append(Trial(candidate, flow.step, worst, steps * candidate.evaluations / span))
-    return tried
-
-
-def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> np.ndarray:
-    """Return the orbits of a sample that stay in the domain for `time` and a while after, all where none does.
-
-    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy.
-    """
-    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
-    ensemble = flow.ensemble(sample.copy())
-    flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * time)
-    stays = ensemble.status == Status.OK
-    return np.ascontiguousarray(sample[:, stays]) if stays.any() else sample
-
-
-def trial_flow(flow: Flow, z0: np.ndarray, *, error: float = 1e-11, orbits: int = 128) -> Flow:
-    """Return the flow with the longest step 0.4/(2^(k/2) omega) whose energy error stays below `error` on a sample of orbits.
-
-    omega is `natural_rate`; the error is the 95th percentile over up to `orbits` of the given ones after a time 20/omega, so the
-    cost is small beside a map's; where more of them leave the domain, those that stay decide.
-    Where no step down to 0.4/(64 omega) reaches it (a low order, a steep wall) the step of least error is taken.
-    """
-    sample = spread(z0, orbits)
-    span = 20 / natural_rate(flow.model, sample)
-    found, worst = try_steps(flow, sample, error, span, 0.95)
-    if math.isfinite(worst):
-        return found
-    return try_steps(flow, staying(flow.model, sample, span, flow.threads), error, span, 0.95)[0]
-
-
-def try_steps(
-    flow: Flow, sample: np.ndarray, error: float, span: float, quantile: float, rounds: int = 1
-) -> tuple[Flow, float]:
-    """Return the flow with the step that `trial_flow` describes, and that quantile of its energy errors at the ends of `rounds` spans."""
-    best, least = math.inf, math.inf
-    rate = natural_rate(flow.model, sample)
-    for k in range(13):
-        candidate = replace(flow, step=0.4 / (rate * 2 ** (k / 2)))
-        worst, _ = _run_trial(candidate, sample, span, quantile, rounds)
-        if worst < least:
-            best, least = candidate.step, worst
-        if worst <= error:
-            break
-    return replace(flow, step=best if math.isfinite(best) else 1e-3), least
-
-
-def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rounds: int) -> tuple[float, float]:
-    """Return that quantile of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in one."""
-    energy, scale = energies(flow.model, sample), energy_scale(flow.model, sample)
-    z, errors, steps = sample, [], 0.0
-    for _ in range(rounds):
-        ensemble = flow.ensemble(z.copy())
-        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=span, observations=0 if flow.adaptive else 1)
-        errors.append(np.where(ensemble.status == 0, energy_drift(flow.model, ensemble.z, energy, scale), np.inf))
-        z, steps = ensemble.z, steps + float(ensemble.count.mean())
-        if not np.isfinite(errors[-1]).all():
-            break
-    return float(np.quantile(errors, quantile, method="lower")), steps / rounds
-
-
 def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     """Return the memory and output arrays of an observer that keeps nothing."""
     return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
 
 
 def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
-    """Return |E - E0|/(T0 + |V0|) of each orbit; inf where the energy has no value."""
+    """Return |E - E0| of each orbit over the largest kinetic energy seen on it; inf where the energy has no value."""
     return energy_drift(model, ensemble.points, ensemble.energy, ensemble.scale)
 
 

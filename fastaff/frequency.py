@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 
 from . import observers
-from .auto import natural_rate
 from .boundary import checked_model
-from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow, mark_drift
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from .kernels.rotation import PER_ANGLE, SHARED, WEIGHTS
+from .motion import typical_rate
 from .naff import naff
 from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
+from .trials import make_flow
 
 METHODS = ("birkhoff", "naff")
 NAFF_SAMPLES = 4096
@@ -94,7 +95,7 @@ def frequency_map(
     if isinstance(fallback, bool) or not (isinstance(fallback, (int, float)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
     angles = checked_angles(angles, checked_model(body))
-    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=1e-11)
     work = _Work(flow, angles, z, time, report)
     interrupted = False
     try:
@@ -151,10 +152,11 @@ class _Work:
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         if flow.adaptive:
-            interval = flow.step if np.isfinite(flow.step) else 1 / (16 * natural_rate(flow.model, z0))
+            interval = flow.step if np.isfinite(flow.step) else 1 / (16 * typical_rate(flow.model, z0))
             self.observations = max(64, int(time / interval))
         else:
-            self.observations = max(16, 2 * flow.steps(time / 2))
+            self.flow = flow.fitted(time, 32)
+            self.observations = 0
         self.nu = np.zeros((self.n, self.orbits))
         self.halves = np.zeros((2, self.n, self.orbits))
         self.error = np.full((self.n, self.orbits), np.inf)
@@ -193,7 +195,7 @@ class _Work:
     def _pilot(self, observer: observers.Observer, memory: np.ndarray, time: float) -> None:
         pilot = self.flow.ensemble(self.z0.copy())
         self.flow.advance(
-            pilot, observer, memory, np.zeros((1, 1)), time=time, observations=max(16, self.observations // 16)
+            pilot, observer, memory, np.zeros((1, 1)), time=time, observations=self.observations // 16
         )
 
     def _signals(self, z: np.ndarray) -> np.ndarray:
@@ -239,14 +241,15 @@ class _Work:
     def naff(self, chosen: np.ndarray) -> None:
         """Give the chosen (angle, orbit) pairs the leading line of their loop where its error is smaller than what is known."""
         observer = observers.signal_samples(self.angles)
-        size = min(NAFF_SAMPLES, 2 ** int(np.log2(max(64, self.observations))))
+        steps = self.observations or int(np.max(self.flow.steps(self.time)))
+        size = min(NAFF_SAMPLES, 2 ** int(np.log2(max(64, steps))))
         signals = 4 * self.n
         where = np.flatnonzero(chosen.any(axis=0))
         for begin in range(0, where.size, CHUNK):
             part = where[begin : begin + CHUNK]
             run = self.flow.ensemble(np.ascontiguousarray(self.z0[:, part]))
             memory, out = np.zeros((observer.rows, part.size)), np.zeros((part.size, size * signals))
-            self.flow.advance(run, observer, memory, out, time=self.time, observations=size)
+            self.flow.of(part).advance(run, observer, memory, out, time=self.time, observations=size)
             for name in ("z", "status", "count", "time"):
                 getattr(self.ensemble, name)[..., part] = getattr(run, name)
             s = out.reshape(part.size, size, self.n, 4).transpose(3, 2, 0, 1)

@@ -248,7 +248,7 @@ class Run:
     scheme: str = "KAHAN_LI8"
     """LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive). [KAHAN_LI8]"""
     step: float | None = None
-    """Fixed step. [chosen by a short trial for an energy error of 1e-11]"""
+    """Fixed step. [chosen for each orbit by a short trial]"""
     threads: int | None = None
     """Threads. [all cores]"""
 
@@ -259,12 +259,8 @@ class Run:
         return scheme_named(self.scheme.replace("-", "_"))
 
     def build(self, body: Any, z0: np.ndarray) -> dict[str, Any]:
-        """Return the options of the library's functions, with the step chosen once for all calls."""
-        from .engine import make_flow
-
-        scheme = self.scheme_value()
-        flow, _ = make_flow(body, z0, scheme, self.step, 1e-12, 1e-12, self.threads)
-        return {"scheme": scheme, "step": flow.step if math.isfinite(flow.step) else None, "threads": flow.threads}
+        """Return the options of the library's functions."""
+        return {"scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
 
 
 @Parameter(name="*", group=WRITTEN)
@@ -348,11 +344,11 @@ def _cells(text: str) -> tuple[int, int]:
 
 def return_times(body: Any, z0: np.ndarray, section: Any, choices: dict[str, Any]) -> np.ndarray:
     """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
-    from .auto import natural_rate
+    from .motion import typical_rate
     from .poincare import poincare_map
 
     few = np.ascontiguousarray(z0[:, :: max(1, z0.shape[1] // 64)])
-    found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / natural_rate(body, few), **choices)
+    found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **choices)
     return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times, found.counts)])
 
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from .auto import Automatic, natural_rate
+from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model, energies
-from .engine import Flow, Interrupted, make_flow, trial_flow
+from .engine import Flow, Interrupted
+from .motion import typical_rate
 from .returns import (
     Returns,
     each,
@@ -25,6 +26,7 @@ from .returns import (
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
+from .trials import make_flow, with_one_step
 
 ENERGY_ERROR = 1e-13
 """What the step is chosen for where none is given: an orbit cannot close better than its energy is kept."""
@@ -214,7 +216,7 @@ def checked_guesses(
     unset = step is None and not isinstance(scheme, Automatic)
     flow, z = make_flow(model, z0, scheme, 1.0 if unset else step, rtol, atol, threads)  # the trial for an error of its own follows
     if step is None:
-        flow = trial_flow(flow, z, error=ENERGY_ERROR)
+        flow = with_one_step(flow, z, ENERGY_ERROR)
     try:
         given = energies(model, z) if energy is None else np.asarray(energy, dtype=np.float64)
     except (TypeError, ValueError):
@@ -226,7 +228,7 @@ def checked_guesses(
 
 def return_time(flow: Flow, z: np.ndarray, period: int) -> float:
     """Return the longest time to wait for `period` crossings: 20 turns of a typical frequency for each."""
-    return 20 * 2 * np.pi / natural_rate(flow.model, z) * period
+    return 20 * 2 * np.pi / typical_rate(flow.model, z) * period
 
 
 @dataclass

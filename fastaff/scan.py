@@ -212,7 +212,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     scan.in_doubt[cell] = np.count_nonzero(found.disagree & fine)
     scan.sure[cell] = np.count_nonzero(found.chaotic & ~found.disagree & fine)
     scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
-    scan.limits[row], scan.time[cell], scan.step[cell] = found.limits, length, found.step
+    scan.limits[row], scan.time[cell], scan.step[cell] = found.limits, length, np.median(found.step)
     scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan
     scan.done[cell] = True
 

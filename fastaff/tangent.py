@@ -9,10 +9,11 @@ import numpy as np
 
 from . import observers
 from .boundary import checked_tangent_model
-from .engine import Flow, Interrupted, Report, energy_error, make_flow, mark_drift, no_memory
+from .engine import Flow, Interrupted, Report, energy_error, mark_drift, no_memory
 from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
+from .trials import make_flow
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,14 @@ import numpy as np
 
 from . import observers
 from .boundary import checked_model, energies, energy_drift, phase_points
-from .engine import Flow, make_flow, mark_drift
+from .engine import Flow, mark_drift
 from .fourier_torus import Samples, Series, fit, grow, weights, window
 from .lattice import determinant, first_basis, inverse, quotient, relations
 from .scalars import positive, whole
 from .schemes import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from .status import Status
 from .torus_lines import signals
+from .trials import make_flow
 
 GRID = 512
 """Points of the torus where the invariance equation is tried, and of the orbit where the prediction is."""

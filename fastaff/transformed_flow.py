@@ -10,26 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import observers
-from .auto import TRIAL_ORBITS, Automatic, Trial, natural_rate, spread, trial_rounds
+from .auto import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from .boundary import checked_model, energies, energy_drift, phase_points
-from .engine import (
-    Ensemble,
-    Flow,
-    Report,
-    checked_threads,
-    make_flow,
-    staying,
-    trials_in_time,
-    unset_step,
-)
+from .engine import Ensemble, Flow, Report, checked_threads
 from .kernels import levels as kernels
 from .kernels.crossings import LOCATED, NOTHING, RECORD
+from .motion import typical_rate
 from .observers import Observer
 from .scalars import positive
 from .schemes import DOP853
 from .sections import Linear
 from .status import Status
 from .transformed import Algebraic, Logistic, TimeTransformed, lifted, transformed_model
+from .trials import make_flow, staying, trials_in_time, unset_step
 
 PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
@@ -85,7 +78,7 @@ class TransformedFlow:
     @property
     def step(self) -> float:
         """The step in s."""
-        return self.flow.step
+        return float(self.flow.step)
 
     @property
     def row(self) -> int:
@@ -164,7 +157,7 @@ def flow_over(
         chosen = _chosen(time, model, z0, scheme, step, rtol, atol, threads)
         scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
     if not isinstance(scheme, TimeTransformed):
-        return make_flow(model, z0, scheme, step, rtol, atol, threads)
+        return make_flow(model, z0, scheme, step, rtol, atol, threads, time=time)
     z = phase_points("z0", z0, checked_model(model))
     size = None if step is None else positive("step", step)
     positive("rtol", rtol), positive("atol", atol)
@@ -266,13 +259,13 @@ def survey(model: Any, sample: np.ndarray, threads: int) -> tuple[float, float, 
     flow, seen = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads), 40
     observer, ensemble = observers.samples(rows), flow.ensemble(sample.copy())
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, seen * rows), np.nan)
-    span = 20 / natural_rate(model, sample)
+    span = 20 / typical_rate(model, sample)
     flow.advance(ensemble, observer, memory, out, time=span, observations=seen)
     states = out.reshape(-1, rows).T
     states = np.concatenate([sample, states[:, np.isfinite(states).all(axis=0)]], axis=1)
     with np.errstate(all="ignore"):
         V = np.asarray(model.potential_energy(*states[:n]))
-    return span, natural_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
+    return span, typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
 
 
 def rates(bottom: float, top: float) -> Iterable[Any]:

@@ -25,7 +25,8 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.auto import PREFERENCE, Trial, natural_rate
+from fastaff.auto import PREFERENCE, Trial
+from fastaff.motion import typical_rate
 from fastaff.grid import Grid
 
 SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
@@ -69,7 +70,7 @@ def test_the_rate_on_a_circle_without_force_is_that_across_it(speed):
     """V = alpha^2/2 + 2/alpha^2 at beta = 0: no force at alpha = sqrt 2, and V'' = 1 + 12/alpha^4 = 4, so omega = 2."""
     z = np.zeros((8, 1))
     z[0], z[5] = np.sqrt(2.0), speed
-    assert natural_rate(Body(Hyperelastic()), z) == pytest.approx(2.0, rel=1e-6)
+    assert typical_rate(Body(Hyperelastic()), z) == pytest.approx(2.0, rel=1e-6)
 
 
 def moderate():

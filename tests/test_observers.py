@@ -7,7 +7,7 @@ import pytest
 
 from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic, observers
 from fastaff.angles import RVartheta
-from fastaff.engine import make_flow
+from fastaff.trials import make_flow
 from fastaff.kernels.crossings import RECORD
 from fastaff.poincare import start_crossings
 

@@ -20,8 +20,8 @@ from .stepping import (
     store_lane,
 )
 
-BURST = 128
-"""Steps between looks at the stop flag."""
+BURST, BETWEEN = 128, 37
+"""Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
 
 
 @jit(parallel=True)
@@ -34,20 +34,33 @@ def run_units(work, arguments, units):
         work(np.int64(unit), *arguments)
 
 
+@jit
+def looks(n):
+    """Tell whether a block looks at its orbits after n steps: at powers of two below BURST, then at two moments of each BURST.
+
+    Two, because an orbit may be at rest at all multiples of one number of steps.
+    """
+    if n < BURST:
+        return n & (n - 1) == 0
+    return n % BURST == 0 or n % BURST == BETWEEN
+
+
 def run_fixed(
     u, stop, progress, stage, march, derivative, check, observe, params, observer, drift, kick, a, b, step, total,
-    every, radius, precise, strict, refill, solo, unit, z0, count, memory0, out, status,
+    every, order, radius, precise, strict, refill, solo, unit, z0, count, kinetic0, memory0, out, status,
 ):  # fmt: skip
-    """Advance the orbits (columns of z0) of unit u to total[orbit] steps of step[orbit], observing every `every` steps.
+    """Advance unit u of the orbits (columns of z0), taken in that order, to total[orbit] steps of step[orbit].
 
+    Each is observed every every[orbit] steps.
     With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the lanes of a
-    block keep the same step number and the domain is checked every BURST steps (and before every observation where `strict`).
+    block keep the same step number and the domain is checked where `looks` says (and before every observation where `strict`).
     `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all steps to the next
-    observation at once.
+    observation at once. kinetic0 keeps the largest kinetic energy that was seen.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
+    left, kinetic, seen = np.empty(LANES, np.int64), np.zeros(LANES), np.empty(LANES)
     state_rows = 3 * rows if precise else rows
     z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
     k = np.empty(b.size * rows * LANES)
@@ -58,12 +71,14 @@ def run_fixed(
     while read_now(stop, 0) == 0:
         if refill or lanes == 0:
             while lanes < LANES and following < end:
-                if status[following] == 0 and count[following] < total[following]:
-                    load_lane(z0, following, z, lanes)
+                o = order[following]
+                if status[o] == 0 and count[o] < total[o]:
+                    load_lane(z0, o, z, lanes)
                     for r in range(rows, state_rows):
                         z[r * LANES + lanes] = 0.0
-                    load_lane(memory0, following, memory, lanes)
-                    orbit[lanes], n[lanes], h[lanes] = following, count[following], step[following]
+                    load_lane(memory0, o, memory, lanes)
+                    orbit[lanes], n[lanes], h[lanes] = o, count[o], step[o]
+                    left[lanes], kinetic[lanes] = every[o] - count[o] % every[o], kinetic0[o]
                     code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
                     lanes += 1
                 following += 1
@@ -77,22 +92,32 @@ def run_fixed(
         while ran < burst and ended == 0:
             taken = 1
             if solo:
-                taken = min(burst - ran, every - n[0] % every, BURST - n[0] % BURST)
+                taken = min(burst - ran, left[0], BURST - n[0] % BURST)
+                if n[0] < BURST:
+                    taken = min(taken, max(n[0], 1))
+                elif n[0] % BURST < BETWEEN:
+                    taken = min(taken, BETWEEN - n[0] % BURST)
                 march(params, drift, kick, h[0], taken, z)
             else:
                 advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
             ran += taken
+            due = 0
             for i in range(lanes):
                 n[i] += taken
                 t[i] = n[i] * h[i]
-            if refill or ran == burst or n[0] % BURST == 0 or (strict and n[0] % every == 0):
-                check(params, lanes, radius, z, code)
+                left[i] -= taken
+                due += 1 if left[i] == 0 else 0
+            if refill or ran == burst or looks(n[0]) or (strict and due > 0):
+                check(params, lanes, radius, z, code, kinetic)
                 for i in range(lanes):
                     if code[i] > 0.0:
                         fresh[i] = 0.0
                         ended += 1
-            if n[0] % every == 0:
-                ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
+            if due > 0:
+                for i in range(lanes):
+                    seen[i] = fresh[i] if left[i] == 0 else 0.0
+                    left[i] = every[orbit[i]] if left[i] == 0 else left[i]
+                ended += observe(observer, lanes, orbit, seen, t, z, memory, out, done)
         write_now(progress, u, progress[u] + ran * lanes)
         i = 0
         while i < lanes:
@@ -100,19 +125,19 @@ def run_fixed(
             if code[i] > 0.0 or done[i] > 0.0 or n[i] == total[o]:
                 store_lane(z, i, z0, o)
                 store_lane(memory, i, memory0, o)
-                count[o] = n[i]
+                count[o], kinetic0[o] = n[i], kinetic[i]
                 status[o] = np.int64(code[i])
                 lanes -= 1
                 move_lane(state_rows, lanes, i, z)
                 move_lane(memory_rows, lanes, i, memory)
-                orbit[i], n[i], h[i] = orbit[lanes], n[lanes], h[lanes]
+                orbit[i], n[i], h[i], left[i], kinetic[i] = orbit[lanes], n[lanes], h[lanes], left[lanes], kinetic[lanes]
                 code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
             else:
                 i += 1
     for i in range(lanes):
         store_lane(z, i, z0, orbit[i])
         store_lane(memory, i, memory0, orbit[i])
-        count[orbit[i]] = n[i]
+        count[orbit[i]], kinetic0[orbit[i]] = n[i], kinetic[i]
 
 
 @jit
@@ -178,7 +203,7 @@ def observe_dense(
 
 def run_adaptive(
     u, stop, progress, derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time,
-    cadence, renew, radius, unit, z0, time0, step0, ticks0, memory0, out, status, steps,
+    cadence, renew, radius, unit, z0, time0, step0, ticks0, kinetic0, memory0, out, status, steps,
 ):  # fmt: skip
     """Advance the orbits of unit u from time0 to end_time with step control of each orbit's own, the lanes always refilled.
 
@@ -193,7 +218,7 @@ def run_adaptive(
     k = np.empty(max(stages, a.shape[0]) * size)
     memory = np.empty(memory_rows * LANES)
     t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    ahead, ceiling = np.empty(LANES), np.empty(LANES)
+    ahead, ceiling, kinetic, reached = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
     code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
@@ -204,7 +229,7 @@ def run_adaptive(
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                ahead[lanes], ceiling[lanes] = step0[following], 10.0
+                ahead[lanes], ceiling[lanes], kinetic[lanes] = step0[following], 10.0, kinetic0[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
                 loaded += 1
@@ -221,7 +246,9 @@ def run_adaptive(
             for i in range(lanes):
                 new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
         error_norm(rows, lanes, errors, rtol, atol, h, z, new, k, work, work2, norm)
-        check(params, lanes, radius, new, code)
+        for i in range(lanes):
+            reached[i] = kinetic[i]
+        check(params, lanes, radius, new, code, reached)
         ended = 0
         for i in range(lanes):
             # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a
@@ -252,6 +279,7 @@ def run_adaptive(
                 )  # fmt: skip
         for i in range(lanes):
             if fresh[i] > 0.0:
+                kinetic[i] = reached[i]
                 t[i] = end_time if h[i] == end_time - t[i] else t[i] + h[i]
                 move_step(rows, i, size, stages, new, z, k)
             steps[orbit[i]] += 1
@@ -266,7 +294,7 @@ def run_adaptive(
             if code[i] > 0.0 or done[i] > 0.0 or t[i] == end_time:
                 store_lane(z, i, z0, o)
                 store_lane(memory, i, memory0, o)
-                time0[o], step0[o], ticks0[o] = t[i], ahead[i], ticks[i]
+                time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
                 status[o] = np.int64(code[i])
                 lanes -= 1
                 move_lane(rows, lanes, i, z)
@@ -274,13 +302,14 @@ def run_adaptive(
                 move_lane(memory_rows, lanes, i, memory)
                 orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
                 ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
+                kinetic[i] = kinetic[lanes]
             else:
                 i += 1
     for i in range(lanes):
         o = orbit[i]
         store_lane(z, i, z0, o)
         store_lane(memory, i, memory0, o)
-        time0[o], step0[o], ticks0[o] = t[i], ahead[i], ticks[i]
+        time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
 
 
 @jit

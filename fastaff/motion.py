@@ -1,0 +1,166 @@
+"""What the motion of each orbit is like: its angular frequency, energy and size, whatever the units and the company (layer L2b)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import observers
+from .engine import Flow
+from .schemes import KAHAN_LI8
+from .status import Status
+
+CHUNK = 4096
+"""Orbits whose samples are in memory at once."""
+
+LOOKS = 64
+"""Steps, and samples, of a first look at an orbit."""
+
+PHASE, PHASES = 0.2, (0.08, 0.5)
+"""The step of a first look in radians of the motion that it finds, and the range in which that is near enough."""
+
+ROUNDS, LEAP = 14, 32.0
+"""Looks that are taken at most, and the largest factor by which the step changes between two."""
+
+NUDGE = 1e-6
+"""Relative displacement for the change of a force."""
+
+
+class Motion(NamedTuple):
+    """The scales of orbits, of each orbit by itself.
+
+    rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an oscillator;
+    kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the amplitudes
+    (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy. They follow changes of units, and
+    know neither the origin of coordinates nor the zero of V. Of an orbit at rest in an equilibrium kinetic is 0.
+    """
+
+    rate: np.ndarray
+    kinetic: np.ndarray
+    position: np.ndarray
+    momentum: np.ndarray
+
+    def of(self, orbits: Any) -> Motion:
+        """Return those of some of the orbits."""
+        return Motion(*(entry[..., orbits] for entry in self))
+
+    def distance(self, apart: np.ndarray) -> np.ndarray:
+        """Return the size of differences of phase points (..., 2n, orbits): the largest of the coordinates' in their amplitudes."""
+        size = np.concatenate([self.position, self.momentum])
+        size = np.where(size > 0, size, 1.0)
+        return np.abs(apart / size).max(axis=-2)
+
+
+def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
+    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits); see `Motion`."""
+    return motion(model, z, threads).rate
+
+
+def motion(model: Any, z: np.ndarray, threads: int = 1, scheme: Any = KAHAN_LI8) -> Motion:
+    """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
+
+    The look's step is fitted to what it finds until it is about a fifth of a radian. Cost: 64 steps a look, mostly one or two.
+    """
+    n, orbits = z.shape[0] // 2, z.shape[1]
+    found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)))
+    for start in range(0, orbits, CHUNK):
+        part = slice(start, start + CHUNK)
+        for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads, scheme), strict=True):
+            whole[..., part] = entry
+    return found
+
+
+def _observed(model: Any, z: np.ndarray, threads: int, scheme: Any) -> Motion:
+    """Look at the orbits with steps that are fitted until they suit."""
+    n, orbits = z.shape[0] // 2, z.shape[1]
+    W = inverse_masses(model, z)
+    rate = _first_rates(model, z, W)
+    kinetic, step, todo = np.zeros(orbits), PHASE / rate, np.arange(orbits)
+    for round_ in range(ROUNDS):
+        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], threads, scheme)
+        now, kinetic[todo] = _measured(model, states, W[:, :, todo])
+        moves = np.isfinite(now) & (now > 0)
+        rate[todo] = np.where(moves, now, rate[todo])
+        phase = rate[todo] * step[todo]
+        fits = (PHASES[0] <= phase) & (phase <= PHASES[1]) & ~(failed & (round_ < ROUNDS // 2))
+        change = np.where(failed, 1 / LEAP, np.clip(PHASE / phase, 1 / LEAP, LEAP))
+        step[todo] *= np.where(moves & ~fits, change, 1.0)
+        todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
+        if not todo.size:
+            break
+    own = np.abs(np.array([W[i, i] for i in range(n)]))
+    own = np.where(own > 0, own, 1.0)
+    with np.errstate(all="ignore"):
+        return Motion(rate, kinetic, np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own))
+
+
+def _look(model: Any, z: np.ndarray, step: np.ndarray, threads: int, scheme: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who failed."""
+    rows, orbits = z.shape
+    flow = Flow(model, scheme, step, 1e-12, 1e-12, threads)
+    observer, ensemble = observers.samples(rows), flow.ensemble(z.copy())
+    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, LOOKS * rows), np.nan)
+    flow.advance(ensemble, observer, memory, out, time=LOOKS * step, observations=LOOKS)
+    states = out.reshape(orbits, LOOKS, rows).transpose(1, 2, 0)
+    return np.concatenate([z[None], states]), ensemble.status != Status.OK
+
+
+def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the angular frequency and the largest kinetic energy of states (samples, 2n, orbits), over those that are finite."""
+    n = states.shape[1] // 2
+    z = np.moveaxis(states, 1, 0)
+    with np.errstate(all="ignore"):
+        F, v = _force(model, z[:n]), _velocity(model, z[n:])
+        pulled = np.einsum("isk,ijk,jsk->sk", F, W, F)
+        moved = (z[n:] * v).sum(axis=0)
+        T = np.broadcast_to(model.kinetic_energy(*z[n:]), pulled.shape)
+        sound = np.isfinite(pulled) & np.isfinite(moved) & np.isfinite(T)
+        rate = np.sqrt(np.where(sound, pulled, 0.0).sum(axis=0) / np.where(sound, moved, 0.0).sum(axis=0))
+        return rate, np.where(sound, T, 0.0).max(axis=0)
+
+
+def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return W = dv/dp (n, n, orbits) at small momenta: the inverse mass matrix of a kinetic energy quadratic in p."""
+    n = z.shape[0] // 2
+    size = 1e-3 * np.abs(z[n:]).max(axis=0)
+    size = np.where(size > 0, size, 1.0)
+    with np.errstate(all="ignore"):
+        return np.array([_velocity(model, size * unit[:, None]) / size for unit in np.eye(n)]).transpose(1, 0, 2)
+
+
+def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
+    """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the path."""
+    n = z.shape[0] // 2
+    q, p = z[:n], z[n:]
+    with np.errstate(all="ignore"):
+        F, v = _force(model, q), _velocity(model, p)
+        u = np.einsum("ijk,jk->ik", W, F)
+        sizes = [np.sqrt((x * x).sum(axis=0)) for x in (q, p, F, v, u)]
+        length, momentum, force, speed, pull = sizes
+        guesses = [0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / length)]
+        for direction, size in ((u, pull), (v, speed)):
+            shift = NUDGE * np.where(length > 0, length, 1.0) / size * direction
+            change = _force(model, q + shift) - _force(model, q - shift)
+            turned = np.einsum("ijk,jk->ik", W, change)
+            guesses.append(np.sqrt(np.sqrt((turned**2).sum(axis=0)) / (2 * np.sqrt((shift**2).sum(axis=0)))))
+    known = np.array([np.where(np.isfinite(guess) & (guess > 0), guess, 0.0) for guess in guesses])
+    stiff = known[2:].max(axis=0)
+    path = np.where((stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0])  # next to a turning point the path turns at once
+    best = np.maximum(stiff, path)
+    return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0))
+
+
+def _force(model: Any, q: np.ndarray) -> np.ndarray:
+    return np.array([row + np.zeros(q.shape[1:]) for row in model.force(*q)])
+
+
+def _velocity(model: Any, p: np.ndarray) -> np.ndarray:
+    return np.array([row + np.zeros(p.shape[1:]) for row in model.velocity(*p)])
+
+
+def typical_rate(model: Any, z: np.ndarray) -> float:
+    """Return the median natural angular frequency of a set of orbits: for what belongs to the set, never to an orbit."""
+    rates = natural_rates(model, z)
+    return float(np.median(rates)) if rates.size and math.isfinite(np.median(rates)) else 1.0
