@@ -121,6 +121,18 @@ class Ensemble:
         self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.time, self.ahead = np.zeros(n), np.zeros(n)
 
+    def of(self, orbits: Any) -> Ensemble:
+        """Return some of the orbits as an ensemble of their own."""
+        part = Ensemble(self.z[:, orbits], self.energy[orbits], self.kinetic[orbits], self.vectors)
+        for name in ("status", "count", "time", "ahead", "ticks"):
+            setattr(part, name, getattr(self, name)[orbits])
+        return part
+
+    def take(self, orbits: Any, part: Ensemble) -> None:
+        """Take over the state of `part` for the orbits of that index array or mask."""
+        for name in ("z", "energy", "kinetic", "status", "count", "time", "ahead", "ticks"):
+            getattr(self, name)[..., orbits] = getattr(part, name)
+
     @property
     def scale(self) -> np.ndarray:
         """What energy errors are relative to: the largest kinetic energy seen; 1 for an orbit that rests."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import observers
+from .accuracy import halved, planned, until, wants_accuracy
 from .auto import Automatic
 from .boundary import energy_drift
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
@@ -16,6 +18,13 @@ from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 from .transformed import TimeTransformed, lowered
 from .transformed_flow import TransformedFlow, flow_over
+from .trials import make_flow, on_ladder
+
+CHUNK = 16384
+"""Orbits that are run with two steps at once."""
+
+MOMENTS = 8
+"""Moments at least at which two runs are compared."""
 
 
 @dataclass(frozen=True)
@@ -23,19 +32,24 @@ class Orbits:
     """End states, samples and outcomes of integrated orbits.
 
     z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,);
-    samples (samples, 2n, orbits); energy_error (orbits,) = |E - E0|/(T0 + |V0|), the largest over the samples and the end;
-    status (orbits,) of `Status`; step: the fixed step (in its own time for a `TimeTransformed` scheme, whose rate the scheme
-    holds), or inf for an adaptive scheme.
+    samples (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
+    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic orbits; NaN
+    where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the largest kinetic energy met,
+    the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed step, one for each orbit (orbits,) where it was
+    chosen (in its own time for a `TimeTransformed` scheme, whose rate the scheme holds), or inf for an adaptive scheme.
     """
 
     z: np.ndarray
     t: np.ndarray
     times: np.ndarray
     samples: np.ndarray
+    error: np.ndarray
+    sample_error: np.ndarray
+    accurate_until: np.ndarray
     energy_error: np.ndarray
     status: np.ndarray
     scheme: Splitting | RungeKutta | TimeTransformed
-    step: float
+    step: float | np.ndarray
 
     def raise_if_failed(self) -> None:
         """Raise OrbitError unless every orbit is OK."""
@@ -47,42 +61,44 @@ class Orbits:
 
 
 def integrate(
-    body: Any, z0: Any, *, time: float, step: float | None = None,
+    body: Any, z0: Any, *, time: float, accuracy: float | None = None, step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, samples: int = 0, rtol: float = 1e-12,
     atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
 ) -> Orbits:  # fmt: skip
     """Integrate orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0; step > 0, the longest fixed step (the step used divides the time between
-    samples; chosen by a short trial for an energy error of 1e-11 where it is None), or the first step of an adaptive
+    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of the motion
+    (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its own for it, which are
+    halved until the states agree; step > 0, for experts, instead: the longest fixed step (the step used divides the time between
+    samples), one for all or one for each orbit, or the first step of an adaptive
     scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, `TimeTransformed` for steep walls
     or AUTO, which chooses; samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
     energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads; report(fraction).
-    Returns Orbits, whose scheme and step are those that were chosen. Raises ValueError or TypeError for wrong input; Interrupted
+    Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
     on Ctrl-C, with `.partial`.
 
-    Accuracy: the scheme's order; a splitting's energy error does not grow with time. Cost: stages forces per step; an orbit
+    Errors: with an accuracy, from the difference to a run with twice the step: they cover 99 % of the true errors. The errors of
+    chaotic orbits grow exponentially: no step keeps them small, and `accurate_until` says how long they are.
+    A splitting's energy error does not grow with time. Cost: stages forces per step, and half as much again for the second run; an orbit
     of an adaptive scheme takes steps of its own and its lane is refilled when it ends. Memory: that of z0 and the samples.
     Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
     """
     time = positive("time", time)
     count = whole("samples", samples, 0)
     tolerance = positive("energy_tolerance", energy_tolerance)
-    flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads)
-    ensemble = flow.ensemble(z)
-    if isinstance(flow, Flow):
-        kept, interrupted = _sampled_in_time(flow, ensemble, time, count, report)
+    goal = wants_accuracy(scheme, step, accuracy)
+    if goal is not None:
+        flow, z = make_flow(body, z0, scheme, None, rtol, atol, threads, error=None)
+        work: Any = _Accurate(flow, z, time, count, goal, report)
     else:
-        kept, interrupted = _sampled_in_fictitious_time(flow, ensemble, count, report)
-    if interrupted:
-        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
-    error = energy_error(body, ensemble)
-    for block in kept:
-        seen = np.isfinite(block).all(axis=0)
-        error = np.where(seen, np.maximum(error, energy_drift(body, block, ensemble.energy, ensemble.scale)), error)
-    mark_drift(ensemble, error, tolerance)
-    times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
-    result = Orbits(ensemble.z, ensemble.time, times, kept, error, ensemble.status, flow.scheme, flow.step)
+        flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads)
+        work = _Plain(flow, z, time, count, report)
+    interrupted = False
+    try:
+        work.run()
+    except KeyboardInterrupt:
+        interrupted = True
+    result = work.result(body, tolerance, interrupted)
     if interrupted:
         stopped = Interrupted("integrate")
         stopped.partial = result
@@ -90,7 +106,122 @@ def integrate(
     return result
 
 
-def _sampled_in_time(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+class _Plain:
+    """Orbits that are run once, with steps or tolerances that the user chose."""
+
+    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
+        self.flow, self.time, self.count, self.report = flow, time, count, report
+        self.ensemble = flow.ensemble(z)
+        self.samples = np.zeros((0, *z.shape))
+
+    def run(self) -> None:
+        """Run to the end, as far as Ctrl-C lets it."""
+        if isinstance(self.flow, Flow):
+            self.samples, interrupted = sampled(self.flow, self.ensemble, self.time, self.count, self.report)
+        else:
+            states, interrupted = self.flow.sample(self.ensemble, max(self.count, 1), self.report)
+            self.ensemble.z = lowered(self.ensemble.z)
+            self.samples = np.array([lowered(state) for state in states[: self.count]]).reshape(self.count, *self.ensemble.z.shape)
+        if interrupted:
+            raise KeyboardInterrupt
+
+    def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
+        """Return what there is, without estimates of errors."""
+        unknown = np.full(self.ensemble.z.shape, np.nan)
+        errors = (unknown, np.full(self.samples.shape, np.nan), unknown[0])
+        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.flow.step)
+
+
+class _Run(NamedTuple):
+    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits) and the ensemble."""
+
+    states: np.ndarray
+    ensemble: Ensemble
+
+    def of(self, orbits: np.ndarray) -> _Run:
+        """Return those of some of the orbits."""
+        return _Run(self.states[..., orbits], self.ensemble.of(orbits))
+
+
+class _Accurate:
+    """Orbits that are run with steps halved until they agree."""
+
+    def __init__(self, flow: Flow, z: np.ndarray, time: float, count: int, accuracy: float, report: Report | None):
+        self.flow, self.z, self.time, self.count, self.accuracy, self.report = flow, z, time, count, accuracy, report
+        self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
+        self.ensemble = flow.ensemble(z.copy())
+        self.step = np.full(z.shape[1], np.inf)
+        self.samples = np.full((count, *z.shape), np.nan)
+        self.error = np.full(z.shape, np.inf)
+        self.sample_error = np.full(self.samples.shape, np.inf)
+        self.until = np.zeros(z.shape[1])
+        self.done = 0
+
+    def run(self) -> None:
+        """Run all orbits, a chunk at a time."""
+        orbits = self.z.shape[1]
+        for start in range(0, orbits, CHUNK):
+            self.chunk = np.arange(start, min(start + CHUNK, orbits))
+            z = np.ascontiguousarray(self.z[:, self.chunk])
+            plan = planned(self.flow, z, self.time, self.accuracy)
+            self.plan = plan._replace(step=on_ladder(plan.step, self.time, 2 * self.parts))
+            halved(self.flow, self.plan, self.accuracy, self._run, self._compare, self._keep)
+            self.done += len(self.chunk)
+
+    def _run(self, orbits: np.ndarray, step: np.ndarray) -> _Run:
+        flow = Flow(self.flow.model, self.flow.scheme, step, self.flow.rtol, self.flow.atol, self.flow.threads)
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, self.chunk[orbits]]))
+        states, interrupted = sampled(flow, ensemble, self.time, self.parts, self._report)
+        if interrupted:
+            ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = Status.INTERRUPTED
+            self.ensemble.take(self.chunk[orbits], ensemble)
+            self.step[self.chunk[orbits]] = step
+            raise KeyboardInterrupt
+        return _Run(states, ensemble)
+
+    def _report(self, fraction: float) -> None:
+        if self.report is not None:
+            self.report((self.done + fraction * len(self.chunk)) / self.z.shape[1])
+
+    def _compare(self, fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        times = self.time / self.parts * np.arange(1, self.parts + 1)
+        with np.errstate(all="ignore"):
+            apart = self.plan.motion.of(orbits).distance(fine.states - coarse.states)
+        return apart, times[:, None] * self.plan.motion.rate[orbits], 1.0
+
+    def _keep(self, orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
+        where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
+        self.ensemble.take(where, run.ensemble)
+        self.step[where] = run.ensemble.time / np.maximum(run.ensemble.count, 1)
+        size = np.concatenate([self.plan.motion.position, self.plan.motion.momentum])[:, orbits[chosen]]
+        self.error[:, where] = error[-1] * size
+        every = self.parts // self.count if self.count else 1
+        self.samples[..., where] = run.states[every - 1 :: every][: self.count]
+        self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
+        times = self.time / self.parts * np.arange(1, self.parts + 1)
+        self.until[where] = until(error, times, self.accuracy)
+
+    def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
+        """Return what there is, with the estimated errors."""
+        errors = (self.error, self.sample_error, self.until)
+        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step)
+
+
+def _assembled(body, flow, ensemble, samples, time, errors, tolerance, interrupted, step) -> Orbits:
+    """Return the orbits with their energy errors and statuses."""
+    if interrupted:
+        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+    energy = energy_error(body, ensemble)
+    for block in samples:
+        seen = np.isfinite(block).all(axis=0)
+        energy = np.where(seen, np.maximum(energy, energy_drift(body, block, ensemble.energy, ensemble.scale)), energy)
+    mark_drift(ensemble, energy, tolerance)
+    count = len(samples)
+    times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
+    return Orbits(ensemble.z, ensemble.time, times, samples, *errors, energy, ensemble.status, flow.scheme, step)
+
+
+def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
     """Run to the end; return the samples (count, 2n, orbits), NaN where not reached, and whether it was interrupted."""
     rows, orbits = ensemble.z.shape
     observer, (memory, out) = observers.nothing(), no_memory(ensemble)
@@ -103,12 +234,3 @@ def _sampled_in_time(flow: Flow, ensemble: Ensemble, time: float, count: int, re
     except KeyboardInterrupt:
         interrupted = True
     return out.reshape(orbits, count, rows).transpose(1, 2, 0) if count else np.zeros((0, rows, orbits)), interrupted
-
-
-def _sampled_in_fictitious_time(
-    flow: TransformedFlow, ensemble: Ensemble, count: int, report: Report | None
-) -> tuple[np.ndarray, bool]:
-    """Do the same with a time-transformed scheme; the ensemble's states lose time and energy."""
-    states, interrupted = flow.sample(ensemble, max(count, 1), report)
-    ensemble.z = lowered(ensemble.z)
-    return np.array([lowered(state) for state in states[:count]]).reshape(count, *ensemble.z.shape), interrupted

@@ -3,24 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import observers
+from .accuracy import halved, planned, wants_accuracy
 from .auto import Automatic
 from .boundary import checked_model, checked_section, energy_drift
 from .charts import Chart
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error
 from .kernels import crossings as kernels
+from .motion import Motion, motion
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 from .transformed import TimeTransformed, lowered, transformed_section
 from .transformed_flow import TransformedFlow, flow_over
+from .trials import make_flow, on_ladder
 
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
+
+SLOWEST = 2.0
+"""Natural periods between crossings that steps are chosen for, where max_time allows more."""
+
+NUDGE = 1e-6
+"""Displacement, in amplitudes of the motion, for slopes of the section function."""
+
+SAME = 0.1
+"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
+
+PER_ORBIT = (
+    "points", "times", "counts", "section_error", "energy_error", "status", "step", "time_error", "point_error", "accurate_until",
+)  # fmt: skip
 
 LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
@@ -32,7 +48,10 @@ class SectionMap:
 
     points (orbits, crossings, 2n), the states at the crossings, and times (orbits, crossings): NaN past counts (orbits,).
     section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
-    |E - E0|/(T0 + |V0|) over them; status (orbits,) of `Status`; step: the fixed step, or inf for an adaptive scheme.
+    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step, one for each orbit
+    where it was chosen, or inf for an adaptive scheme. time_error (orbits, crossings) and point_error (orbits, crossings, 2n): the
+    estimated errors of both, inf where a run with another step has no such crossing; accurate_until (orbits,): the time up to
+    which they stay below the accuracy; NaN where a step or tolerances were given.
     An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded the tolerance.
     """
 
@@ -44,7 +63,10 @@ class SectionMap:
     status: np.ndarray
     section: Any
     scheme: Splitting | RungeKutta | TimeTransformed
-    step: float
+    step: float | np.ndarray
+    time_error: np.ndarray
+    point_error: np.ndarray
+    accurate_until: np.ndarray
 
     def coordinates(self, chart: Chart) -> np.ndarray:
         """Return the crossings in a chart of GL(2,R): (8, orbits, crossings), coordinates and momenta, NaN past counts."""
@@ -64,14 +86,17 @@ class SectionMap:
 
 
 def poincare_map(
-    body: Any, z0: Any, *, section: Any, crossings: int, max_time: float, step: float | None = None,
+    body: Any, z0: Any, *, section: Any, crossings: int, max_time: float, accuracy: float | None = None,
+    step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
     energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
 ) -> SectionMap:  # fmt: skip
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
 
     Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.sections` (or your own); crossings >= 1; max_time > 0
-    ends every orbit, whatever it does; step, scheme, rtol, atol, energy_tolerance, threads, report as in `integrate`.
+    ends every orbit, whatever it does; accuracy: error that times (times the angular frequency) and points (relative to the amplitudes
+    of the motion) may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report
+    as in `integrate`.
     Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     A start on the section itself is not counted. A sign change of the section function over a step is always found. Two
@@ -87,9 +112,26 @@ def poincare_map(
     wanted = whole("crossings", crossings, 1)
     max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
     checked_section(section, checked_model(body))
-    flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads)
+    goal = wants_accuracy(scheme, step, accuracy)
+    if goal is not None:
+        flow, z = make_flow(body, z0, scheme, None, rtol, atol, threads, error=None)
+        result, interrupted = _accurate(flow, z, section, wanted, max_time, tolerance, goal, report)
+    else:
+        flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads)
+        found, _, interrupted = _mapped(flow, z, section, wanted, max_time, tolerance, report)
+        result = _without_errors(found)
+    if interrupted:
+        stopped = Interrupted("poincare_map")
+        stopped.partial = result
+        raise stopped
+    return result
+
+
+def _mapped(flow, z, section, wanted, max_time, tolerance, report) -> tuple[SectionMap, np.ndarray, bool]:
+    """Follow the orbits once; return their crossings, the times that they reached, and whether it was interrupted."""
+    asked = section
     if isinstance(flow, TransformedFlow):
-        section = transformed_section(section, body.degrees_of_freedom)
+        section = transformed_section(section, flow.model.degrees_of_freedom - 1)
     ensemble = flow.ensemble(z)
     rows, orbits = z.shape
     width = kernels.RECORD + rows
@@ -105,13 +147,113 @@ def poincare_map(
     result = _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance)
     if isinstance(flow, TransformedFlow):
         points = np.moveaxis(lowered(np.moveaxis(result.points, -1, 0)), 0, -1)
-        result = replace(result, points=np.ascontiguousarray(points), section=section.section)
+        result = replace(result, points=np.ascontiguousarray(points), section=asked)
     if interrupted:
         result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
-        stopped = Interrupted("poincare_map")
-        stopped.partial = result
-        raise stopped
-    return result
+    return result, ensemble.time, interrupted
+
+
+def _without_errors(found: SectionMap) -> SectionMap:
+    """Return crossings that were followed with a step or tolerances of the user's: their errors are not known."""
+    return replace(
+        found, time_error=np.full(found.times.shape, np.nan), point_error=np.full(found.points.shape, np.nan),
+        accurate_until=np.full(len(found.times), np.nan),
+    )  # fmt: skip
+
+
+class _Crossings(NamedTuple):
+    """Orbits after a run: their map, the times they reached, and how slanting (orbits, crossings) they cross; see `slants`."""
+
+    found: SectionMap
+    reached: np.ndarray
+    slant: np.ndarray
+
+    def of(self, orbits: np.ndarray) -> _Crossings:
+        """Return those of some of the orbits."""
+        changed = {name: getattr(self.found, name)[orbits] for name in PER_ORBIT}
+        return _Crossings(replace(self.found, **changed), self.reached[orbits], self.slant[orbits])
+
+
+def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
+    """Return how many times the error of a state is the error of its crossing (orbits, crossings), at least 1, NaN where there is none.
+
+    That is the change of the section function by an amplitude of the motion over its change in a radian: large where orbits graze.
+    """
+    n = model.degrees_of_freedom
+    z = np.ascontiguousarray(np.moveaxis(points, -1, 0))
+    size = np.concatenate([scales.position, scales.momentum])[:, :, None]
+    with np.errstate(all="ignore"):
+        speed = np.array([*model.velocity(*z[n:]), *model.force(*z[:n])]) / scales.rate[:, None]
+        change, passing = np.zeros(z.shape[1:]), np.zeros(z.shape[1:])
+        for row in range(2 * n):
+            shift = np.zeros((2 * n, 1, 1))
+            shift[row] = NUDGE
+            slope = (section.value(*(z + shift * size)) - section.value(*(z - shift * size))) / (2 * NUDGE)
+            change += slope**2
+            passing += np.where(size[row] > 0, slope / size[row], 0.0) * speed[row]
+        return np.maximum(np.sqrt(change) / np.abs(passing), 1.0)
+
+
+def _accurate(flow, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
+    """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was interrupted."""
+    found = motion(flow.model, z, flow.threads)
+    expected = np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate)
+    plan = planned(flow, z, expected, accuracy)
+    plan = plan._replace(step=on_ladder(plan.step, max_time, 2))
+    rows, orbits = z.shape
+    result = SectionMap(
+        np.full((orbits, wanted, rows), np.nan), np.full((orbits, wanted), np.nan), np.zeros(orbits, np.int64), np.zeros(orbits),
+        np.zeros(orbits), np.full(orbits, int(Status.INTERRUPTED)), section, flow.scheme, np.full(orbits, np.nan),
+        np.full((orbits, wanted), np.nan), np.full((orbits, wanted, rows), np.nan), np.zeros(orbits),
+    )  # fmt: skip
+
+    def take(where: np.ndarray, part: SectionMap) -> None:
+        for name in PER_ORBIT:
+            getattr(result, name)[where] = getattr(part, name)
+
+    def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
+        part, reached, interrupted = _mapped(
+            replace(flow, step=step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report
+        )
+        part = replace(_without_errors(part), step=step)
+        if interrupted:
+            take(orbits, part)
+            raise KeyboardInterrupt
+        return _Crossings(part, reached, slants(flow.model, section, part.points, plan.motion.of(orbits)))
+
+    def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        scales = plan.motion.of(orbits)
+        with np.errstate(all="ignore"):
+            late = np.abs(fine.found.times - coarse.found.times) * scales.rate[:, None]
+            apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 2, 0))
+            apart = np.maximum(apart, late.T)
+            straight = apart / fine.slant.T
+        phase = fine.found.times.T * scales.rate
+        same = np.isfinite(apart) & (apart < SAME)
+        # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is known.
+        ended = ~np.isfinite(fine.found.times.T)
+        known = np.logical_and.accumulate(same | ended, axis=0)
+        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, fine.slant.T)
+
+    def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
+        where, part = orbits[chosen], fine.of(chosen)
+        error = error[:, chosen].T
+        scales = plan.motion.of(where)
+        there = np.isfinite(part.found.times)
+        late = np.where(there, error / scales.rate[:, None], np.nan)
+        apart = np.where(there[:, :, None], error[:, :, None] * np.concatenate([scales.position, scales.momentum]).T[:, None], np.nan)
+        holds = np.where(there, error <= accuracy, True)
+        first = np.where(holds.all(axis=1), wanted, (~holds).argmax(axis=1))
+        before = np.take_along_axis(np.pad(part.found.times, ((0, 0), (1, 0))), np.minimum(first, wanted)[:, None], axis=1)[:, 0]
+        until = np.where(holds.all(axis=1), part.reached, before)
+        take(where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
+
+    try:
+        halved(flow, plan, accuracy, run, compare, keep)
+    except KeyboardInterrupt:
+        return result, True
+    return result, False
 
 
 def start_crossings(memory: np.ndarray, section: Any, ensemble: Ensemble) -> None:
@@ -161,7 +303,7 @@ def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, m
     if flow.adaptive:
         ensemble.time[finished] = max_time
     else:
-        ensemble.count[finished] = flow.steps(max_time)
+        ensemble.count[finished] = np.broadcast_to(flow.steps(max_time), finished.shape)[finished]
 
 
 def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -> SectionMap:
@@ -190,5 +332,5 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     residual = np.zeros(orbits)
     np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
     return SectionMap(
-        points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step
+        points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step, times, points, times[:, 0]
     )

@@ -37,11 +37,13 @@ TRIALS = 8
 
 
 def make_flow(
-    model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, time: float | None = None, error: float = ERROR
-) -> tuple[Flow, np.ndarray]:
+    model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, time: float | None = None,
+    error: float | None = ERROR,
+) -> tuple[Flow, np.ndarray]:  # fmt: skip
     """Check what every computation takes; return the flow and z0 as a fresh array (2n, orbits).
 
-    A missing fixed step is chosen for each orbit by `chosen_steps`, for that `error`, as a fraction of `time` where it is known.
+    A missing fixed step is chosen for each orbit by `chosen_steps`, for that `error`, as a fraction of `time` where it is known; for no
+    error it is left to the caller, as inf.
     """
     checked_model(model)
     count = checked_threads(threads)
@@ -54,7 +56,7 @@ def make_flow(
     z = phase_points("z0", z0, model)
     size = math.inf if step is None else checked_step(step, z.shape[1])
     flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
-    if flow.adaptive or step is not None:
+    if flow.adaptive or step is not None or error is None:
         return flow, z
     found = motion(model, z, count)
     chosen_step, _ = chosen_steps(flow, z, found, np.full(z.shape[1], error))

@@ -1,0 +1,115 @@
+"""The accuracy that is asked for: steps halved until two runs agree, and what they leave as error (layer L2b)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .engine import Flow
+from .motion import Motion, motion
+from .scalars import positive
+from .schemes import RungeKutta, Splitting
+from .trials import SPAN, chosen_steps
+
+ACCURACY = 1e-10
+"""Accuracy where neither a step nor an accuracy is asked for."""
+
+SHARE = 0.25
+"""Share of the accuracy that the error expected from the trial may take."""
+
+SAFETY = 4.0
+"""Factor over the error that a difference of two runs leaves by the order of the scheme."""
+
+HALVINGS = 3
+"""How often steps are halved at most beyond the first pair of runs."""
+
+EPSILON = float(np.finfo(float).eps)
+
+
+class Plan(NamedTuple):
+    """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN radians, the scales."""
+
+    step: np.ndarray
+    local: np.ndarray
+    motion: Motion
+
+
+def wants_accuracy(scheme: Any, step: Any, accuracy: Any) -> float | None:
+    """Return the accuracy to reach by halving, None where a step or a scheme that controls its steps was chosen instead.
+
+    Raises ValueError where both were, TypeError or ValueError for an accuracy that is no number between 0 and 1.
+    """
+    fixed = isinstance(scheme, Splitting) or (isinstance(scheme, RungeKutta) and not scheme.adaptive)
+    if accuracy is None:
+        return ACCURACY if step is None and fixed else None
+    value = positive("accuracy", accuracy)
+    if value >= 1:
+        raise ValueError(f"accuracy must be below 1, relative to the amplitudes of the motion, got {accuracy!r}")
+    if step is not None:
+        raise ValueError(f"accuracy and step exclude one another: give one of them, got accuracy={accuracy!r} and step={step!r}")
+    if not fixed:
+        raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {scheme.name} has tolerances of its own")
+    return value
+
+
+def planned(flow: Flow, z: np.ndarray, time: np.ndarray | float, accuracy: float) -> Plan:
+    """Return steps whose errors, growing in proportion to time as on regular orbits, stay below a share of the accuracy."""
+    found = motion(flow.model, z, flow.threads)
+    spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
+    step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)
+    return Plan(step, local, found)
+
+
+def estimated(flow: Flow, plan: Plan, apart: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and rounding's share.
+
+    phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY/(2^order - 1) of the distance is the scheme's;
+    rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these grow like phase, so their share of the
+    distance follows from the local errors of both. Errors never fall with time.
+    """
+    order = flow.scheme.order
+    spans = np.maximum(phase / SPAN, 1.0)
+    kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
+    noise = EPSILON * (np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
+    share = noise * np.sqrt(spans) / np.maximum(plan.local * 2.0**order, 1e-300)
+    with np.errstate(all="ignore"):
+        rounding = apart * np.minimum(share, 2.0) + noise * np.sqrt(spans)
+        error = SAFETY / (2.0**order - 1) * apart + rounding
+    error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
+    return np.maximum.accumulate(error, axis=0), rounding
+
+
+def halved(
+    flow: Flow, plan: Plan, accuracy: float, run: Callable[[np.ndarray, np.ndarray], Any],
+    compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
+    keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
+) -> None:  # fmt: skip
+    """Run all orbits with twice their steps and with these, then those that need it with steps halved again.
+
+    run(orbits, step) integrates the orbits of that index array; compare(fine, coarse, orbits) returns distances of states and phases
+    (moments, orbits), and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run. Orbits whose error is too
+    large for one more halving, as chaotic ones', are left at that. Cost: one and a half runs for orbits as expected.
+    """
+    orbits, order = np.arange(len(plan.step)), flow.scheme.order
+    step, local = plan.step, plan.local
+    coarse = run(orbits, 2 * step)
+    for round_ in range(HALVINGS + 1):
+        fine = run(orbits, step)
+        apart, phase, weight = compare(fine, coarse, orbits)
+        error, rounding = (weight * part for part in estimated(flow, Plan(step, local, plan.motion.of(orbits)), apart, phase))
+        worst = error.max(axis=0)
+        again = (worst > accuracy) & (worst <= accuracy * 2.0**order) & (rounding.max(axis=0) < 0.5 * worst) & (round_ < HALVINGS)
+        keep(orbits, fine, np.flatnonzero(~again), error)
+        if not again.any():
+            return
+        coarse = fine.of(again)
+        orbits, step, local = orbits[again], step[again] / 2, local[again] / 2.0**order
+
+
+def until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:
+    """Return the time (orbits,) up to which errors (moments, orbits) at `times` (moments,) stay below the accuracy."""
+    holds = error <= accuracy
+    count = np.where(holds.all(axis=0), len(times), (~holds).argmax(axis=0))
+    return np.concatenate([[0.0], times])[count]
