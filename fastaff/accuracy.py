@@ -19,13 +19,14 @@ ACCURACY = 1e-10
 SHARE = 0.25
 """Share of the accuracy that the error expected from the trial may take."""
 
-SAFETY = 4.0
-"""Factor over the error that a difference of two runs leaves by the order of the scheme."""
+SAFETY = 0.5
+"""Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached late."""
 
 HALVINGS = 3
 """How often steps are halved at most beyond the first pair of runs."""
 
-EPSILON = float(np.finfo(float).eps)
+NOISE = 0.4 * float(np.finfo(float).eps)
+"""Rounding error of a kick."""
 
 
 class Plan(NamedTuple):
@@ -65,18 +66,18 @@ def planned(flow: Flow, z: np.ndarray, time: np.ndarray | float, accuracy: float
 def estimated(flow: Flow, plan: Plan, apart: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and rounding's share.
 
-    phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY/(2^order - 1) of the distance is the scheme's;
+    phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY order/(2^order - 1) of the distance is the scheme's;
     rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these grow like phase, so their share of the
     distance follows from the local errors of both. Errors never fall with time.
     """
     order = flow.scheme.order
     spans = np.maximum(phase / SPAN, 1.0)
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
-    noise = EPSILON * (np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
+    noise = NOISE * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
     share = noise * np.sqrt(spans) / np.maximum(plan.local * 2.0**order, 1e-300)
     with np.errstate(all="ignore"):
         rounding = apart * np.minimum(share, 2.0) + noise * np.sqrt(spans)
-        error = SAFETY / (2.0**order - 1) * apart + rounding
+        error = SAFETY * order / (2.0**order - 1) * apart + rounding
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), rounding
 

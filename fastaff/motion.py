@@ -27,6 +27,9 @@ ROUNDS, LEAP = 14, 32.0
 NUDGE = 1e-6
 """Relative displacement for the change of a force."""
 
+VANISHING = 1e3
+"""How many times the frequency of small oscillations must exceed that of the motion for the latter to count as none."""
+
 
 class Motion(NamedTuple):
     """The scales of orbits, of each orbit by itself.
@@ -90,6 +93,8 @@ def _observed(model: Any, z: np.ndarray, threads: int, scheme: Any) -> Motion:
         todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
         if not todo.size:
             break
+    stiff = _small_oscillations(model, z, W)
+    rate = np.where(stiff > VANISHING * rate, stiff, rate)
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
@@ -113,12 +118,24 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     z = np.moveaxis(states, 1, 0)
     with np.errstate(all="ignore"):
         F, v = _force(model, z[:n]), _velocity(model, z[n:])
-        pulled = np.einsum("isk,ijk,jsk->sk", F, W, F)
-        moved = (z[n:] * v).sum(axis=0)
+        pulled, moved = total(F * applied(W[:, :, None], F)), total(z[n:] * v)
         T = np.broadcast_to(model.kinetic_energy(*z[n:]), pulled.shape)
         sound = np.isfinite(pulled) & np.isfinite(moved) & np.isfinite(T)
-        rate = np.sqrt(np.where(sound, pulled, 0.0).sum(axis=0) / np.where(sound, moved, 0.0).sum(axis=0))
+        rate = np.sqrt(total(np.where(sound, pulled, 0.0)) / total(np.where(sound, moved, 0.0)))
         return rate, np.where(sound, T, 0.0).max(axis=0)
+
+
+def total(rows: np.ndarray) -> np.ndarray:
+    """Return the sum over the first axis, row by row: NumPy's own order of summation depends on the number of orbits."""
+    result = np.zeros(rows.shape[1:])
+    for row in rows:
+        result += row
+    return result
+
+
+def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return matrix (n, n, ...) times vector (n, ...), in the same order for any number of orbits."""
+    return np.array([total(row * vector) for row in matrix])
 
 
 def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
@@ -136,20 +153,35 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
     q, p = z[:n], z[n:]
     with np.errstate(all="ignore"):
         F, v = _force(model, q), _velocity(model, p)
-        u = np.einsum("ijk,jk->ik", W, F)
-        sizes = [np.sqrt((x * x).sum(axis=0)) for x in (q, p, F, v, u)]
+        u = applied(W, F)
+        sizes = [np.sqrt(total(x * x)) for x in (q, p, F, v, u)]
         length, momentum, force, speed, pull = sizes
         guesses = [0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / length)]
-        for direction, size in ((u, pull), (v, speed)):
-            shift = NUDGE * np.where(length > 0, length, 1.0) / size * direction
-            change = _force(model, q + shift) - _force(model, q - shift)
-            turned = np.einsum("ijk,jk->ik", W, change)
-            guesses.append(np.sqrt(np.sqrt((turned**2).sum(axis=0)) / (2 * np.sqrt((shift**2).sum(axis=0)))))
+        guesses += [_curvature(model, z, W, direction / size) for direction, size in ((u, pull), (v, speed))]
     known = np.array([np.where(np.isfinite(guess) & (guess > 0), guess, 0.0) for guess in guesses])
     stiff = known[2:].max(axis=0)
     path = np.where((stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0])  # next to a turning point the path turns at once
     best = np.maximum(stiff, path)
     return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0))
+
+
+def _curvature(model: Any, z: np.ndarray, W: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """Return the angular frequency of small oscillations along unit vectors (n, orbits), from a difference of forces; NaN where none."""
+    q = z[: z.shape[0] // 2]
+    length = np.sqrt(total(q * q))
+    shift = NUDGE * np.where(length > 0, length, 1.0) * unit
+    with np.errstate(all="ignore"):
+        turned = applied(W, _force(model, q + shift) - _force(model, q - shift))
+        return np.sqrt(np.sqrt(total(turned * turned)) / (2 * np.sqrt(total(shift * shift))))
+
+
+def _small_oscillations(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
+    """Return the angular frequency (orbits,) of small oscillations along a direction of no symmetry; 0 where there are none."""
+    n = z.shape[0] // 2
+    with np.errstate(all="ignore"):
+        unit = np.array([np.sqrt(np.abs(W[i, i])) * (1.0 + 0.618 * i) for i in range(n)])
+        found = _curvature(model, z, W, unit / np.sqrt(total(unit * unit)))
+    return np.where(np.isfinite(found), found, 0.0)
 
 
 def _force(model: Any, q: np.ndarray) -> np.ndarray:

@@ -148,9 +148,11 @@ def test_the_step_is_the_longest_allowed():
 
 @every_model
 def test_a_missing_step_is_chosen_for_the_energy(model):
-    """1e-11 for 95 % of the orbits on the trial, hence 1e-10 for half of them later."""
+    """States as accurate as asked keep the energy."""
     run = integrate(model, states(model, 60), time=30.0)
-    assert 0 < run.step < 1
+    assert run.step.shape == (60,)
+    assert (run.step > 0).all()
+    assert (run.step < 1).all()
     assert np.median(run.energy_error) < 1e-10
     run.raise_if_failed()
 
@@ -226,14 +228,16 @@ def test_angular_momenta_are_kept_to_rounding():
 
 
 def test_energy_error_is_what_it_says():
-    """|E - E0|/(T0 + |V0|), the largest over samples and end."""
+    """|E - E0| over the largest kinetic energy at the steps where orbits are looked at, the largest over samples and end."""
     z0 = states(BODY, 6)
     run = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, samples=10, energy_tolerance=1.0)
-    scale = BODY.kinetic_energy(*z0[4:]) + np.abs(BODY.potential_energy(*z0[:4]))
+    steps = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, samples=50, energy_tolerance=1.0).samples
+    looks = [z0, *steps[np.array([1, 2, 4, 8, 16, 32, 50]) - 1]]
+    scale = np.max([BODY.kinetic_energy(*z[4:]) for z in looks], axis=0)
     drift = np.abs(np.array([energy(BODY, z) for z in run.samples]) - energy(BODY, z0)) / scale
-    np.testing.assert_allclose(run.energy_error, drift.max(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(run.energy_error, drift.max(axis=0), rtol=1e-9)
     end = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, energy_tolerance=1.0)
-    np.testing.assert_allclose(end.energy_error, drift[-1], rtol=1e-12)
+    np.testing.assert_allclose(end.energy_error, drift[-1], rtol=1e-9)
 
 
 # --- bitwise promises --------------------------------------------------------------------------------------------

@@ -7,9 +7,9 @@ import pytest
 
 from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic, observers
 from fastaff.angles import RVartheta
-from fastaff.trials import make_flow
 from fastaff.kernels.crossings import RECORD
 from fastaff.poincare import start_crossings
+from fastaff.trials import make_flow
 
 BODY, ORBITS, TIME, WANTED = Body(Hyperelastic()), 150, 60.0, 6
 WIDTH = (RECORD + 8) * (WANTED + 8)

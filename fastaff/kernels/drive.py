@@ -60,7 +60,7 @@ def run_fixed(
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
-    left, kinetic, seen = np.empty(LANES, np.int64), np.zeros(LANES), np.empty(LANES)
+    left, kinetic, seen, found, reached = np.empty(LANES, np.int64), np.zeros(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
     state_rows = 3 * rows if precise else rows
     z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
     k = np.empty(b.size * rows * LANES)
@@ -94,7 +94,10 @@ def run_fixed(
             if solo:
                 taken = min(burst - ran, left[0], BURST - n[0] % BURST)
                 if n[0] < BURST:
-                    taken = min(taken, max(n[0], 1))
+                    following_look = 1
+                    while following_look <= n[0]:
+                        following_look *= 2
+                    taken = min(taken, following_look - n[0])
                 elif n[0] % BURST < BETWEEN:
                     taken = min(taken, BETWEEN - n[0] % BURST)
                 march(params, drift, kick, h[0], taken, z)
@@ -107,12 +110,17 @@ def run_fixed(
                 t[i] = n[i] * h[i]
                 left[i] -= taken
                 due += 1 if left[i] == 0 else 0
-            if refill or ran == burst or looks(n[0]) or (strict and due > 0):
-                check(params, lanes, radius, z, code, kinetic)
+            all_look = refill or looks(n[0])
+            if all_look or ran == burst or (strict and due > 0):
                 for i in range(lanes):
-                    if code[i] > 0.0:
-                        fresh[i] = 0.0
-                        ended += 1
+                    found[i], reached[i] = code[i], kinetic[i]
+                check(params, lanes, radius, z, found, reached)
+                for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
+                    if all_look or n[i] == total[orbit[i]] or (strict and left[i] == 0):
+                        code[i], kinetic[i] = found[i], reached[i]
+                        if code[i] > 0.0:
+                            fresh[i] = 0.0
+                            ended += 1
             if due > 0:
                 for i in range(lanes):
                     seen[i] = fresh[i] if left[i] == 0 else 0.0

@@ -1,0 +1,178 @@
+"""Accuracy that is asked for: errors cover the truth, whatever the system, its units, its origin and the zero of V."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+import fastaff as fa
+from fastaff.motion import motion
+
+HH = fa.HenonHeiles()
+NAMES = "x y z u v w"
+
+
+def chain(rng, n, *, length=1.0, time=1.0, constant=0.0, origin=0.0):
+    """Random coupled oscillators with unit masses, in units of length and time, and their matrix."""
+    A = rng.normal(size=(n, n))
+    K = (A @ A.T + 0.2 * np.eye(n)) / time**2
+    names = NAMES.split()[:n]
+    about = [f"({name} - {float(origin)!r})" for name in names]
+    text = " + ".join(f"({float(K[i, j] / 2)!r})*{about[i]}*{about[j]}" for i in range(n) for j in range(n))
+    return fa.hamiltonian(f"{text} + {float(constant * length**2 / time**2)!r}", coordinates=" ".join(names)), K
+
+
+def chain_at(K, z, t, origin=0.0):
+    """The states of the oscillators at the time t."""
+    n = len(K)
+    square, U = np.linalg.eigh(K)
+    w = np.sqrt(square)[:, None]
+    q, p = U.T @ (z[:n] - origin), U.T @ z[n:]
+    return np.vstack([U @ (q * np.cos(w * t) + p / w * np.sin(w * t)) + origin, U @ (p * np.cos(w * t) - w * q * np.sin(w * t))])
+
+
+def covered(true, estimate):
+    """Assert that 99 % of the errors lie within the estimates and none ten times beyond."""
+    ratio = true / estimate
+    assert np.mean(ratio <= 1) >= 0.99
+    assert ratio.max() < 10
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, None, 1e-12])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_errors_of_states_cover_the_truth(accuracy, seed):
+    rng = np.random.default_rng(seed)
+    n = 2 + seed
+    system, K = chain(rng, n)
+    z0 = rng.normal(size=(2 * n, 60))
+    for time in (rng.uniform(1, 10), rng.uniform(100, 400)):
+        run = fa.integrate(system, z0, time=time, accuracy=accuracy, samples=3)
+        for z, error, t in [(run.z, run.error, time), *zip(run.samples, run.sample_error, run.times)]:
+            covered(np.abs(z - chain_at(K, z0, t)).max(axis=0), error.max(axis=0))
+        if accuracy != 1e-12:
+            assert np.median(run.error.max(axis=0)) < 30 * (accuracy or 1e-10)
+
+
+@pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10, fa.YOSHIDA4, fa.RK4], ids=lambda scheme: scheme.name)
+def test_errors_cover_for_every_scheme(scheme):
+    rng = np.random.default_rng(5)
+    system, K = chain(rng, 2)
+    z0 = rng.normal(size=(4, 100))
+    run = fa.integrate(system, z0, time=50.0, accuracy=1e-7, scheme=scheme)
+    true = np.abs(run.z - chain_at(K, z0, 50.0)).max(axis=0)
+    covered(true, run.error.max(axis=0))
+    assert true.max() < 1e-5
+
+
+def test_a_pendulum_from_rest():
+    """theta = 2 asin(k sn(K - t)), k = sin(theta0/2); from rest at any angle, also where V'' = 0."""
+    theta0 = np.array([0.01, 0.5, np.pi / 2, 2.5, 3.0])
+    k = np.sin(theta0 / 2)
+    run = fa.integrate(fa.hamiltonian("-cos(x)", coordinates="x"), np.array([theta0, 0 * theta0]), time=30.0)
+    sn, cn, dn, _ = ellipj(ellipk(k**2) - 30.0, k**2)
+    true = np.abs(run.z - np.array([2 * np.arcsin(k * sn), -2 * k * cn * dn / np.sqrt(1 - k**2 * sn**2) * np.sqrt(1 - k**2 * sn**2) / dn]))
+    assert (run.status == fa.Status.OK).all()
+    assert (true[0] <= np.maximum(run.error[0], 1e-13)).all()
+    assert (run.error.max(axis=0) < 1e-9).all()
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6, 3.7e-4])
+def test_units_origin_and_zero_change_nothing(unit):
+    """Lengths in the unit, times in its inverse root: the same numbers to rounding, with the same steps."""
+    rng = np.random.default_rng(8)
+    time = unit**-0.5
+    plain, K = chain(np.random.default_rng(3), 3)
+    scaled, _ = chain(np.random.default_rng(3), 3, length=unit, time=time, constant=1000.0)
+    z0 = rng.normal(size=(6, 50))
+    factor = np.repeat([unit, unit / time], 3)[:, None]
+    first, second = fa.integrate(plain, z0, time=40.0), fa.integrate(scaled, factor * z0, time=40.0 * time)
+    np.testing.assert_allclose(second.z / factor, first.z, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(second.step / time, first.step, rtol=1e-9)
+    assert (first.status == second.status).all()
+    shifted, _ = chain(np.random.default_rng(3), 3, origin=5.0, constant=-3.0)
+    moved = fa.integrate(shifted, z0 + np.repeat([5.0, 0.0], 3)[:, None], time=40.0)
+    true = np.abs(moved.z - chain_at(K, z0 + np.repeat([5.0, 0.0], 3)[:, None], 40.0, 5.0)).max(axis=0)
+    assert true.max() < 3e-10
+    assert (moved.status == fa.Status.OK).all()
+
+
+def test_starts_at_rest_where_V_is_zero_keep_their_energy():
+    """No scale of the energy is to be had at the start: T = V = 0 there."""
+    system = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3 - c", c=0.005)
+    angle = np.linspace(0, 6, 40)
+    z0 = np.zeros((4, 40))
+    z0[:2] = 0.1 * np.cos(angle), 0.1 * np.sin(angle)
+    run = fa.integrate(system, z0, time=100.0, step=0.1)
+    assert (run.status == fa.Status.OK).all()
+    assert run.energy_error.max() < 1e-8
+
+
+def test_a_fast_orbit_among_slow_ones():
+    """Harmonic motion in a quartic well: frequencies from 0.01 to 100 in one set, each with a step of its own."""
+    system = fa.hamiltonian("x**4/4 + y**4/4")
+    rng = np.random.default_rng(2)
+    size = np.append(np.full(60, 0.01), 100.0)
+    z0 = rng.normal(size=(4, 61)) * np.vstack([size, size, size**2, size**2])
+    run = fa.integrate(system, z0, time=30.0)
+    assert (run.status == fa.Status.OK).all()
+    for i in (0, 17, 60):
+        alone = fa.integrate(system, z0[:, i], time=30.0)
+        assert np.array_equal(alone.z[:, 0], run.z[:, i])
+        assert np.array_equal(alone.error[:, 0], run.error[:, i])
+        assert alone.step[0] == run.step[i]
+    some = rng.permutation(61)[:23]
+    part = fa.poincare_map(system, z0[:, some], section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
+    whole = fa.poincare_map(system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
+    assert np.array_equal(part.times, whole.times[some], equal_nan=True)
+    assert np.array_equal(part.time_error, whole.time_error[some], equal_nan=True)
+
+
+def test_motion_knows_oscillators():
+    """The scales of an oscillator: omega to what some radians tell, the kinetic energy's largest value, the amplitudes."""
+    omega, amplitude = 37.0, np.array([1e-5, 2.0, 300.0])
+    system = fa.hamiltonian("w**2*x**2/2", coordinates="x", w=omega)
+    found = motion(system, np.array([amplitude, 0 * amplitude]))
+    np.testing.assert_allclose(found.rate, omega, rtol=0.1)
+    np.testing.assert_allclose(found.kinetic, (omega * amplitude) ** 2 / 2, rtol=0.05)
+    np.testing.assert_allclose(found.position[0], amplitude, rtol=0.1)
+
+
+@pytest.mark.parametrize("accuracy", [1e-5, None])
+def test_errors_of_crossings_cover_the_truth(accuracy):
+    """x = 0 of uncoupled oscillators, upward: all crossing times in closed form."""
+    rng = np.random.default_rng(4)
+    w = rng.uniform(0.5, 2.0, 2)
+    system = fa.hamiltonian("a*x**2/2 + b*y**2/2", a=float(w[0] ** 2), b=float(w[1] ** 2))
+    z0 = rng.normal(size=(4, 100))
+    cut = fa.poincare_map(system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy)
+    first = (-np.arctan2(z0[0], z0[2] / w[0]) % (2 * np.pi)) / w[0]
+    true = np.abs(cut.times - (first[:, None] + 2 * np.pi / w[0] * np.arange(40)))
+    covered(true.ravel(), cut.time_error.ravel())
+    assert true.max() < 10 * (accuracy or 1e-10)
+
+
+def test_chaos_ends_the_accuracy_in_time():
+    """At E = 1/6.5 most orbits are chaotic: the error estimate grows and the result says until when it holds."""
+    rng = np.random.default_rng(6)
+    z0 = np.zeros((4, 30))
+    z0[1], z0[3] = rng.uniform(-0.2, 0.4, 30), rng.uniform(-0.1, 0.1, 30)
+    z0[2] = np.sqrt(2 * (1 / 6.5) - z0[3] ** 2 - z0[1] ** 2 + 2 * z0[1] ** 3 / 3)
+    run = fa.integrate(HH, z0, time=400.0, samples=80)
+    fine = fa.integrate(HH, z0, time=400.0, samples=80, step=0.02, scheme=fa.SOFRONIOU_SPALETTA10)
+    apart = np.abs(run.samples - fine.samples).max(axis=1)
+    assert (run.accurate_until < 400).any()
+    assert (apart[run.times[:, None] <= run.accurate_until] < 1e-9).all()
+
+
+@pytest.mark.parametrize(("problem", "options", "says"), [
+    (ValueError, {"accuracy": 1e-9, "step": 0.1}, "accuracy and step"),
+    (ValueError, {"accuracy": -1e-9}, "accuracy"),
+    (ValueError, {"accuracy": 2.0}, "accuracy"),
+    (TypeError, {"accuracy": "high"}, "accuracy"),
+    (ValueError, {"accuracy": 1e-9, "scheme": fa.DOP853}, "accuracy"),
+    (ValueError, {"step": np.inf}, "step"),
+    (ValueError, {"step": np.full(3, 0.1)}, "step"),
+    (ValueError, {"step": -np.ones(4)}, "step"),
+])  # fmt: skip
+def test_wrong_input_is_named(problem, options, says):
+    with pytest.raises(problem, match=says):
+        fa.integrate(HH, np.full((4, 4), 0.1), time=1.0, **options)
