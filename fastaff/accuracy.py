@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from .auto import Automatic
 from .engine import Flow
 from .motion import Motion, motion
 from .scalars import positive
 from .schemes import RungeKutta, Splitting
+from .transformed_flow import TransformedFlow
 from .trials import SPAN, chosen_steps
 
 ACCURACY = 1e-10
@@ -42,7 +45,7 @@ def wants_accuracy(scheme: Any, step: Any, accuracy: Any) -> float | None:
 
     Raises ValueError where both were, TypeError or ValueError for an accuracy that is no number between 0 and 1.
     """
-    fixed = isinstance(scheme, Splitting) or (isinstance(scheme, RungeKutta) and not scheme.adaptive)
+    fixed = isinstance(scheme, (Splitting, Automatic)) or (isinstance(scheme, RungeKutta) and not scheme.adaptive)
     if accuracy is None:
         return ACCURACY if step is None and fixed else None
     value = positive("accuracy", accuracy)
@@ -55,6 +58,23 @@ def wants_accuracy(scheme: Any, step: Any, accuracy: Any) -> float | None:
     return value
 
 
+def refined(flow: Flow | TransformedFlow, step: np.ndarray) -> Flow | TransformedFlow:
+    """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances by its order."""
+    if isinstance(flow, TransformedFlow):
+        return replace(flow, flow=replace(flow.flow, step=float(step[0])))
+    if flow.adaptive:
+        factor = float(step[0]) ** flow.scheme.order
+        return replace(flow, rtol=flow.rtol * factor, atol=flow.atol * factor)
+    return replace(flow, step=step)
+
+
+def planned_alike(flow: Flow | TransformedFlow, model: Any, z: np.ndarray, threads: int) -> Plan:
+    """Return one step for all orbits, that of the flow (1 for an adaptive one): a plan for schemes that others chose."""
+    found = motion(model, z, threads)
+    step = 1.0 if flow.adaptive else float(np.max(flow.step))
+    return Plan(np.full(z.shape[1], step), np.full(z.shape[1], np.nan), found)
+
+
 def planned(flow: Flow, z: np.ndarray, time: np.ndarray | float, accuracy: float) -> Plan:
     """Return steps whose errors, growing in proportion to time as on regular orbits, stay below a share of the accuracy."""
     found = motion(flow.model, z, flow.threads)
@@ -63,27 +83,30 @@ def planned(flow: Flow, z: np.ndarray, time: np.ndarray | float, accuracy: float
     return Plan(step, local, found)
 
 
-def estimated(flow: Flow, plan: Plan, apart: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def estimated(flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and rounding's share.
 
     phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY order/(2^order - 1) of the distance is the scheme's;
     rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these grow like phase, so their share of the
-    distance follows from the local errors of both. Errors never fall with time.
+    distance follows from the local errors of both. Errors never fall with time. Where the local errors are not known, as of adaptive
+    schemes, orbits count as regular: rounding errors grow like phase^(3/2).
     """
     order = flow.scheme.order
     spans = np.maximum(phase / SPAN, 1.0)
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
-    noise = NOISE * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
-    share = noise * np.sqrt(spans) / np.maximum(plan.local * 2.0**order, 1e-300)
+    noise = NOISE * (2.0 * np.ones_like(kicks) if getattr(flow, "precise", False) else np.sqrt(kicks))
+    local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
+    share = noise * np.sqrt(spans) / np.maximum(local * 2.0**order, 1e-300)
     with np.errstate(all="ignore"):
         rounding = apart * np.minimum(share, 2.0) + noise * np.sqrt(spans)
-        error = SAFETY * order / (2.0**order - 1) * apart + rounding
+        # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
+        error = (1.0 if flow.adaptive else SAFETY * order / (2.0**order - 1)) * apart + rounding
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), rounding
 
 
 def halved(
-    flow: Flow, plan: Plan, accuracy: float, run: Callable[[np.ndarray, np.ndarray], Any],
+    flow: Flow | TransformedFlow, plan: Plan, accuracy: float, run: Callable[[np.ndarray, np.ndarray], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
 ) -> None:  # fmt: skip
@@ -102,7 +125,8 @@ def halved(
         apart, phase, weight = compare(fine, coarse, orbits)
         error, rounding = (weight * part for part in estimated(flow, Plan(step, local, plan.motion.of(orbits)), apart, phase))
         worst = error.max(axis=0)
-        again = (worst > accuracy) & (worst <= accuracy * 2.0**order) & (rounding.max(axis=0) < 0.5 * worst) & (round_ < HALVINGS)
+        again = (worst > accuracy) & (worst <= accuracy * 2.0**order) & (rounding.max(axis=0) < 0.5 * worst)
+        again &= round_ < HALVINGS and not flow.adaptive
         keep(orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
             return

@@ -53,7 +53,7 @@ class ChaosMap:
     status: np.ndarray
     time: float
     scheme: Splitting | RungeKutta
-    step: float
+    step: float | np.ndarray
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -81,7 +81,7 @@ class ChaosMap:
 
 def chaos(
     body: Any, z0: Any, *, time: float, indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), history: int = 0,
-    early_stop: bool = False, deviations: Any = None, step: float | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
+    early_stop: bool = False, deviations: Any = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
     rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None,
     report: Report | None = None,
 ) -> ChaosMap:  # fmt: skip

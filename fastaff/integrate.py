@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import observers
-from .accuracy import halved, planned, until, wants_accuracy
+from .accuracy import halved, planned, planned_alike, refined, until, wants_accuracy
 from .auto import Automatic
 from .boundary import energy_drift
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
@@ -17,8 +17,8 @@ from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 from .transformed import TimeTransformed, lowered
-from .transformed_flow import TransformedFlow, flow_over
-from .trials import make_flow, on_ladder
+from .transformed_flow import TransformedFlow, chosen_scheme, flow_over
+from .trials import on_ladder
 
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
@@ -87,12 +87,11 @@ def integrate(
     count = whole("samples", samples, 0)
     tolerance = positive("energy_tolerance", energy_tolerance)
     goal = wants_accuracy(scheme, step, accuracy)
-    if goal is not None:
-        flow, z = make_flow(body, z0, scheme, None, rtol, atol, threads, error=None)
-        work: Any = _Accurate(flow, z, time, count, goal, report)
-    else:
-        flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads)
-        work = _Plain(flow, z, time, count, report)
+    if isinstance(scheme, Automatic):
+        chosen = chosen_scheme(time, body, z0, scheme, step, rtol, atol, threads)
+        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+    flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads, error=None)
+    work: Any = _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
     interrupted = False
     try:
         work.run()
@@ -110,6 +109,8 @@ class _Plain:
     """Orbits that are run once, with steps or tolerances that the user chose."""
 
     def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
+        if isinstance(flow, Flow) and not flow.adaptive:
+            flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
         self.flow, self.time, self.count, self.report = flow, time, count, report
         self.ensemble = flow.ensemble(z)
         self.samples = np.zeros((0, *z.shape))
@@ -133,26 +134,32 @@ class _Plain:
 
 
 class _Run(NamedTuple):
-    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits) and the ensemble."""
+    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits), the ensemble and the steps."""
 
     states: np.ndarray
     ensemble: Ensemble
+    step: np.ndarray
 
     def of(self, orbits: np.ndarray) -> _Run:
         """Return those of some of the orbits."""
-        return _Run(self.states[..., orbits], self.ensemble.of(orbits))
+        return _Run(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
 
 
 class _Accurate:
     """Orbits that are run with steps halved until they agree."""
 
-    def __init__(self, flow: Flow, z: np.ndarray, time: float, count: int, accuracy: float, report: Report | None):
-        self.flow, self.z, self.time, self.count, self.accuracy, self.report = flow, z, time, count, accuracy, report
+    def __init__(
+        self, flow: Flow | TransformedFlow, body: Any, z: np.ndarray, time: float, count: int, accuracy: float, report: Report | None
+    ):
+        self.flow, self.body, self.z, self.time, self.count, self.accuracy, self.report = flow, body, z, time, count, accuracy, report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
+        self.times = time / self.parts * np.arange(1, self.parts + 1)
+        self.start = lowered(z) if isinstance(flow, TransformedFlow) else z
         self.ensemble = flow.ensemble(z.copy())
+        self.ensemble.z = self.start.copy()
         self.step = np.full(z.shape[1], np.inf)
-        self.samples = np.full((count, *z.shape), np.nan)
-        self.error = np.full(z.shape, np.inf)
+        self.samples = np.full((count, *self.start.shape), np.nan)
+        self.error = np.full(self.start.shape, np.inf)
         self.sample_error = np.full(self.samples.shape, np.inf)
         self.until = np.zeros(z.shape[1])
         self.done = 0
@@ -162,44 +169,50 @@ class _Accurate:
         orbits = self.z.shape[1]
         for start in range(0, orbits, CHUNK):
             self.chunk = np.arange(start, min(start + CHUNK, orbits))
-            z = np.ascontiguousarray(self.z[:, self.chunk])
-            plan = planned(self.flow, z, self.time, self.accuracy)
-            self.plan = plan._replace(step=on_ladder(plan.step, self.time, 2 * self.parts))
+            z = np.ascontiguousarray(self.start[:, self.chunk])
+            if isinstance(self.flow, TransformedFlow) or self.flow.adaptive:
+                self.plan = planned_alike(self.flow, self.body, z, 1)
+            else:
+                plan = planned(self.flow, z, self.time, self.accuracy)
+                self.plan = plan._replace(step=on_ladder(plan.step, self.time, 2 * self.parts))
             halved(self.flow, self.plan, self.accuracy, self._run, self._compare, self._keep)
             self.done += len(self.chunk)
 
     def _run(self, orbits: np.ndarray, step: np.ndarray) -> _Run:
-        flow = Flow(self.flow.model, self.flow.scheme, step, self.flow.rtol, self.flow.atol, self.flow.threads)
+        flow = refined(self.flow, step)
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, self.chunk[orbits]]))
-        states, interrupted = sampled(flow, ensemble, self.time, self.parts, self._report)
+        if isinstance(flow, TransformedFlow):
+            states, interrupted = flow.sample(ensemble, self.parts, self._report)
+            states, ensemble.z = np.array([lowered(state) for state in states]), lowered(ensemble.z)
+        else:
+            states, interrupted = sampled(flow, ensemble, self.time, self.parts, self._report)
+        used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
             ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = Status.INTERRUPTED
             self.ensemble.take(self.chunk[orbits], ensemble)
-            self.step[self.chunk[orbits]] = step
+            self.step[self.chunk[orbits]] = used
             raise KeyboardInterrupt
-        return _Run(states, ensemble)
+        return _Run(states, ensemble, used)
 
     def _report(self, fraction: float) -> None:
         if self.report is not None:
             self.report((self.done + fraction * len(self.chunk)) / self.z.shape[1])
 
     def _compare(self, fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        times = self.time / self.parts * np.arange(1, self.parts + 1)
         with np.errstate(all="ignore"):
             apart = self.plan.motion.of(orbits).distance(fine.states - coarse.states)
-        return apart, times[:, None] * self.plan.motion.rate[orbits], 1.0
+        return apart, self.times[:, None] * self.plan.motion.rate[orbits], 1.0
 
     def _keep(self, orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
         self.ensemble.take(where, run.ensemble)
-        self.step[where] = run.ensemble.time / np.maximum(run.ensemble.count, 1)
+        self.step[where] = run.step
         size = np.concatenate([self.plan.motion.position, self.plan.motion.momentum])[:, orbits[chosen]]
         self.error[:, where] = error[-1] * size
         every = self.parts // self.count if self.count else 1
         self.samples[..., where] = run.states[every - 1 :: every][: self.count]
         self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
-        times = self.time / self.parts * np.arange(1, self.parts + 1)
-        self.until[where] = until(error, times, self.accuracy)
+        self.until[where] = until(error, self.times, self.accuracy)
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, with the estimated errors."""
@@ -207,7 +220,7 @@ class _Accurate:
         return _assembled(body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step)
 
 
-def _assembled(body, flow, ensemble, samples, time, errors, tolerance, interrupted, step) -> Orbits:
+def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
     """Return the orbits with their energy errors and statuses."""
     if interrupted:
         ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
@@ -218,7 +231,8 @@ def _assembled(body, flow, ensemble, samples, time, errors, tolerance, interrupt
     mark_drift(ensemble, energy, tolerance)
     count = len(samples)
     times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
-    return Orbits(ensemble.z, ensemble.time, times, samples, *errors, energy, ensemble.status, flow.scheme, step)
+    error, sample_error, accurate = errors
+    return Orbits(ensemble.z, ensemble.time, times, samples, error, sample_error, accurate, energy, ensemble.status, flow.scheme, step)
 
 
 def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:

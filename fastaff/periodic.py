@@ -77,7 +77,7 @@ class PeriodicOrbits:
     names: tuple[str, ...]
     section: Any
     scheme: Splitting | RungeKutta
-    step: float
+    step: float | np.ndarray
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -166,7 +166,7 @@ class PeriodicOrbits:
 
 def periodic_orbits(
     model: Any, z0: Any, *, section: Any, period: int = 1, energy: Any = None, max_time: float | None = None,
-    tolerance: float = 1e-12, iterations: int = 40, step: float | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
+    tolerance: float = 1e-12, iterations: int = 40, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
     rtol: float = 1e-13, atol: float = 1e-13, threads: int | None = None,
 ) -> PeriodicOrbits:  # fmt: skip
     """Find periodic orbits of a section map from guesses, by Newton's method with the tangent map.

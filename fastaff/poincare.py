@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import observers
-from .accuracy import halved, planned, wants_accuracy
+from .accuracy import Plan, halved, planned, planned_alike, refined, wants_accuracy
 from .auto import Automatic
 from .boundary import checked_model, checked_section, energy_drift
 from .charts import Chart
@@ -19,8 +19,8 @@ from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
 from .transformed import TimeTransformed, lowered, transformed_section
-from .transformed_flow import TransformedFlow, flow_over
-from .trials import make_flow, on_ladder
+from .transformed_flow import TransformedFlow, chosen_scheme, flow_over
+from .trials import on_ladder
 
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
@@ -113,11 +113,13 @@ def poincare_map(
     max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
     checked_section(section, checked_model(body))
     goal = wants_accuracy(scheme, step, accuracy)
+    if isinstance(scheme, Automatic):
+        chosen = chosen_scheme(max_time, body, z0, scheme, step, rtol, atol, threads)
+        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+    flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads, error=None)
     if goal is not None:
-        flow, z = make_flow(body, z0, scheme, None, rtol, atol, threads, error=None)
-        result, interrupted = _accurate(flow, z, section, wanted, max_time, tolerance, goal, report)
+        result, interrupted = _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
     else:
-        flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads)
         found, _, interrupted = _mapped(flow, z, section, wanted, max_time, tolerance, report)
         result = _without_errors(found)
     if interrupted:
@@ -194,13 +196,21 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
         return np.maximum(np.sqrt(change) / np.abs(passing), 1.0)
 
 
-def _accurate(flow, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
+def _plan(flow, body, z, wanted, max_time, accuracy) -> Plan:
+    """Return the steps to begin with: for as long as the crossings may take, fractions of max_time."""
+    if isinstance(flow, TransformedFlow):
+        return planned_alike(flow, body, lowered(z), 1)
+    if flow.adaptive:
+        return planned_alike(flow, body, z, flow.threads)
+    found = motion(body, z, flow.threads)
+    plan = planned(flow, z, np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate), accuracy)
+    return plan._replace(step=on_ladder(plan.step, max_time, 2))
+
+
+def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
     """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was interrupted."""
-    found = motion(flow.model, z, flow.threads)
-    expected = np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate)
-    plan = planned(flow, z, expected, accuracy)
-    plan = plan._replace(step=on_ladder(plan.step, max_time, 2))
-    rows, orbits = z.shape
+    plan = _plan(flow, body, z, wanted, max_time, accuracy)
+    rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
     result = SectionMap(
         np.full((orbits, wanted, rows), np.nan), np.full((orbits, wanted), np.nan), np.zeros(orbits, np.int64), np.zeros(orbits),
         np.zeros(orbits), np.full(orbits, int(Status.INTERRUPTED)), section, flow.scheme, np.full(orbits, np.nan),
@@ -213,13 +223,13 @@ def _accurate(flow, z, section, wanted, max_time, tolerance, accuracy, report) -
 
     def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
         part, reached, interrupted = _mapped(
-            replace(flow, step=step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report
+            refined(flow, step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report
         )
-        part = replace(_without_errors(part), step=step)
+        part = replace(_without_errors(part), step=np.full(len(step), np.inf) if flow.adaptive else step)
         if interrupted:
             take(orbits, part)
             raise KeyboardInterrupt
-        return _Crossings(part, reached, slants(flow.model, section, part.points, plan.motion.of(orbits)))
+        return _Crossings(part, reached, slants(body, section, part.points, plan.motion.of(orbits)))
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         scales = plan.motion.of(orbits)

@@ -30,7 +30,7 @@ class TangentMap:
     energy_error: np.ndarray
     status: np.ndarray
     scheme: Splitting | RungeKutta
-    step: float
+    step: float | np.ndarray
 
     @property
     def matrix(self) -> np.ndarray:
@@ -47,7 +47,7 @@ class TangentMap:
 
 
 def tangent_map(
-    body: Any, z0: Any, *, time: float, deviations: Any = None, step: float | None = None,
+    body: Any, z0: Any, *, time: float, deviations: Any = None, step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6,
     threads: int | None = None, report: Report | None = None,
 ) -> TangentMap:  # fmt: skip

@@ -22,7 +22,7 @@ from .schemes import DOP853
 from .sections import Linear
 from .status import Status
 from .transformed import Algebraic, Logistic, TimeTransformed, lifted, transformed_model
-from .trials import make_flow, staying, trials_in_time, unset_step
+from .trials import ERROR, make_flow, staying, trials_in_time, unset_step
 
 PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
@@ -150,14 +150,14 @@ class TransformedFlow:
 
 
 def flow_over(
-    time: float, model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
+    time: float, model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, error: float | None = ERROR
 ) -> tuple[Flow | TransformedFlow, np.ndarray]:
     """Return the flow of any scheme for a run over `time`, and z0 as a fresh array of its states; see `make_flow`."""
     if isinstance(scheme, Automatic):
-        chosen = _chosen(time, model, z0, scheme, step, rtol, atol, threads)
+        chosen = chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads)
         scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
     if not isinstance(scheme, TimeTransformed):
-        return make_flow(model, z0, scheme, step, rtol, atol, threads, time=time)
+        return make_flow(model, z0, scheme, step, rtol, atol, threads, time=time, error=error)
     z = phase_points("z0", z0, checked_model(model))
     size = None if step is None else positive("step", step)
     positive("rtol", rtol), positive("atol", atol)
@@ -165,7 +165,7 @@ def flow_over(
     return flow, lifted(z, energies(model, z))
 
 
-def _chosen(time, model, z0, scheme, step, rtol, atol, threads) -> Trial:
+def chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads) -> Trial:
     """Return what an automatic scheme chooses for a run over `time`."""
     unset_step(step)
     z, count = phase_points("z0", z0, checked_model(model)), checked_threads(threads)

@@ -161,8 +161,8 @@ def trials_in_time(
             worst *= max(1.0, (time or span) / (span * rounds))
         else:
             flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds)
-            steps = span / flow.step
-        tried.append(Trial(candidate, flow.step, worst, steps * candidate.evaluations / span))
+            steps = span / float(flow.step)
+        tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / span))
     return tried
 
 
@@ -188,10 +188,10 @@ def try_steps(
     best, least = math.inf, math.inf
     rate = typical_rate(flow.model, sample)
     for k in range(13):
-        candidate = replace(flow, step=0.4 / (rate * 2 ** (k / 2)))
-        worst, _ = _run_trial(candidate, sample, span, quantile, rounds)
+        step = 0.4 / (rate * 2 ** (k / 2))
+        worst, _ = _run_trial(replace(flow, step=step), sample, span, quantile, rounds)
         if worst < least:
-            best, least = candidate.step, worst
+            best, least = step, worst
         if worst <= error:
             break
     return replace(flow, step=best if math.isfinite(best) else 1e-3), least
