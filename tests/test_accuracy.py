@@ -150,6 +150,50 @@ def test_errors_of_crossings_cover_the_truth(accuracy):
     assert true.max() < 10 * (accuracy or 1e-10)
 
 
+def henon_heiles_crossings(z0, time, h=0.25, order=24):
+    """Times of x = 0, upward, by Taylor series in 80-bit numbers; halving h changes them by 3e-15."""
+    long = np.longdouble
+    state, found, h = [long(v) for v in z0], [], long(h)
+
+    def at(c, t):
+        value = c[-1]
+        for a in c[-2::-1]:
+            value = value * t + a
+        return value
+
+    for i in range(round(time / float(h))):
+        x, y, px, py = (np.zeros(order + 1, long) for _ in range(4))
+        x[0], y[0], px[0], py[0] = state
+        for k in range(order):
+            xy, xx, yy = ((a[: k + 1] * b[k::-1]).sum() for a, b in ((x, y), (x, x), (y, y)))
+            x[k + 1], y[k + 1] = px[k] / (k + 1), py[k] / (k + 1)
+            px[k + 1], py[k + 1] = (-x[k] - 2 * xy) / (k + 1), (-y[k] - (xx - yy)) / (k + 1)
+        after = [at(c, h) for c in (x, y, px, py)]
+        if state[0] < 0 <= after[0]:
+            t = -h * state[0] / (after[0] - state[0])
+            for _ in range(6):
+                t -= at(x, t) / at(px, t)
+            found.append(i * h + t)
+        state = after
+    return np.array(found, float)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
+@pytest.mark.parametrize("z0", [
+    (0.0, 0.2587703282931232, -0.2525875586263492, -0.2178423952983717),
+    (0.0, -0.11, 0.31, 0.17),
+    (0.1, 0.21, 0.05, -0.23),
+])  # fmt: skip
+def test_crossings_of_one_orbit_over_long_times(z0):
+    truth = henon_heiles_crossings(z0, 2000.0)
+    cut = fa.poincare_map(HH, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=1000, max_time=2000.0)
+    assert cut.counts[0] == len(truth)
+    true = np.abs(cut.times[0, : len(truth)] - truth)
+    assert true.max() < 1e-10
+    covered(true, cut.time_error[0, : len(truth)])
+
+
 def test_chaos_ends_the_accuracy_in_time():
     """At E = 1/6.5 most orbits are chaotic: the error estimate grows and the result says until when it holds."""
     rng = np.random.default_rng(6)
