@@ -28,7 +28,7 @@ SAFETY = 0.5
 HALVINGS = 3
 """How often steps are halved at most beyond the first pair of runs."""
 
-NOISE = 0.4 * float(np.finfo(float).eps)
+NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
 
 

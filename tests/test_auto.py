@@ -67,7 +67,7 @@ def test_smooth_motion_gets_a_fixed_step():
 
 @pytest.mark.parametrize("speed", [1e-6, 0.3])
 def test_the_rate_on_a_circle_without_force_is_that_of_small_oscillations(speed):
-    """V = alpha^2/2 + 2/alpha^2 at beta = 0: no force at alpha = sqrt 2, and V'' = 1 + 12/alpha^4 = 4, so omega = 2 across it, and more in beta."""
+    """V = alpha^2/2 + 2/alpha^2 at beta = 0: no force at alpha = sqrt 2; omega = 2 across it, more in beta."""
     z = np.zeros((8, 1))
     z[0], z[5] = np.sqrt(2.0), speed
     assert 0.2 < typical_rate(Body(Hyperelastic()), z) < 5.0
