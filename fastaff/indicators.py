@@ -284,8 +284,8 @@ class FrequencyDiffusion:
     least: ClassVar[float] = MANY
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell where the frequencies agree to a tenth of what is chaos."""
-        return value < limit - 1.0
+        """Tell where the frequencies agree to a third of what is chaos."""
+        return value < limit - 0.5
 
 
 @dataclass(frozen=True)
@@ -296,7 +296,7 @@ class ZeroOne:
     Cost: 10 samples^2 operations an orbit. Chaotic above `limit`. Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
     """
 
-    limit: float = 0.8
+    limit: float = 0.7
     samples: int | None = None
     name: ClassVar[str] = "zero_one"
     above: ClassVar[bool] = True
