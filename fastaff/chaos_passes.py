@@ -12,6 +12,7 @@ from .engine import Flow, Report, launch, no_memory
 from .frequency import frequency_map
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .kernels import zero_one as kernels
+from .motion import motion
 from .status import Status
 
 ANGLES = 100
@@ -40,7 +41,7 @@ def zero_one(
     """Return the median correlation K of the 0-1 test on samples of the kinetic energy, at some of each orbit's steps."""
     orbits = z0.shape[1]
     wanted = np.clip(0.8 * time * rates, LEAST_SAMPLES, MOST_SAMPLES) if indicator.samples is None else np.full(orbits, indicator.samples)
-    seen = wanted.max(initial=MOST_SAMPLES) if flow.adaptive else flow.steps(time)
+    seen = max(MOST_SAMPLES, indicator.samples or 0) if flow.adaptive else flow.steps(time)
     stride = np.maximum(1, seen // wanted)
     counts = np.minimum(wanted, seen // stride).astype(np.int64)
     ensemble, observer = flow.ensemble(z0.copy()), observers.kinetic_samples(flow.model)
@@ -56,7 +57,7 @@ def zero_one(
 def reversibility_error(
     indicator: ReversibilityError, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return log10 of the relative distance from the start after going to `time` and coming back."""
+    """Return log10 of the distance from the start, in amplitudes of the motion, after going to `time` and coming back."""
     n = flow.model.degrees_of_freedom
     there = flow.ensemble(z0.copy())
     _advance(flow, there, time, report)
@@ -65,9 +66,7 @@ def reversibility_error(
     _advance(flow, back, time, report)
     away = back.z * np.repeat([1.0, -1.0], n)[:, None] - z0
     with np.errstate(all="ignore"):
-        size = np.sqrt((z0 * z0).sum(axis=0))
-        distance = np.sqrt((away * away).sum(axis=0)) / np.where(size > 0, size, 1.0)
-        value = np.log10(np.maximum(distance, 1e-17))
+        value = np.log10(np.maximum(motion(flow.model, z0, flow.threads).distance(away), 1e-17))
     return np.where(back.status == Status.OK, value, np.nan), back.status
 
 

@@ -23,8 +23,9 @@ MARGIN = 4.0
 SLACK = 0.75
 """Decades since half the time by which a regular orbit may exceed the law of its indicator: vectors turn and alignments swing."""
 
-FEW, MANY = 10.0, 100.0
-"""Natural periods before an indicator of tangent vectors calls an orbit regular, and before averages and correlations say anything."""
+FEW, MANY, BEATS = 10.0, 100.0, 1e4
+"""Natural periods before an orbit is called regular, before correlations and changes of frequencies say anything of chaos, and before
+averages that don't converge do."""
 
 
 class Character(IntEnum):
@@ -250,18 +251,20 @@ class GALI:
 
 @dataclass(frozen=True)
 class BirkhoffDigits:
-    """Digits to which weighted Birkhoff averages of the kinetic energy over both halves of the run agree.
+    """Digits to which weighted Birkhoff averages of the squared kinetic energy over both halves of the run agree.
 
-    Many on regular orbits, about log10(T)/2 on chaotic ones. Chaotic below `limit`. Takes fixed steps.
-    Source: Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
+    Regular from `limit` on: about log10(T)/2 are all that chaotic orbits get. (The average of the kinetic energy itself converges on
+    chaotic orbits too where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos: slow beats between
+    frequencies cost a regular orbit as many until some twenty of them have passed. Chaotic below `limit` after 10^4 natural periods.
+    Takes fixed steps. Source: Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
     """
 
     limit: float = 5.0
     name: ClassVar[str] = "birkhoff_digits"
     above: ClassVar[bool] = False
     rate: ClassVar[bool] = False
-    periods: ClassVar[float] = 0.0
-    least: ClassVar[float] = MANY
+    periods: ClassVar[float] = FEW
+    least: ClassVar[float] = BEATS
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the averages agree."""
@@ -311,7 +314,7 @@ class ZeroOne:
 
 @dataclass(frozen=True)
 class ReversibilityError:
-    """log10 of the distance |z0 - z|/|z0| after going to T, turning the momenta round and coming back.
+    """log10 of the distance of z from z0, in amplitudes of the motion, after going to T, turning the momenta round and coming back.
 
     Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones. A pass of its
     own, of twice the length, with a splitting (which is reversible). Chaotic above `limit`, by default -13 + 2 log10 x, at most -2.

@@ -198,8 +198,9 @@ def _sum(*factors: list[str]) -> str:
 
 
 def averages(model: Any, vectors: int, time: float) -> Observer:
-    """Keep weighted sums of the kinetic energy over both halves of `time`."""
-    text = _kinetic(model, vectors) + "    average(value.time, lanes, fresh, t, memory)\n    return 0\n"
+    """Keep weighted sums of the square of the kinetic energy over both halves of `time`."""
+    square = "    for i in range(lanes):\n        memory[i] *= memory[i]\n"
+    text = _kinetic(model, vectors) + square + "    average(value.time, lanes, fresh, t, memory)\n    return 0\n"
     return Observer(_Average(model, time), text, (("average", rotation_kernels.average),), 5)
 
 
