@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -40,7 +39,7 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 
 def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return given tangent vectors with unit length in the scale, and the logarithms (count, orbits) of the volumes they add at the start."""
+    """Return given tangent vectors with unit length in the scale, and the logarithms (count, orbits) of their volumes."""
     given = checked_deviations(deviations, scale)
     with np.errstate(all="ignore"):
         given = given / np.abs(given).max(axis=1, keepdims=True)  # squares must neither overflow nor vanish
