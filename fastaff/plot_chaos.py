@@ -73,7 +73,8 @@ def plot_chaos_map(
     """Draw an indicator, or the verdict, of orbits over the section where they started.
 
     Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None for the verdict;
-    boundary: of `edge`; norm: a colour scale, by default `limit_scale` about the median of the limits; size: area of a point of a Sample in square points.
+    boundary: of `edge`; norm: a colour scale, by default `limit_scale` about the median of the limits;
+    size: area of a point of a Sample in square points.
     Returns Artists: points are the cells or dots, lines the boundary and the mark of the limit on the colour bar; `missing` counts the
     orbits without a value, which are drawn as crosses. Cells that the energy does not reach stay white.
     """

@@ -58,7 +58,8 @@ class Verdict(Enum):
 class TorusFit:
     """The torus of an orbit as a Fourier series: z(theta) = Re sum_k z_k exp(2 pi i k . theta), one k of each pair +-k.
 
-    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,), the integrals of p dq over the cycles
+    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,), the integrals of
+    p dq over the cycles
     (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t);
     k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual: largest |nu . dz/dtheta - X(z)| over
     points of the torus, relative to the largest |X|; prediction_error: largest distance between the orbit and
@@ -161,10 +162,11 @@ def fit_torus(
     The origin of the angles is where the largest coefficients that are a basis are real and positive.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer ones are
-    left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight periods. Against quadrature on separable bodies,
-    time 300: nu to 2e-13, J to 2e-13 relative (bench/test_torus_fit.py). "Not a torus" is an orbit whose prediction fails and
-    that MEGNO and SALI call chaotic (`chaos`, over the same time; of a body that has `tangent_force`): weak chaos below `tolerance`
-    passes. nu_error: differences between unequal parts of the window, and between fits to runs with the step and its half. Cost: 16 flops per sample, term and signal for each of some 15 passes: 0.2 to 10 s an orbit.
+    left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight periods. Against
+    quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative (bench/test_torus_fit.py). nu_error: what unequal parts
+    of the window, and half the step, change. "Not a torus" is an orbit whose prediction fails
+    and that MEGNO and SALI call chaotic (`chaos`, over the same time; of a body that has `tangent_force`): weak chaos below
+    `tolerance` passes. Cost: 16 flops per sample, term and signal for each of some 20 passes: 0.2 to 10 s an orbit.
     Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A 7, 794
     (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
     """
@@ -243,10 +245,7 @@ def _point(body: Any, path: np.ndarray, energy: float, evidence: dict) -> TorusF
 def _fitted(
     body: Any, times: np.ndarray, path: np.ndarray, finer: np.ndarray, inside: int, energy: float, evidence: dict
 ) -> TorusFit:  # fmt: skip
-    """Fit the first `inside` samples of path (2n, samples) and compare with the equations of motion and the later samples.
-
-    finer: the path with finer steps.
-    """
+    """Fit `inside` samples of path (2n, samples) and compare with the equations of motion, the later samples, and finer steps."""
     t = times[:inside]
     start = signals(body, t, path[:, :inside])
     samples = window(t, start.values, start.carrier)
