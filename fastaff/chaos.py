@@ -65,7 +65,7 @@ class ChaosMap:
     status: np.ndarray
     time: float
     scheme: Splitting | RungeKutta
-    step: float
+    step: float | np.ndarray
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
