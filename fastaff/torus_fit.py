@@ -151,7 +151,7 @@ def fit_torus(
     Parameters: z0 (2n,); time > 0 that is fitted, best 200 periods or more (half as much again is integrated for the
     prediction); tolerance: residual and prediction error up to which there is a torus; step, scheme, rtol, atol as in
     `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; KeyboardInterrupt on Ctrl-C. An orbit that escapes
-    or collapses is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+    is "not a torus", one that fails otherwise "undecided", with its status as evidence.
 
     The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations of as few
     frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all frequencies and the
@@ -181,8 +181,7 @@ def fit_torus(
         return _nothing(body, energy, {"status": float(Status.OK), "longer": least}, Verdict.UNDECIDED)
     times, path, inside, evidence = _sampled(flow, z, time)
     if evidence["status"] != Status.OK:
-        left = evidence["status"] in (Status.ESCAPED, Status.COLLAPSED)
-        return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if left else Verdict.UNDECIDED)
+        return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
     if _resting(path):
         return _point(body, path, energy, evidence)
     finer, state = _path(_finer(flow, 1.5 * time / (len(times) - 1)), z, time, inside)
