@@ -61,7 +61,7 @@ def test_against_pynamicalsys(benchmark, what):
         if what == "SALI":
             agree = np.mean([(v[-1] < 1e-7) == bool(c) for v, c in zip(values, found.chaotic[:PEER_ORBITS])])
         else:
-            agree = np.mean([(v[0] > found.limits[0]) == bool(c) for v, c in zip(values, found.chaotic[:PEER_ORBITS])])
+            agree = np.mean([(v[0] > limit) == bool(c) for v, limit, c in zip(values, found.limits[0], found.chaotic[:PEER_ORBITS])])
         print(
             f"  pynamicalsys {name} step {step}: {other:.1f} s, energy error {error:.1e}: {other / seconds:.0f}x; "
             f"verdicts agree on {agree:.0%}"

@@ -26,8 +26,8 @@ def scan(name, values, make):
     """Scan one parameter and say what came out."""
     found = fastaff.chaotic_fraction(make, (values,), names=(name,), time=TIME, early_stop=True)
     print(found.summary())
-    for row in zip(values, found.fraction, *found.interval(), found.rescued, found.failed, found.in_doubt, found.energy_error):
-        print("  {:8.3f}  fraction {:.3f} ({:.3f} ... {:.3f}); done again {}, failed {}, in doubt {}; energy error {:.0e}".format(*row))
+    for row in zip(values, found.fraction, *found.interval(), found.rescued, found.failed, found.undecided, found.energy_error):
+        print("  {:8.3f}  fraction {:.3f} ({:.3f} ... {:.3f}); done again {}, failed {}, undecided {}; energy error {:.0e}".format(*row))
     return found
 
 
@@ -62,6 +62,6 @@ middle.set_title("b   against the energy (grey: not reached)", loc="left", fonts
 right.set_title("c   against the ratio of moduli", loc="left", fontsize=10)
 figure.supxlabel(
     rf"neo-Hookean body, $G=\mu=1$, $p_\eta=0.3$, $p_\gamma=0.2$; time {TIME:g}; b, c: {ORBITS} random orbits each, 95 % intervals, "
-    "pale band: orbits in doubt (MEGNO and SALI disagree)", fontsize=8, color="0.3",
+    "pale band: undecided orbits", fontsize=8, color="0.3",
 )  # fmt: skip
 figure.savefig("chaos_neo_hookean.png")

@@ -15,7 +15,19 @@ from .chaos_passes import frequency_diffusion, reversibility_error, zero_one
 from .chaos_stream import ChaosRun
 from .engine import Flow, Interrupted, Report, energy_error, mark_drift
 from .frequency import checked_angles
-from .indicators import GALI, MEGNO, SALI, BirkhoffDigits, FrequencyDiffusion, Indicator, ReversibilityError, TangentIndicator, ZeroOne
+from .indicators import (
+    GALI,
+    MEGNO,
+    SALI,
+    BirkhoffDigits,
+    Character,
+    FrequencyDiffusion,
+    Indicator,
+    ReversibilityError,
+    TangentIndicator,
+    ZeroOne,
+    judged,
+)
 from .kernels.deviations import LN10
 from .scalars import positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
@@ -28,22 +40,22 @@ from .trials import make_flow
 class ChaosMap:
     """Indicators of orbits and what they say.
 
-    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,) and the
-    verdicts they give, chaotic_by (indicators, orbits); detected (indicators, orbits): the time when a streamed indicator first passed
-    its limit, NaN where it did not. chaotic (orbits,): more than half of the indicators say so; disagree (orbits,): not all say the
-    same, as for sticky orbits, or runs too short. spectrum (2n, orbits), the largest first, and spectrum_error, its change since
-    half the time, where asked for. history (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's
-    end (and for indicators that are not streamed). Orbits that failed have no verdict: chaotic and disagree are False. t (orbits,)
-    reached, energy_error, status, step as in `Orbits`.
+    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators, orbits), by each
+    orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give; verdict (orbits,) of all together: what
+    those that are decided say, UNDECIDED where they disagree or none is; longer (orbits,): the time to try where the verdict is
+    UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time when a streamed indicator first passed its limit, NaN where it
+    did not. spectrum (2n, orbits), the largest first, and spectrum_error, its change since half the time, where asked for. history
+    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that are not
+    streamed). Orbits that failed are UNDECIDED. t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     limits: np.ndarray
-    chaotic_by: np.ndarray
+    verdicts: np.ndarray
+    verdict: np.ndarray
+    longer: np.ndarray
     detected: np.ndarray
-    chaotic: np.ndarray
-    disagree: np.ndarray
     spectrum: np.ndarray | None
     spectrum_error: np.ndarray | None
     history: np.ndarray
@@ -63,9 +75,30 @@ class ChaosMap:
         raise AttributeError(f"ChaosMap has no {name!r}; its indicators are {', '.join(names)}")
 
     @property
+    def chaotic(self) -> np.ndarray:
+        """Which orbits (orbits,) are chaotic."""
+        return self.verdict == Character.CHAOTIC
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Which orbits (orbits,) are regular, as far as the time shows."""
+        return self.verdict == Character.REGULAR
+
+    @property
+    def undecided(self) -> np.ndarray:
+        """Which orbits (orbits,) that did not fail the time does not decide."""
+        return (self.verdict == Character.UNDECIDED) & (self.status == Status.OK)
+
+    @property
+    def disagree(self) -> np.ndarray:
+        """Which orbits (orbits,) one indicator calls chaotic and another one regular: sticky ones, for instance."""
+        found = (self.verdicts == Character.CHAOTIC).any(axis=0) & (self.verdicts == Character.REGULAR).any(axis=0)
+        return found & self.undecided
+
+    @property
     def fraction(self) -> float:
-        """Share of chaotic orbits among those that did not fail; NaN where all failed."""
-        fine = self.status == Status.OK
+        """Share of chaotic orbits among those that are decided; NaN where none is."""
+        fine = (self.status == Status.OK) & ~self.undecided
         return float(self.chaotic[fine].mean()) if fine.any() else math.nan
 
     def raise_if_failed(self) -> None:
@@ -75,7 +108,9 @@ class ChaosMap:
     def summary(self) -> str:
         """Say in one line what became of the orbits."""
         fine = self.status == Status.OK
-        counts = f"{(self.chaotic & fine).sum()} chaotic, {(~self.chaotic & fine).sum()} regular, {(self.disagree & fine).sum()} in doubt"
+        counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
+        if self.undecided.any():
+            counts += f" (time {np.nanmedian(self.longer[self.undecided]):.3g} may decide)"
         return f"{counts}; {describe(self.status)}"
 
 
@@ -95,8 +130,11 @@ def chaos(
     Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the scheme and
-    is made orthonormal about once in a radian of the natural motion; weighted averages run in the same pass. FrequencyDiffusion,
-    ZeroOne and ReversibilityError make passes of their own. Limits use the median natural frequency of the given orbits.
+    is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that makes one of positions
+    and momenta: with other units of length, time and mass the values and verdicts are the same. FLI and OFLI take their maxima over
+    all steps. Weighted averages run in the same pass; FrequencyDiffusion, ZeroOne and ReversibilityError make passes of their own.
+    A fixed step is used as given, or the nearest shorter one that divides the time.
+    A verdict needs evidence (see `fastaff.indicators`): where it is missing the orbit is UNDECIDED, and `longer` says what may decide.
     Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k)
     numbers an orbit, and the history.
     Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
@@ -178,14 +216,17 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
     reached = ensemble.time if work.streams else np.where(ensemble.status == Status.OK, work.time, 0.0)
     error = energy_error(work.flow.model, ensemble)
     mark_drift(ensemble, error, tolerance)
-    above, limits = np.array([entry.above for entry in work.chosen])[:, None], work.limits[:, None]
-    known = np.isfinite(work.values)
-    chaotic_by = known & np.where(above, work.values > limits, work.values < limits)
-    votes, count = chaotic_by.sum(axis=0), known.sum(axis=0)
     detected, history, times = work.records()
     by_detection = work.early_stop & np.isfinite(detected).all(axis=0)
     ensemble.status[(reached < work.time * (1 - 1e-12)) & (ensemble.status == Status.OK) & ~by_detection] = Status.INTERRUPTED
     sound = np.isin(ensemble.status, (Status.OK, Status.INTERRUPTED))
+    phase = work.rates * reached
+    verdicts = np.array([judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)])
+    verdicts[:, by_detection] = Character.CHAOTIC
+    verdicts[:, ~sound] = Character.UNDECIDED
+    verdict = _together(verdicts)
+    needed = np.max([2 * np.pi * max(entry.periods, entry.least) for entry in work.chosen]) / work.rates
+    longer = np.where((verdict == Character.UNDECIDED) & sound, np.maximum(needed, 4 * work.time), np.nan)
     spectrum, spectrum_error = work.exponents()
     # Exponents are read as decades of growth.
     rates = np.array([entry.rate for entry in work.chosen])[:, None]
@@ -193,7 +234,13 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         values = np.where(rates, work.values * (LN10 / reached), work.values)
         history = np.where(rates[:, :, None], history * (LN10 / times), history)
     return ChaosMap(
-        tuple(entry.name for entry in work.chosen), values, np.where(rates[:, 0], work.limits * LN10 / work.time, work.limits), chaotic_by,
-        detected, sound & ((2 * votes > count) | by_detection), sound & (votes > 0) & (votes < count) & ~by_detection, spectrum,
-        spectrum_error, history, times, reached, error, ensemble.status, work.time, work.flow.scheme, work.flow.step,
+        tuple(entry.name for entry in work.chosen), values, np.where(rates, work.limits * LN10 / work.time, work.limits), verdicts, verdict,
+        longer, detected, spectrum, spectrum_error, history, times, reached, error, ensemble.status, work.time, work.flow.scheme,
+        work.flow.step,
     )  # fmt: skip
+
+
+def _together(verdicts: np.ndarray) -> np.ndarray:
+    """Return what the decided ones of verdicts (indicators, orbits) say where they agree, else UNDECIDED."""
+    chaotic, regular = (verdicts == Character.CHAOTIC).any(axis=0), (verdicts == Character.REGULAR).any(axis=0)
+    return np.where(chaotic == regular, Character.UNDECIDED, np.where(chaotic, Character.CHAOTIC, Character.REGULAR))

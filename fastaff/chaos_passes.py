@@ -12,14 +12,18 @@ from .engine import Flow, Report, launch, no_memory
 from .frequency import frequency_map
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .kernels import zero_one as kernels
+from .motion import motion
 from .status import Status
 
 ANGLES = 100
 """Angles c of the 0-1 test, random in (pi/5, 4 pi/5): away from the resonances with the sampling."""
 
+LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
+"""Samples of the 0-1 test where none are asked for."""
+
 
 def frequency_diffusion(
-    indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
+    indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
     step = None if flow.adaptive else flow.step
@@ -27,29 +31,33 @@ def frequency_diffusion(
         flow.model, z0, time=time, angles=indicator.angles, step=step, scheme=flow.scheme, rtol=flow.rtol, atol=flow.atol,
         energy_tolerance=1e300, threads=flow.threads, report=report,
     )  # fmt: skip
-    value = found.diffusion - math.log10(rate / (2 * math.pi))
+    value = found.diffusion - np.log10(rates / (2 * math.pi))
     return np.where(found.status == Status.OK, value, np.nan), found.status
 
 
 def zero_one(
-    indicator: ZeroOne, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
+    indicator: ZeroOne, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the median correlation K of the 0-1 test on samples of the kinetic energy."""
-    count = indicator.samples or int(min(4000, max(400, 0.8 * time * rate)))
+    """Return the median correlation K of the 0-1 test on samples of the kinetic energy, at some of each orbit's steps."""
     orbits = z0.shape[1]
+    wanted = np.clip(0.8 * time * rates, LEAST_SAMPLES, MOST_SAMPLES) if indicator.samples is None else np.full(orbits, indicator.samples)
+    seen = max(MOST_SAMPLES, indicator.samples or 0) if flow.adaptive else flow.steps(time)
+    stride = np.maximum(1, seen // wanted)
+    counts = np.minimum(wanted, seen // stride).astype(np.int64)
     ensemble, observer = flow.ensemble(z0.copy()), observers.kinetic_samples(flow.model)
-    memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, count))
-    flow.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
+    memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, counts.max()))
+    memory[3] = stride
+    flow.advance(ensemble, observer, memory, out, time=time, observations=int(seen) if flow.adaptive else 0, report=report)
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
     stop, progress, result = np.zeros(1, np.int64), np.zeros(orbits, np.int64), np.full(orbits, np.nan)
-    launch(kernels.zero_one, (out, angles, result), stop, progress, float(orbits), flow.threads, report)
+    launch(kernels.zero_one, (out, counts, angles, result), stop, progress, float(orbits), flow.threads, report)
     return np.where(ensemble.status == Status.OK, result, np.nan), ensemble.status
 
 
 def reversibility_error(
-    indicator: ReversibilityError, flow: Flow, z0: np.ndarray, time: float, rate: float, report: Report | None
+    indicator: ReversibilityError, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return log10 of the relative distance from the start after going to `time` and coming back."""
+    """Return log10 of the distance from the start, in amplitudes of the motion, after going to `time` and coming back."""
     n = flow.model.degrees_of_freedom
     there = flow.ensemble(z0.copy())
     _advance(flow, there, time, report)
@@ -58,9 +66,7 @@ def reversibility_error(
     _advance(flow, back, time, report)
     away = back.z * np.repeat([1.0, -1.0], n)[:, None] - z0
     with np.errstate(all="ignore"):
-        size = np.sqrt((z0 * z0).sum(axis=0))
-        distance = np.sqrt((away * away).sum(axis=0)) / np.where(size > 0, size, 1.0)
-        value = np.log10(np.maximum(distance, 1e-17))
+        value = np.log10(np.maximum(motion(flow.model, z0, flow.threads).distance(away), 1e-17))
     return np.where(back.status == Status.OK, value, np.nan), back.status
 
 

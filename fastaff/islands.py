@@ -14,6 +14,7 @@ import numpy as np
 
 from .kernels.rotation import SHARPNESS
 from .scalars import positive, whole
+from .scatter import scattered
 from .status import Status, raise_if_failed
 
 SAFETY = 3.0
@@ -25,6 +26,9 @@ STILL = 1e-9
 
 LEAST = 32
 """Crossings that a rotation number needs."""
+
+CHAOS = 1.5
+"""Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
 
 
 class Kind(IntEnum):
@@ -116,16 +120,17 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     """Tell invariant curves, chains of islands and chaotic orbits of a section apart.
 
     Parameters: points, centre as in `rotation_number`: of a chain, a point between its islands, such as the elliptic
-    fixed point that they surround; max_period: the longest chain looked for; digits > 0: fewer digits than these of
-    the rotation number are CHAOTIC. Returns Islands. Raises ValueError or TypeError for wrong input.
+    fixed point that they surround; max_period: the longest chain looked for; digits > 0 that the rotation number of a
+    curve or chain must have. Returns Islands. Raises ValueError or TypeError for wrong input.
 
     ISLANDS: the rotation number is p/q within its error, the points visited every q-th time stay inside a sector of angles of
     their own, and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but the points have not turned
     back yet: a curve as close to p/q or an island that turns more slowly than the points tell. CURVE: all other
-    orbits whose rotation number converges. CHAOTIC: it does not; a regular orbit close to a separatrix looks the same until there
-    are more crossings: give thousands, and call CHAOTIC only what stays so when their number grows. q = 1 is an island beside
-    the centre. The mean point of an island is off its periodic point by the order of its width squared.
-    Cost: as `rotation_number`, and one pass over the orbits close to p/q for each q.
+    orbits whose rotation number converges. CHAOTIC: it does not, and there is evidence of chaos in 200 points or more: they fill an
+    area, and neighbours among them part until they are as far from each other as any two. UNDECIDED where neither is seen: close to
+    a separatrix or a resonance a rotation number needs more crossings, which decide (thousands). q = 1 is an island beside the
+    centre. The mean point of an island is off its periodic point by the order of its width squared.
+    Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits without digits.
     Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits);
     Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
     """
@@ -133,8 +138,9 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)
     turning = _rotation(points, counts, _centres(centre, points, counts))
     orbits = counts.size
-    kind = np.where(turning.digits >= digits, Kind.CURVE, Kind.CHAOTIC)
-    kind[turning.status != Status.OK] = Kind.UNDECIDED
+    kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
+    for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
+        kind[o] = Kind.CHAOTIC if scattered(points[o, : counts[o]]) else Kind.UNDECIDED
     p, q = np.zeros((2, orbits), np.int64)
     centres, extents = np.full((2, orbits, max_period, 2), np.nan)
     inner, inner_error = np.full((2, orbits), np.nan)

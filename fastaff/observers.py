@@ -18,6 +18,7 @@ from ._jit import LANES
 from .kernels import crossings as crossing_kernels
 from .kernels import deviations as deviation_kernels
 from .kernels import rotation as rotation_kernels
+from .kernels import zero_one as zero_one_kernels
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,8 @@ class _Rotation(NamedTuple):
 
 class _Deviations(NamedTuple):
     model: Any
-    limits: tuple[float, ...]
     signs: tuple[float, ...]
     time: float
-    stride: float
     early_stop: float
     slots: float
 
@@ -154,53 +153,64 @@ def rotation(angles: Any, model: Any, time: float) -> Observer:
 
 
 def deviations(
-    model: Any, vectors: int, readings: tuple[str, ...], limits: tuple[float, ...], signs: tuple[float, ...], *, time: float,
-    stride: int, early_stop: bool, slots: int,
+    model: Any, vectors: int, readings: tuple[str, ...], signs: tuple[float, ...], *, time: float, early_stop: bool, slots: int,
 ) -> Observer:  # fmt: skip
-    """Keep growth and alignment of the tangent vectors, at every `stride`-th observation, and judge orbits by readings of them.
+    """Keep growth and alignment of the tangent vectors at every step, and judge orbits by readings of them.
 
-    `readings` are texts over the rows of `kernels.deviations`; out holds `slots` records of the time and the readings.
+    `readings` are texts over the rows of `kernels.deviations`; out holds `slots` records of the time and the readings. Of the memory the
+    caller sets each orbit's stride, columns, limits and metric.
     """
     n, k, m = model.degrees_of_freedom, vectors, len(readings)
     rows, across = Rows(n, k), any("ACROSS" in reading for reading in readings)
     at = [f"z[{r * LANES} + i]" for r in rows.orbit]
-    along = " + ".join(f"{name}*z[{(r + n) * LANES} + i]" for name, r in zip(_names("vf", n), rows.orbit))
-    flow = (
-        f"            {_letters('v', n)}, = value.model.velocity({', '.join(at[n:])})\n"
-        f"            {_letters('f', n)}, = value.model.force({', '.join(at[:n])})\n"
-        f"            size = {' + '.join(f'{name}*{name}' for name in _names('vf', n))}\n"
-        f"            across(k, i, ({along})/math.sqrt(size) if size > 0.0 else 0.0, memory)\n"
+    vector = [f"z[{(r + n) * LANES} + i]" for r in rows.orbit]
+    metric = [f"memory[metric + {r * LANES} + i]" for r in range(2 * n)]
+    flow = _names("vf", n)
+    along = (
+        "    for i in range(lanes):\n"
+        f"        {_letters('v', n)}, = value.model.velocity({', '.join(at[n:])})\n"
+        f"        {_letters('f', n)}, = value.model.force({', '.join(at[:n])})\n"
+        f"        size = {_sum(metric, flow, flow)}\n"
+        f"        if fresh[i] > 0.0:\n"
+        f"            peak_across(i, {_sum(metric, vector, vector)}, {_sum(metric, flow, vector)}, size, memory)\n"
     )
     text = (
         f"    k, m = {k}, {m}\n"
-        "    if wait(value.stride, lanes, fresh, memory) == 0.0:\n        return 0\n"
-        f"    orthonormalise({n}, k, lanes, z, memory)\n    follow(k, lanes, memory)\n"
-        "    grow(k, 0.5*value.time, lanes, t, memory)\n"
-        f"    sums, lengths, readings = {' , '.join(f'place(k, m, {what})*{LANES}' for what in (0, 2, 5))}\n"
+        f"    sums, lengths, readings, metric = {', '.join(f'place(k, m, {what})*{LANES}' for what in (0, 2, 5, 9))}\n"
+        f"    peak({n}, k, place(k, m, 9), lanes, fresh, z, memory)\n{along if across else ''}"
+        "    if wait(value.time, value.slots, lanes, fresh, t, memory) == 0.0:\n        return 0\n"
+        f"    orthonormalise({n}, k, place(k, m, 9), lanes, z, memory)\n    grow(k, lanes, t, memory)\n    follow(k, lanes, memory)\n"
         "    for i in range(lanes):\n"
-        f"        if memory[DUE * LANES + i] > 0.0:\n{flow if across else ''}"
+        "        if memory[DUE * LANES + i] > 0.0:\n"
         + "".join(f"            memory[readings + {j * LANES} + i] = {reading}\n" for j, reading in enumerate(readings))
-        + "    return judge(k, m, value.limits, value.signs, value.early_stop, value.slots, value.time,\n"
-        "                 lanes, orbit, t, memory, out, done)\n"
+        + "    return judge(k, m, value.signs, value.early_stop, value.slots, value.time, lanes, orbit, t, memory, out, done)\n"
     )
-    names = ("wait", "orthonormalise", "follow", "grow", "across", "volume", "alignment", "judge", "place", "LN10", "LANES", "DUE", "AREA",
-             "LARGEST", "LARGEST_ACROSS", "math")  # fmt: skip
+    names = ("wait", "peak", "orthonormalise", "follow", "grow", "peak_across", "volume", "alignment", "judge", "place", "LN10", "LANES",
+             "DUE", "AREA", "LARGEST", "LARGEST_ACROSS")  # fmt: skip
     # Without the flow it is one function for all models.
-    value = _Deviations(model if across else _Nothing(), limits, signs, time, float(stride), float(early_stop), float(slots))
-    end = deviation_kernels.place(k, m, 7)
+    value = _Deviations(model if across else _Nothing(), signs, time, float(early_stop), float(slots))
+    end = deviation_kernels.place(k, m, 9) + 2 * n
     return Observer(value, text, tuple((name, getattr(deviation_kernels, name)) for name in names), end)
 
 
+def _sum(*factors: list[str]) -> str:
+    return " + ".join("*".join(term) for term in zip(*factors, strict=True))
+
+
 def averages(model: Any, vectors: int, time: float) -> Observer:
-    """Keep weighted sums of the kinetic energy over both halves of `time`."""
-    text = _kinetic(model, vectors) + "    average(value.time, lanes, fresh, t, memory)\n    return 0\n"
+    """Keep weighted sums of the square of the kinetic energy over both halves of `time`."""
+    square = "    for i in range(lanes):\n        memory[i] *= memory[i]\n"
+    text = _kinetic(model, vectors) + square + "    average(value.time, lanes, fresh, t, memory)\n    return 0\n"
     return Observer(_Average(model, time), text, (("average", rotation_kernels.average),), 5)
 
 
 def kinetic_samples(model: Any) -> Observer:
-    """Keep the kinetic energy at each observation."""
-    text = _kinetic(model, 0) + "    sample(1, lanes, orbit, fresh, memory, memory, out)\n    return 0\n"
-    return Observer(_Average(model, 0.0), text, (("sample", rotation_kernels.sample),), 2)
+    """Keep the kinetic energy at every n-th observation of an orbit, where the caller sets n in row 3 of the memory."""
+    text = _kinetic(model, 0) + (
+        "    thin(lanes, fresh, memory)\n"
+        f"    sample(1, lanes, orbit, memory[{4 * LANES} : {5 * LANES}], memory, memory, out)\n    return 0\n"
+    )
+    return Observer(_Average(model, 0.0), text, (("sample", rotation_kernels.sample), ("thin", zero_one_kernels.thin)), 5)
 
 
 def _kinetic(model: Any, vectors: int) -> str:

@@ -28,7 +28,7 @@ LABELS = {
     "largest": r"Lyapunov exponent $\lambda_1$ (per unit time)", "birkhoff_digits": "digits of Birkhoff averages",
     "frequency_diffusion": DIFFUSION, "zero_one": "0-1 test $K$", "reversibility_error": r"$\log_{10}$ reversibility error",
 }  # fmt: skip
-VERDICTS = ("regular", "in doubt", "chaotic")
+VERDICTS = ("regular", "undecided", "chaotic")
 
 
 def label_of(name: str) -> str:
@@ -73,7 +73,8 @@ def plot_chaos_map(
     """Draw an indicator, or the verdict, of orbits over the section where they started.
 
     Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None for the verdict;
-    boundary: of `edge`; norm: a colour scale, by default `limit_scale`; size: area of a point of a Sample in square points.
+    boundary: of `edge`; norm: a colour scale, by default `limit_scale` about the median of the limits;
+    size: area of a point of a Sample in square points.
     Returns Artists: points are the cells or dots, lines the boundary and the mark of the limit on the colour bar; `missing` counts the
     orbits without a value, which are drawn as crosses. Cells that the energy does not reach stay white.
     """
@@ -84,12 +85,12 @@ def plot_chaos_map(
         raise ValueError(f"chaos_map must be of the {orbits} orbits of starts, got {chaos_map.status.size}")
     fine = chaos_map.status == Status.OK
     if indicator is None:
-        each = np.where(chaos_map.disagree, 1.0, np.where(chaos_map.chaotic, 2.0, 0.0))
+        each = np.where(chaos_map.chaotic, 2.0, np.where(chaos_map.regular, 0.0, 1.0))
         fine = fine & np.isfinite(chaos_map.values).any(axis=0)
         colours = _verdict_colours()
     else:
         row = chaos_map.names.index(indicator)
-        each, limit = chaos_map.values[row], float(chaos_map.limits[row])
+        each, limit = chaos_map.values[row], float(np.median(chaos_map.limits[row]))
         fine = fine & np.isfinite(each)
         colours = {"cmap": limit_colours(_falls(indicator)), "norm": norm or limit_scale(each[fine], limit)}
     if isinstance(starts, Grid):
@@ -168,7 +169,7 @@ def plot_chaotic_fraction(
     """Draw the chaotic fraction against a parameter with its 95 % intervals, or as a map over two parameters.
 
     Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a map of two.
-    Returns Artists. Curve: points are the error bars, lines the pale band that orbits in doubt leave open, and the grey part
+    Returns Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open, and the grey part
     where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched. `missing` counts cases without a value.
     """
     fraction = scan.fraction
@@ -222,7 +223,7 @@ def plot_history(
     Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn (default: up to 40); slopes:
     exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels: write the exponents beside their lines.
     Returns Artists: points are the curves, lines the laws. Time is logarithmic; indicators that are logarithms are drawn as such, not
-    far below the limit (the dotted line). Regular orbits dark and solid, chaotic ones orange and thin, those in doubt dotted;
+    far below the limit (the dotted line). Regular orbits dark and solid, chaotic ones orange and thin, undecided ones dotted;
     `missing` counts orbits of the choice without a record.
     """
     if indicator not in chaos_map.names:
@@ -236,7 +237,7 @@ def plot_history(
     for i in chosen:
         known = np.isfinite(history[:, i]) & (times[:, i] > 0)
         missing += not known.any()
-        chaotic, doubt = bool(chaos_map.chaotic[i]), bool(chaos_map.disagree[i])
+        chaotic, doubt = bool(chaos_map.chaotic[i]), bool(chaos_map.undecided[i])
         style = {"color": "#b35900" if chaotic else "#00306f", "lw": 0.7 if chaotic else 1.1, "ls": ":" if doubt else "-"}
         curves += ax.plot(times[known, i], history[known, i], alpha=0.8, **style)
     ax.set_xscale("log")
@@ -249,7 +250,7 @@ def plot_history(
         drawn += ax.plot([first, last], [start, end], color="black", lw=1.2, ls=(0, (5, 2.5)), zorder=3)
         if labels:
             written.append(ax.text(last, end, rf"$t^{{{slope:g}}}$", va="bottom", ha="right", fontsize=9))
-    limit = float(chaos_map.limits[chaos_map.names.index(indicator)])
+    limit = float(np.median(chaos_map.limits[chaos_map.names.index(indicator), chosen]))
     ax.set(xlabel="time $t$", ylabel=label_of(indicator))
     ax.axhline(limit, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
     if _falls(indicator) and ax.get_ylim()[0] < 1.5 * limit:  # room for the laws: chaotic orbits fall by hundreds of decades

@@ -27,11 +27,11 @@ TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
 class ChaosScan:
     """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
 
-    names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic and regular, those that did not
-    fail, by the verdict of `ChaosMap`; in_doubt: those whose indicators disagree; sure: those that all indicators call chaotic;
-    rescued: failed orbits that were finished by the second scheme; statuses (statuses, ...): orbits of each `Status`; indicators: names
-    of the rows of medians (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; limits
-    (indicators, ...); time, step and largest energy_error of each case; done: False for cases that Ctrl-C left out.
+    names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and undecided, those that
+    did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the second scheme; statuses (statuses, ...):
+    orbits of each `Status`; indicators: names of the rows of medians (indicators, ...), over all orbits that did not fail, and
+    chaotic_medians, over the chaotic ones; limits (indicators, ...), the medians of the orbits' own; time, (median) step and largest
+    energy_error of each case; done: False for cases that Ctrl-C left out.
     """
 
     names: tuple[str, ...]
@@ -39,8 +39,7 @@ class ChaosScan:
     orbits: np.ndarray
     chaotic: np.ndarray
     regular: np.ndarray
-    in_doubt: np.ndarray
-    sure: np.ndarray
+    undecided: np.ndarray
     rescued: np.ndarray
     statuses: np.ndarray
     indicators: tuple[str, ...]
@@ -54,19 +53,23 @@ class ChaosScan:
 
     @property
     def failed(self) -> np.ndarray:
-        """Orbits of each case that have no verdict."""
-        return self.orbits - self.chaotic - self.regular
+        """Orbits of each case that failed."""
+        return self.orbits - self.sound
+
+    @property
+    def sound(self) -> np.ndarray:
+        """Orbits of each case that did not fail."""
+        return self.chaotic + self.regular + self.undecided
 
     @property
     def fraction(self) -> np.ndarray:
-        """Share of chaotic orbits among those that did not fail; NaN where there are none."""
+        """Share of chaotic orbits among those that are decided; NaN where there are none."""
         return _share(self.chaotic, self.chaotic + self.regular)
 
     @property
     def bounds(self) -> np.ndarray:
-        """Shares (2, ...) if all orbits in doubt were regular, and if all were chaotic: what the indicators leave open."""
-        fine = self.chaotic + self.regular
-        return np.array([_share(self.sure, fine), _share(self.sure + self.in_doubt, fine)])
+        """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were chaotic."""
+        return np.array([_share(self.chaotic, self.sound), _share(self.chaotic + self.undecided, self.sound)])
 
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
         """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by default.
@@ -85,7 +88,7 @@ class ChaosScan:
         parts = [f"{self.orbits.size} cases of {self.orbits.max(initial=0)} orbits"]
         if np.isfinite(found).any():
             parts.append(f"chaotic fraction {np.nanmin(found):.3f} ... {np.nanmax(found):.3f}")
-        parts.append(f"{int(self.in_doubt.sum())} of {int(self.orbits.sum())} orbits in doubt")
+        parts.append(f"{int(self.undecided.sum())} of {int(self.orbits.sum())} orbits undecided")
         if self.rescued.any():
             parts.append(f"{int(self.rescued.sum())} done again with the second scheme")
         lost = self.statuses.reshape(len(Status), -1).sum(axis=1)
@@ -170,15 +173,15 @@ def _portion(report: Report, number: int, cases: int, fraction: float) -> None:
 
 def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaosScan:
     shape = tuple(axis.size for axis in axes)
-    counts: list[Any] = [np.zeros(shape, np.int64) for _ in range(6)]
+    counts: list[Any] = [np.zeros(shape, np.int64) for _ in range(5)]
     rows: list[Any] = [np.full((len(indicators), *shape), np.nan) for _ in range(3)]
     numbers: list[Any] = [np.full(shape, np.nan) for _ in range(3)]
     statuses = np.zeros((len(Status), *shape), np.int64)
-    orbits, chaotic, regular, in_doubt, sure, rescued = counts
+    orbits, chaotic, regular, undecided, rescued = counts
     medians, chaotic_medians, limits = rows
     time, step, error = numbers
     return ChaosScan(
-        names, axes, orbits, chaotic, regular, in_doubt, sure, rescued, statuses, indicators, medians, chaotic_medians, limits,
+        names, axes, orbits, chaotic, regular, undecided, rescued, statuses, indicators, medians, chaotic_medians, limits,
         time, step, error, np.zeros(shape, bool),
     )  # fmt: skip
 
@@ -199,8 +202,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
     if second is not None and lost.size:
-        same = tuple(replace(entry, limit=float(limit)) for entry, limit in zip(indicators, found.limits))
-        found = _joined(found, lost, run(body, z0[:, lost], time=length, scheme=second, indicators=same))
+        found = _joined(found, lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK
     row = (slice(None), *cell)
     with np.errstate(all="ignore"):
@@ -208,11 +210,10 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
             if chosen.any():
                 target[row] = np.median(found.values[:, chosen], axis=1)
     scan.orbits[cell], scan.rescued[cell] = fine.size, np.count_nonzero(fine[lost]) if second is not None else 0
-    scan.chaotic[cell], scan.regular[cell] = np.count_nonzero(found.chaotic & fine), np.count_nonzero(~found.chaotic & fine)
-    scan.in_doubt[cell] = np.count_nonzero(found.disagree & fine)
-    scan.sure[cell] = np.count_nonzero(found.chaotic & ~found.disagree & fine)
+    for target, kind in ((scan.chaotic, found.chaotic), (scan.regular, found.regular), (scan.undecided, found.undecided)):
+        target[cell] = np.count_nonzero(kind & fine)
     scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
-    scan.limits[row], scan.time[cell], scan.step[cell] = found.limits, length, np.median(found.step)
+    scan.limits[row], scan.time[cell], scan.step[cell] = np.median(found.limits, axis=1), length, np.median(found.step)
     scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan
     scan.done[cell] = True
 
@@ -222,7 +223,7 @@ def _joined(first: ChaosMap, where: np.ndarray, again: ChaosMap) -> ChaosMap:
     changed: dict[str, Any] = {}
     for entry in fields(first):
         old, new = getattr(first, entry.name), getattr(again, entry.name)
-        if isinstance(old, np.ndarray) and entry.name != "limits" and isinstance(new, np.ndarray):
+        if isinstance(old, np.ndarray) and isinstance(new, np.ndarray):
             changed[entry.name] = old.copy()
             changed[entry.name][..., where] = new
     return replace(first, **changed)

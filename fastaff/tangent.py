@@ -94,23 +94,22 @@ def tangent_flow(
     """
     flow, z = make_flow(checked_tangent_model(body), z0, scheme, step, rtol, atol, threads)
     if step is None and not flow.adaptive:
-        flow = replace(flow, step=min(flow.step, 1 / fastest_rate(body, z)))
+        flow = replace(flow, step=np.minimum(flow.step, 1 / fastest_rates(body, z)))
     return flow, z
 
 
-def fastest_rate(body: Any, z: np.ndarray, orbits: int = 128) -> float:
-    """Return the largest angular frequency of small oscillations around a sample of the states z: power iteration on the Hessian."""
+def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
+    """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on the Hessian."""
     n = body.degrees_of_freedom
-    q = z[:n, :: max(1, z.shape[1] // orbits)]
+    q = z[:n]
     direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
     square = np.zeros(q.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
             direction = direction / np.sqrt((direction * direction).sum(axis=0))
-            direction = np.array([row + 0.0 * q[0] for row in body.velocity(*body.tangent_force(*q, *direction))])
+            direction = np.array([row + np.zeros(q.shape[1]) for row in body.velocity(*body.tangent_force(*q, *direction))])
             square = np.sqrt((direction * direction).sum(axis=0))
-    square = square[np.isfinite(square) & (square > 0)]
-    return float(np.sqrt(square.max())) if square.size else 1e-300
+    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300))
 
 
 def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:

@@ -12,9 +12,11 @@ import numpy as np
 
 from . import observers
 from .boundary import checked_model, energies, energy_drift, phase_points
+from .chaos import chaos
 from .engine import Flow, mark_drift
 from .fourier_torus import Samples, Series, fit, grow, weights, window
 from .lattice import determinant, first_basis, inverse, quotient, relations
+from .motion import motion
 from .scalars import positive, whole
 from .schemes import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from .status import Status
@@ -35,6 +37,13 @@ END_OF_SPECTRUM = 1e-13
 LARGEST_DRIFT = 1e-6
 """Relative energy error above which an orbit counts as failed."""
 
+LEAST_PERIODS = 8.0
+"""Natural periods below which nothing is fitted: the lines could not be told apart."""
+
+EARLY, LATE, STEPS = 0.47, 0.41, 1.5
+"""End of the first and start of the last part of the window that are compared; factor of the change that half the step makes, of
+which a scheme of order 2 has 3/4 left."""
+
 
 class Verdict(Enum):
     """Whether an orbit lies on a torus; the value is the sentence for people."""
@@ -42,13 +51,15 @@ class Verdict(Enum):
     TORUS = "torus"
     RESONANT = "resonant torus of lower dimension"
     NOT_A_TORUS = "not a torus"
+    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True)
 class TorusFit:
     """The torus of an orbit as a Fourier series: z(theta) = Re sum_k z_k exp(2 pi i k . theta), one k of each pair +-k.
 
-    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,); J (d,), the integrals of p dq over the cycles
+    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,), the integrals of
+    p dq over the cycles
     (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t);
     k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual: largest |nu . dz/dtheta - X(z)| over
     points of the torus, relative to the largest |X|; prediction_error: largest distance between the orbit and
@@ -107,8 +118,9 @@ class TorusFit:
         M = given.astype(int)
         back = inverse(M)
         names = tuple(_combination(row, self.names) for row in M)
+        known = np.isfinite(self.nu_error).all()
         return replace(
-            self, names=names, nu=M @ self.nu, nu_error=np.abs(M) @ self.nu_error, J=back.T @ self.J,
+            self, names=names, nu=M @ self.nu, nu_error=np.abs(M) @ self.nu_error if known else self.nu_error, J=back.T @ self.J,
             theta0=M @ self.theta0 % 1.0, k=self.k @ back,
         )  # fmt: skip
 
@@ -125,9 +137,8 @@ class TorusFit:
             f"{self.verdict.value}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
             f"residual {self.residual:.1e}, prediction error {self.prediction_error:.1e}"
         )
-        close = int(self.evidence.get("terms left out", 0))
-        if self.verdict is Verdict.NOT_A_TORUS and close:
-            text += f"; {close} lines too close to tell apart were left out: a longer time may make it a torus"
+        if self.verdict is Verdict.UNDECIDED:
+            text += f"; a time of {self.evidence['longer']:.3g} may decide" if "longer" in self.evidence else "; the orbit failed"
         return text
 
 
@@ -139,8 +150,8 @@ def fit_torus(
 
     Parameters: z0 (2n,); time > 0 that is fitted, best 200 periods or more (half as much again is integrated for the
     prediction); tolerance: residual and prediction error up to which there is a torus; step, scheme, rtol, atol as in
-    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; KeyboardInterrupt on Ctrl-C. An orbit that fails
-    is "not a torus", with its status as evidence.
+    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; KeyboardInterrupt on Ctrl-C. An orbit that escapes
+    is "not a torus", one that fails otherwise "undecided", with its status as evidence.
 
     The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations of as few
     frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all frequencies and the
@@ -151,9 +162,11 @@ def fit_torus(
     The origin of the angles is where the largest coefficients that are a basis are real and positive.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer ones are
-    left out (evidence "terms left out"), which can cost the verdict: try a longer time. Against quadrature on separable bodies,
-    time 300: nu to 2e-13, J to 2e-13 relative (bench/test_torus_fit.py). A chaotic orbit is one whose prediction fails: weak
-    chaos below `tolerance` passes. Cost: 16 flops per sample, term and signal for each of some 15 passes: 0.2 to 10 s an orbit.
+    left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight periods. Against
+    quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative (bench/test_torus_fit.py). nu_error: what unequal parts
+    of the window, and half the step, change. "Not a torus" is an orbit whose prediction fails
+    and that MEGNO and SALI call chaotic (`chaos`, over the same time; of a body that has `tangent_force`): weak chaos below
+    `tolerance` passes. Cost: 16 flops per sample, term and signal for each of some 20 passes: 0.2 to 10 s an orbit.
     Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A 7, 794
     (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
     """
@@ -162,13 +175,19 @@ def fit_torus(
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     flow, z = make_flow(body, z, scheme, step, rtol, atol, None)
+    energy, own = float(energies(body, z)[0]), motion(body, z)
+    least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
+    if time < least and own.kinetic[0] > 0:
+        return _nothing(body, energy, {"status": float(Status.OK), "longer": least}, Verdict.UNDECIDED)
     times, path, inside, evidence = _sampled(flow, z, time)
-    energy = float(energies(body, z)[0])
     if evidence["status"] != Status.OK:
-        return _nothing(body, energy, evidence)
+        return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
     if _resting(path):
         return _point(body, path, energy, evidence)
-    return _judged(body, times, path, inside, energy, evidence, tolerance)
+    finer, state = _path(_finer(flow, 1.5 * time / (len(times) - 1)), z, time, inside)
+    finer = finer if state["status"] == Status.OK else path
+    found = _fitted(body, times, path, finer, inside, energy, evidence)
+    return found if max(found.residual, found.prediction_error) <= tolerance else _doubted(found, z, time)
 
 
 def _sampled(flow: Flow, z0: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray, int, dict]:
@@ -176,23 +195,34 @@ def _sampled(flow: Flow, z0: np.ndarray, time: float) -> tuple[np.ndarray, np.nd
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
-    rows, inside = len(z0), 4096
-    observer = observers.samples(rows)
+    inside = 4096
     while True:
-        count = 3 * inside // 2
-        ensemble = flow.ensemble(z0.copy())
-        out = np.full((1, count * rows), np.nan)
-        flow.advance(ensemble, observer, np.zeros((observer.rows, 1)), out, time=1.5 * time, observations=count)
-        path = np.column_stack([z0, out.reshape(count, rows).T])
-        error = 0.0 if _resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
-        mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
-        state = {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}
+        path, state = _path(flow, z0, time, inside)
         spectrum = np.abs(np.fft.rfft(path[:, :inside] * weights(inside)))
         end = spectrum[:, -inside // 8 :].max() / (spectrum.max() or 1.0)
-        if ensemble.status[0] != Status.OK or end <= END_OF_SPECTRUM or 2 * inside > MOST_SAMPLES:
-            return 1.5 * time / count * np.arange(count + 1), path, inside, state
+        if state["status"] != Status.OK or end <= END_OF_SPECTRUM or 2 * inside > MOST_SAMPLES:
+            return 1.5 * time / (path.shape[1] - 1) * np.arange(path.shape[1]), path, inside, state
         factor = np.log(END_OF_SPECTRUM) / min(np.log(end), -0.5)
         inside = int(min(MOST_SAMPLES, inside * 2 ** np.ceil(np.log2(max(factor, 2.0)))))
+
+
+def _path(flow: Flow, z0: np.ndarray, time: float, inside: int) -> tuple[np.ndarray, dict]:
+    """Return the states (2n, samples) over 3/2 of the time, `inside` of them in it, and what became of the orbit."""
+    rows, count = len(z0), 3 * inside // 2
+    ensemble, observer = flow.ensemble(z0.copy()), observers.samples(len(z0))
+    out = np.full((1, count * rows), np.nan)
+    flow.advance(ensemble, observer, np.zeros((observer.rows, 1)), out, time=1.5 * time, observations=count)
+    path = np.column_stack([z0, out.reshape(count, rows).T])
+    error = 0.0 if _resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
+    mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
+    return path, {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}
+
+
+def _finer(flow: Flow, interval: float) -> Flow:
+    """Return the flow with half the steps that it takes for samples at that interval, or a hundredth of its tolerances."""
+    if flow.adaptive:
+        return replace(flow, rtol=max(flow.rtol / 100, 1e-15), atol=flow.atol / 100)
+    return replace(flow, step=interval / flow.steps(interval) / 2)
 
 
 def _resting(path: np.ndarray) -> bool:
@@ -211,15 +241,18 @@ def _point(body: Any, path: np.ndarray, energy: float, evidence: dict) -> TorusF
     )  # fmt: skip
 
 
-def _judged(
-    body: Any, times: np.ndarray, path: np.ndarray, inside: int, energy: float, evidence: dict, tolerance: float
+def _fitted(
+    body: Any, times: np.ndarray, path: np.ndarray, finer: np.ndarray, inside: int, energy: float, evidence: dict
 ) -> TorusFit:  # fmt: skip
-    """Fit the first `inside` samples of path (2n, samples) and compare with the equations of motion and the later samples."""
+    """Fit `inside` samples of path (2n, samples) and compare with the equations of motion, the later samples, and finer steps."""
     t = times[:inside]
     start = signals(body, t, path[:, :inside])
     samples = window(t, start.values, start.carrier)
     series = grow(samples, start.nu, start.rank)
+    parts = np.linalg.lstsq(np.hstack([start.rows.real, -start.rows.imag]), finer[:, :inside], rcond=None)[0]
+    same = window(t, parts[: len(start.values)] + 1j * parts[len(start.values) :], start.carrier)
     error, diffusion = _errors(samples, series, start.rank, 2 * evidence["energy error"])
+    error = error + STEPS * np.abs(fit(same, series.nu, start.rank, series.orders, iterations=3).nu - series.nu)
     relation = relations(series.nu, error, _reach(error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)))
     R, C = quotient(relation, len(series.nu))
     carriers = np.vstack([R[start.rank :], np.zeros((1, R.shape[1]), int)])
@@ -234,9 +267,7 @@ def _judged(
         "edge of the series": float(series.edge.max(initial=0.0)), "terms left out": float(series.left_out),
         "unexplained lines": float(start.unknown),
     }  # fmt: skip
-    there = max(residual, prediction) <= tolerance
-    full = body.degrees_of_freedom == len(nu)
-    verdict = (Verdict.TORUS if full else Verdict.RESONANT) if there else Verdict.NOT_A_TORUS
+    verdict = Verdict.TORUS if body.degrees_of_freedom == len(nu) else Verdict.RESONANT
     return TorusFit(
         tuple(_basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)), nu, np.abs(C) @ error,
         _actions(k, z), (angles - nu * (t[0] + t[-1]) / 2) % 1.0, k, z, residual, prediction, verdict, len(nu), relation,
@@ -244,12 +275,25 @@ def _judged(
     )  # fmt: skip
 
 
+def _doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
+    """Return a fit that is not good enough with the verdict that chaos gives, or that there is none to be seen."""
+    evidence, verdict = {**found.evidence, "longer": 4 * time}, Verdict.UNDECIDED
+    if hasattr(found.body, "tangent_force"):
+        seen = chaos(found.body, z, time=1.5 * time)
+        evidence |= {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
+        verdict = Verdict.NOT_A_TORUS if seen.chaotic[0] else verdict
+    return replace(found, verdict=verdict, nu_error=np.full_like(found.nu_error, np.inf), evidence=MappingProxyType(evidence))
+
+
 def _errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[np.ndarray, float]:
-    """Return the error estimates of the frequencies, and the largest relative difference of those of the two halves."""
-    half, orders = len(samples.t) // 2, tuple(-(-2 * order // 3) for order in series.orders)
+    """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the window.
+
+    The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong frequencies.
+    """
+    size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
+    ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
     parts = [
-        fit(window(samples.t[part], samples.signals[:, part], samples.carrier), series.nu, rank, orders, iterations=3)
-        for part in (slice(0, half), slice(half, 2 * half))
+        fit(window(samples.t[part], samples.signals[:, part], samples.carrier), series.nu, rank, orders, iterations=3) for part in ends
     ]
     largest = np.abs(series.nu).max(initial=1 / samples.time)
     unsettled = max(part.unsettled for part in parts) / (samples.time / 2)
@@ -329,13 +373,13 @@ def _distance(
     return float(max(np.abs(apart[s]).max() / (np.abs(path[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))))
 
 
-def _nothing(body: Any, energy: float, evidence: dict) -> TorusFit:
-    """Return what there is to say of an orbit that failed: its status."""
+def _nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> TorusFit:
+    """Return what there is to say of an orbit that failed, or is too short: its status."""
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
         tuple(body.coordinates), unknown, np.full(n, np.inf), unknown, unknown, np.zeros((1, n), int), one, np.inf, np.inf,
-        Verdict.NOT_A_TORUS, n, np.zeros((0, n), int), MappingProxyType(evidence), energy, body,
+        verdict, n, np.zeros((0, n), int), MappingProxyType(evidence), energy, body,
     )  # fmt: skip
 
 

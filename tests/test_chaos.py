@@ -19,6 +19,7 @@ from fastaff import (
     SALI,
     BirkhoffDigits,
     Body,
+    Character,
     FrequencyDiffusion,
     HenonHeiles,
     Lyapunov,
@@ -30,7 +31,7 @@ from fastaff import (
     integrate,
     tangent_map,
 )
-from fastaff.chaos_stream import symplectic_frame
+from fastaff.chaos_stream import own_rates, scales, symplectic_frame
 
 EVERY = (
     Lyapunov(), LyapunovSpectrum(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4), BirkhoffDigits(), FrequencyDiffusion(),
@@ -50,14 +51,17 @@ def known():
 
 def test_every_indicator_knows_the_orbits_of_the_literature(known):
     assert known.names[3] == "ofli"
-    np.testing.assert_array_equal(known.chaotic_by, [[True, False]] * len(EVERY))
-    np.testing.assert_array_equal(known.chaotic, [True, False])
+    expected = np.array([[Character.CHAOTIC, Character.REGULAR]] * len(EVERY))
+    for name in ("birkhoff_digits", "zero_one"):  # 160 periods: slow beats would look the same
+        expected[known.names.index(name), 0] = Character.UNDECIDED
+    np.testing.assert_array_equal(known.verdicts, expected)
+    np.testing.assert_array_equal(known.verdict, [Character.CHAOTIC, Character.REGULAR])
     assert not known.disagree.any()
     assert 0.04 <= known.lyapunov[0] <= 0.08  # the range of the literature at E = 1/8
     assert known.megno[1] == pytest.approx(2.0, abs=0.05)
     assert known.megno[0] == pytest.approx(known.lyapunov[0] * 1000 / 2, rel=0.1)
     assert known.fraction == 0.5
-    assert known.summary().startswith("1 chaotic, 1 regular, 0 in doubt")
+    assert known.summary().startswith("1 regular, 1 chaotic, 0 undecided")
 
 
 def test_spectra_sum_to_zero_and_pair(known):
@@ -79,20 +83,26 @@ def test_any_frame_pairs_within_the_error_estimate():
     assert (np.abs(found.spectrum + found.spectrum[::-1]) <= error + 1e-3).all()
 
 
+def scale_of(model, z0, time):
+    """What makes one unit of the positions and momenta of tangent vectors (2n, orbits)."""
+    z0 = np.array(z0, dtype=float).reshape(2 * model.degrees_of_freedom, -1)
+    return scales(model, z0, own_rates(model, z0, time))
+
+
 def twin(model, z0, time, observations):
     """Growth of raw vectors by SVD: log10 of the volumes of the first k, MEGNO by its sum, from tangent maps over short stretches."""
-    n = model.degrees_of_freedom
-    vectors, z, dt = symplectic_frame(n, 2 * n), np.array(z0), time / observations
+    n, scale = model.degrees_of_freedom, scale_of(model, z0, time)[:, 0]
+    vectors, z, dt = symplectic_frame(n, 2 * n) / scale, np.array(z0), time / observations
     logs, mean, megno, weighted = np.zeros(2 * n), 0.0, 0.0, 0.0
     for k in range(observations):
         step = tangent_map(model, z, time=dt, step=0.05, deviations=vectors)
-        z, lengths = step.z[:, 0], np.linalg.norm(step.vectors[:, :, 0], axis=1)
+        z, lengths = step.z[:, 0], np.linalg.norm(step.vectors[:, :, 0] * scale, axis=1)
         vectors = step.vectors[:, :, 0] / lengths[:, None]
         logs += np.log(lengths)
         weighted += (k + 0.5) * dt * math.log(lengths[0])
         now = 2 * weighted / ((k + 1) * dt)
         mean, megno = mean + 0.5 * (megno + now) * dt, now
-    volumes = [np.log10(np.linalg.svd(vectors[:k], compute_uv=False)).sum() for k in range(2, 2 * n + 1)]
+    volumes = [np.log10(np.linalg.svd(vectors[:k] * scale, compute_uv=False)).sum() for k in range(2, 2 * n + 1)]
     return logs / math.log(10), volumes, mean / time
 
 
@@ -105,7 +115,7 @@ def test_streamed_values_are_those_of_raw_vectors(start):
     assert found.gali_2[0] == pytest.approx(volumes[0], abs=1e-9)
     assert found.gali_3[0] == pytest.approx(volumes[1], abs=1e-7)
     assert found.gali_4[0] == pytest.approx(volumes[2], abs=1e-5)
-    assert found.megno[0] == pytest.approx(megno, abs=2e-3)  # sums over other intervals
+    assert found.megno[0] == pytest.approx(megno, abs=2e-2)  # sums over other intervals
     assert found.fli[0] >= logs[0] - 1e-12
     angle = math.asin(10 ** volumes[0])
     assert found.sali[0] == pytest.approx(math.log10(2 * math.sin(angle / 2)), abs=1e-9)
@@ -130,9 +140,13 @@ def test_isochronous_orbits_have_constant_vectors():
     body = Body(fastaff.Harmonic(C=1.25), mu=0.8)
     z0 = np.random.default_rng(2).standard_normal((8, 5))
     found = chaos(body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(4)))
+    # In a metric whose frequency is a little off, as it comes from a look at the orbit, vectors swing by as much.
+    swing = np.abs(np.log10(own_rates(body, z0, 300.0) / 1.25))
+    assert (swing < 0.05).all()
     for j, name in enumerate(found.names):
         expected = math.log10(math.sqrt(2)) if name == "sali" else 0.0
-        np.testing.assert_allclose(found.values[j], expected, atol=1e-10, err_msg=name)
+        assert (np.abs(found.values[j] - expected) <= 8 * swing + 1e-9).all(), name
+    assert found.regular.all()
 
 
 class Cubic(NamedTuple):
@@ -155,6 +169,69 @@ class Cubic(NamedTuple):
 
     def potential_energy(self, x, y):
         return (self.A * x * x + self.B * y * y) / 2 + x * x * y - self.c * y * y * y / 3
+
+
+class Quartic(NamedTuple):
+    """V = (a x^4 + b y^4)/4 + c x^2 y^2/2, mass m: separable for c = 0, strongly chaotic for large c."""
+
+    a: float
+    b: float
+    c: float
+    m: float = 1.0
+
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    margin, angles = HenonHeiles.margin, HenonHeiles.angles
+
+    def velocity(self, px, py):
+        return px / self.m, py / self.m
+
+    def kinetic_energy(self, px, py):
+        return (px * px + py * py) / (2 * self.m)
+
+    def potential_energy(self, x, y):
+        return (self.a * x * x * x * x + self.b * y * y * y * y) / 4 + self.c * x * x * y * y / 2
+
+    def force(self, x, y):
+        return -self.a * x * x * x - self.c * x * y * y, -self.b * y * y * y - self.c * x * x * y
+
+    def tangent_force(self, x, y, dx, dy):
+        cross = -2 * self.c * x * y
+        return (-3 * self.a * x * x - self.c * y * y) * dx + cross * dy, cross * dx + (-3 * self.b * y * y - self.c * x * x) * dy
+
+
+class InUnits(NamedTuple):
+    """Henon-Heiles with unit length L, unit time T and unit mass M."""
+
+    L: float
+    T: float
+    M: float
+
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    margin, angles = HenonHeiles.margin, HenonHeiles.angles
+
+    def velocity(self, px, py):
+        return px / self.M, py / self.M
+
+    def kinetic_energy(self, px, py):
+        return (px * px + py * py) / (2 * self.M)
+
+    def potential_energy(self, x, y):
+        x, y = x / self.L, y / self.L
+        return self.M * (self.L / self.T) ** 2 * ((x * x + y * y) / 2 + x * x * y - y * y * y / 3)
+
+    def force(self, x, y):
+        x, y, unit = x / self.L, y / self.L, self.M * self.L / self.T**2
+        return -unit * (x + 2 * x * y), -unit * (y + x * x - y * y)
+
+    def tangent_force(self, x, y, dx, dy):
+        x, y, unit = x / self.L, y / self.L, self.M / self.T**2
+        return -unit * ((1 + 2 * y) * dx + 2 * x * dy), -unit * ((1 - 2 * y) * dy + 2 * x * dx)
+
+    def states(self, z):
+        """Phase points in these units."""
+        return z * np.repeat([self.L, self.M * self.L / self.T], 2)[:, None]
 
 
 class Toda(NamedTuple):
@@ -211,7 +288,7 @@ def none_is_chaotic(model, size, orbits, time, indicators, **run):
     found = chaos(model, z0, time=time, indicators=indicators, **run)
     fine = found.status == Status.OK
     assert fine.mean() > 0.9
-    assert not found.chaotic_by[:, fine].any(), found.summary()
+    assert not (found.verdicts[:, fine] == Character.CHAOTIC).any(), found.summary()
 
 
 @pytest.mark.parametrize(("model", "size"), INTEGRABLE.values(), ids=INTEGRABLE)
@@ -249,11 +326,12 @@ def test_history_and_detection(known):
     np.testing.assert_allclose(known.history_times[:, 0], np.arange(1, 21) * 50.0, rtol=0, atol=1e-9)
     np.testing.assert_array_equal(known.history[:streamed, -1], known.values[:streamed])
     assert np.isnan(known.history[streamed:]).all()
-    np.testing.assert_array_equal(np.isfinite(known.detected[:streamed]), known.chaotic_by[:streamed])
+    np.testing.assert_array_equal(np.isfinite(known.detected[:streamed]), known.verdicts[:streamed] == Character.CHAOTIC)
     for j in (4, 5, 8):
-        beyond = known.history[j, :, 0] > known.limits[j] if STREAMED[j].above else known.history[j, :, 0] < known.limits[j]
+        limit = known.limits[j, 0]
+        beyond = known.history[j, :, 0] > limit if STREAMED[j].above else known.history[j, :, 0] < limit
         first = known.history_times[np.argmax(beyond), 0]
-        assert first - 50 <= known.detected[j, 0] <= first
+        assert first - 100 <= known.detected[j, 0] <= first  # a swing may take it back before the next record
 
 
 @pytest.mark.parametrize("run", [{"step": 0.05}, {"scheme": DOP853}], ids=["fixed", "adaptive"])
@@ -284,35 +362,39 @@ def test_schemes_agree_on_a_regular_orbit(scheme):
     assert found.megno[0] == pytest.approx(truth.megno[0], abs=0.05)  # its sum has the observations' resolution
 
 
-RUNS = {"fixed": {"step": 0.05}, "early stop": {"step": 0.05, "early_stop": True}, "adaptive": {"scheme": DOP853}}
+RUNS = {
+    "default": {}, "given step": {"step": 0.05}, "early stop": {"early_stop": True, "indicators": STREAMED}, "adaptive": {"scheme": DOP853},
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
 def test_threads_neighbours_and_order_change_no_bit(run):
-    """Limits follow the median frequency of the given orbits, so they are given here."""
-    body = Body(fastaff.NeoHookean())
-    z0 = random_starts(body, 150, 1.0)
-    z0[:, 7] = [0.8, 0.0, 0.75, 0.0, -3.0, 0.0, 3.0, 0.0]  # hits the wall
-    fixed = {"time": 40.0, "indicators": (MEGNO(limit=3.0), SALI(limit=-3.0), Lyapunov(limit=0.1)), **run}
-    whole = chaos(body, z0, threads=1, **fixed)
+    """Alone and among others, some of them a thousand times faster, in another order, with other threads: rates, steps, limits and all."""
+    model = Quartic(0.9, 1.7, 0.6, 1.2)
+    z0 = 0.7 * np.random.default_rng(4).standard_normal((4, 120))
+    z0[:, ::17] *= np.geomspace(3.0, 1000.0, z0[:, ::17].shape[1])  # the frequency grows like the amplitude
+    indicators = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(4), ZeroOne())
+    fixed = {"time": 25.0, "indicators": indicators, **run}
+    if "step" in run:
+        z0[:, ::17] /= 10.0
+    whole = chaos(model, z0, threads=1, **fixed)
     assert (whole.status == Status.OK).sum() > 100
 
-    def same(one, orbits=slice(None)):
-        for name in ("values", "detected", "t", "energy_error", "status"):
+    def same(one, orbits):
+        for name in ("values", "limits", "verdicts", "verdict", "longer", "detected", "t", "energy_error", "status"):
             np.testing.assert_array_equal(getattr(one, name), getattr(whole, name)[..., orbits], err_msg=name)
 
-    same(chaos(body, z0, **fixed))
-    if "scheme" in run:  # the interval of renormalisation follows the frequency too
-        return
-    backwards = np.arange(150)[::-1]
-    same(chaos(body, np.ascontiguousarray(z0[:, backwards]), **fixed), backwards)
+    order = np.random.default_rng(5).permutation(120)
+    same(chaos(model, np.ascontiguousarray(z0[:, order]), **fixed), order)
+    for alone in (17, 40):
+        same(chaos(model, z0[:, alone], **fixed), [alone])
 
 
 def test_averages_are_those_of_samples():
     z0 = np.array(REGULAR)
     found = chaos(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(BirkhoffDigits(),))
     path = march(HenonHeiles(), KAHAN_LI8, z0[:, None], 0.05, 6000)[1:, :, 0]
-    kinetic, t = (path[:, 2:] ** 2).sum(axis=1) / 2, np.arange(1, 6001) * 0.05
+    kinetic, t = ((path[:, 2:] ** 2).sum(axis=1) / 2) ** 2, np.arange(1, 6001) * 0.05
     means = []
     for shift in (1, -1):
         x = 2 * (2 * t / 300.0 - 1) + shift
@@ -373,10 +455,11 @@ def test_given_vectors_count_from_their_start():
     deviations = np.random.default_rng(3).standard_normal((4, 4)) * np.array([1e-200, 1.0, 30.0, 1e200])[:, None]
     indicators = (Lyapunov(), FLI(), MEGNO(), GALI(3), LyapunovSpectrum())
     found = chaos(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=deviations)
+    scale = scale_of(HenonHeiles(), CHAOTIC, 40.0)[:, 0]
     unit = deviations / np.abs(deviations).max(axis=1, keepdims=True)
-    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    ends = tangent_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, deviations=unit).vectors[:, :, 0]
-    start, end = (np.log(np.abs(np.diag(np.linalg.qr(w.T, mode="r")))) for w in (unit, ends))
+    unit /= np.linalg.norm(unit * scale, axis=1, keepdims=True)
+    ends = scale * tangent_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, deviations=unit).vectors[:, :, 0]
+    start, end = (np.log(np.abs(np.diag(np.linalg.qr(w.T, mode="r")))) for w in (unit * scale, ends))
     np.testing.assert_allclose(found.spectrum[:, 0], np.sort((end - start) / 40.0)[::-1], atol=1e-9)
     assert found.lyapunov[0] == pytest.approx(math.log(np.linalg.norm(ends[0])) / 40.0, abs=1e-11)
     lengths = np.linalg.norm(ends, axis=1)
@@ -398,7 +481,7 @@ def test_what_an_interrupted_pass_left_out_is_marked(indicator):
 def test_an_equilibrium_is_regular_for_every_indicator():
     found = chaos(HenonHeiles(), np.zeros(4), time=100.0, step=0.1, indicators=EVERY)
     assert np.isfinite(found.values).all()
-    assert not found.chaotic_by.any()
+    assert not (found.verdicts == Character.CHAOTIC).any()
 
 
 def test_files_keep_it(tmp_path, known):
@@ -472,3 +555,98 @@ def test_an_orbit_that_collapses_ends_where_it_does():
     assert found.t[0] <= early.t[0] + 1.0
     assert np.isnan(found.history[0, found.history_times[:, 0] > found.t[0]]).all()
     assert np.isnan(found.history_times[-1]).all()
+
+
+def surface(energy, orbits, seed=2):
+    section = fastaff.Linear((1.0, 0.0, 0.0, 0.0))
+    return fastaff.energy_sample(HenonHeiles(), energy=energy, section=section, orbits=orbits, seed=seed).z0
+
+
+@pytest.mark.parametrize("units", [(1e6, 1.0, 1.0), (1.0, 1e-6, 1.0), (1e-6, 1e6, 3e5), (7e3, 3e-2, 1e-6)], ids=str)
+def test_units_change_nothing(units):
+    """Lengths, times and masses from 1e-6 to 1e6: verdicts are the same, and values where chaos magnifies no rounding."""
+    z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), InUnits(*units)
+    indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
+    plain = chaos(InUnits(1.0, 1.0, 1.0), z0, time=400.0, step=0.1, indicators=indicators)
+    found = chaos(own, own.states(z0), time=400.0 * own.T, step=0.1 * own.T, indicators=indicators)
+    np.testing.assert_array_equal(found.status, plain.status)
+    np.testing.assert_array_equal(found.verdict, plain.verdict)
+    assert plain.regular[:20].all()
+    assert plain.chaotic[20:].mean() > 0.7
+    for name in ("fli", "ofli", "megno", "sali", "gali_3"):
+        np.testing.assert_allclose(getattr(found, name)[:20], getattr(plain, name)[:20], rtol=0, atol=1e-5, err_msg=name)
+    np.testing.assert_allclose(found.spectrum[:, :20] * own.T, plain.spectrum[:, :20], rtol=0, atol=1e-7)
+
+
+def test_the_step_is_the_one_asked_for():
+    """Steps of 0.4 and 0.2 give different orbits; one that doesn't divide the time is the nearest shorter one that does."""
+    indicators = (MEGNO(), BirkhoffDigits(), ZeroOne(), ReversibilityError())
+    long, short = (chaos(HenonHeiles(), BOTH, time=100.0, step=step, indicators=indicators) for step in (0.4, 0.2))
+    assert (long.step, short.step) == (0.4, 0.2)
+    assert (long.energy_error > 10 * short.energy_error).all()
+    assert (long.megno != short.megno).all()
+    odd = chaos(HenonHeiles(), BOTH, time=10.0, step=0.7, history=3)
+    assert odd.step == pytest.approx(10 / 15, rel=1e-15)
+    np.testing.assert_allclose(odd.t, 10.0, rtol=1e-15)
+    np.testing.assert_allclose(odd.history_times[:, 0], np.array([5, 10, 15]) * 10 / 15)
+
+
+@pytest.mark.parametrize("start", [CHAOTIC, REGULAR], ids=["chaotic", "regular"])
+def test_fli_and_ofli_are_maxima_over_all_steps(start):
+    """Against the vector at each of 240 steps, nothing renormalised; a record a radian would miss the crests."""
+    model, z, h = HenonHeiles(), np.array(start), 0.05
+    scale = scale_of(model, start, 12.0)[:, 0]
+    w = symplectic_frame(2, 1) / scale
+    fli = ofli = 0.0
+    for _ in range(240):
+        moved = tangent_map(model, z, time=h, step=h, deviations=w)
+        z, w = moved.z[:, 0], moved.vectors[:, :, 0]
+        flow = scale * np.array([*model.velocity(*z[2:]), *model.force(*z[:2])])
+        own = scale * w[0]
+        fli = max(fli, math.log10(np.linalg.norm(own)))
+        ofli = max(ofli, math.log10(np.linalg.norm(own - (own @ flow) / (flow @ flow) * flow)))
+    found = chaos(model, start, time=12.0, step=h, indicators=(FLI(), OFLI()))
+    assert found.fli[0] == pytest.approx(fli, abs=1e-10)
+    assert found.ofli[0] == pytest.approx(ofli, abs=1e-10)
+
+
+def test_without_evidence_the_verdict_is_undecided():
+    """Two periods say nothing, and the result says how long a run may; sticky or slow orbits get the same word."""
+    short = chaos(HenonHeiles(), BOTH, time=12.0, step=0.1)
+    np.testing.assert_array_equal(short.verdict, [Character.UNDECIDED] * 2)
+    assert math.isnan(short.fraction)
+    assert (short.longer >= 48.0).all()
+    assert "2 undecided (time" in short.summary()
+    longer = chaos(HenonHeiles(), BOTH, time=20 * short.longer.max(), step=0.1)
+    np.testing.assert_array_equal(longer.verdict, [Character.CHAOTIC, Character.REGULAR])
+    assert np.isnan(longer.longer).all()
+
+
+REGULAR_SETS = {
+    "slow beats": lambda: (HenonHeiles(), surface(0.01, 60)),
+    "Henon-Heiles 0.05": lambda: (HenonHeiles(), surface(0.05, 60)),
+    "separable quartic": lambda: (Quartic(1.3, 0.4, 0.0, 0.7), random_starts(Quartic(1.3, 0.4, 0.0, 0.7), 60, 1.0)),
+    "hyperelastic": lambda: (Body(fastaff.Hyperelastic(1.7), 0.6), random_starts(Body(fastaff.Hyperelastic(1.7), 0.6), 60, 1.0)),
+}
+
+
+@pytest.mark.parametrize("make", REGULAR_SETS.values(), ids=REGULAR_SETS)
+def test_averages_that_have_not_settled_are_no_evidence_of_chaos(make):
+    """At 100 to 200 periods beats cost regular orbits their digits."""
+    model, z0 = make()
+    for time in (120.0, 900.0):
+        found = chaos(model, z0, time=time, indicators=(BirkhoffDigits(), ReversibilityError()))
+        assert not (found.verdicts == Character.CHAOTIC).any(), found.summary()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", [HenonHeiles(), Quartic(0.05, 0.08, 2.0, 1.3)], ids=["Henon-Heiles", "x2y2"])
+def test_chaotic_orbits_are_seldom_called_regular(model):
+    """Truth: MEGNO after ten times the time. At most 2 % of the chaotic ones are called regular, none by all indicators at once."""
+    z0 = surface(0.999 / 6, 200) if isinstance(model, HenonHeiles) else random_starts(model, 200, 1.0)
+    truth = chaos(model, z0, time=6000.0, indicators=(MEGNO(),), early_stop=True)
+    found = chaos(model, z0, time=600.0, indicators=(FLI(), OFLI(), MEGNO(), SALI(), GALI(4), BirkhoffDigits()))
+    chaotic = truth.chaotic & (found.status == Status.OK)
+    assert chaotic.sum() > 150
+    assert (found.regular & chaotic).sum() <= 0.02 * chaotic.sum()
+    assert not (found.verdicts[:, chaotic] == Character.REGULAR).all(axis=0).any()

@@ -227,7 +227,7 @@ def test_chaos_map_command(tmp_path, capsys):
     assert metadata["time"] == 150
     assert metadata["interrupted"] is False
     assert f"chaotic fraction {metadata['fraction']:.3f}" in said
-    assert f"{int((arrays['chaotic'] & (arrays['status'] == 0)).sum())} chaotic" in said
+    assert f"{int(((arrays['verdict'] == fastaff.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic" in said
     direct = fastaff.chaos(
         fastaff.Body(fastaff.NeoHookean()), arrays["z0"], time=150.0, step=metadata["step"], indicators=(fastaff.MEGNO(), fastaff.GALI(3))
     )

@@ -181,6 +181,36 @@ def test_chaos_does_not_converge():
     assert "CURVE" in regular.summary()
 
 
+SMOOTH = {
+    "ellipses": lambda rng, n: np.stack([ellipse(rng.uniform(-0.5, 0.5), n, b=10 ** rng.uniform(-3, 0)) for _ in range(40)]),
+    "Henon": lambda rng, n: quadratic(rng.uniform(0.02, 0.25, 40), np.zeros(40), math.cos(1.28), math.sin(1.28), n),
+    "standard": lambda rng, n: annulus(*standard(0.2, rng.random(40), rng.uniform(0, 0.5, 40), n)),
+    "chains": lambda rng, n: np.stack([chain(1, q, rng.random(), n, a=0.2 * rng.random(), b=0.1 * rng.random()) for q in range(2, 32)]),
+}
+
+
+@pytest.mark.parametrize("make", SMOOTH.values(), ids=SMOOTH)
+@pytest.mark.parametrize("crossings", [64, 130, 260, 520])
+def test_few_crossings_of_smooth_curves_are_no_chaos(make, crossings):
+    """Their rotation numbers have few digits yet, close to rationals above all: undecided, and decided by more crossings."""
+    points = make(np.random.default_rng(7), crossings)
+    found = islands(points)
+    assert (found.turning.digits < 4).mean() > 0.02, "the test can fail"
+    assert not (found.kind == Kind.CHAOTIC).any(), found.summary()
+
+
+def test_chaos_is_seen_in_a_few_hundred_crossings():
+    """Standard map at K = 6, and the sea around the islands of K = 1.5."""
+    rng = np.random.default_rng(8)
+    x, y = standard(6.0, rng.random(40), rng.random(40), 300)
+    strong = islands(np.stack([x % 1 - 0.5, (y + 0.5) % 1 - 0.5], axis=-1), centre=(0.0, 0.0))
+    assert (strong.kind == Kind.CHAOTIC).mean() > 0.9
+    x, y = standard(1.5, 1e-3 * rng.random(30), 1e-3 * rng.random(30), 1000)
+    sea = islands(annulus(x, (y + 0.5) % 1 - 0.5), centre=(0.0, 0.0))
+    assert (sea.kind == Kind.CHAOTIC).mean() > 0.9
+    assert not np.isin(sea.kind, (Kind.CURVE, Kind.ISLANDS)).any()
+
+
 def test_a_curve_close_to_a_rational_is_not_islands():
     """Ellipses at 1/3 + 1e-3 and + 1e-4 in 20 000 points; at 1/3 + 1e-15 it is a periodic orbit."""
     found = islands(np.stack([ellipse(1 / 3 + d, 20_000) for d in (1e-3, 1e-4)]))

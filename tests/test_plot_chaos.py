@@ -29,20 +29,22 @@ def grid():
 
 
 def chaos_map(orbits, slots=0):
-    """A map in which the first quarter is chaotic, the next in doubt, and the last orbit failed."""
+    """A map in which the first quarter is chaotic, the next undecided, and the last orbit failed."""
     part = np.arange(orbits) / orbits
     megno = np.where(part < 0.5, 20.0 + part, 2.0 - 0.1 * part)
     sali = np.where(part < 0.25, -14.0 - part, -1.0 - part)
-    values, limits = np.array([megno, sali]), np.array([5.0, -7.0])
+    values, limits = np.array([megno, sali]), np.array([[5.0], [-7.0]]) * np.ones(orbits)
     values[:, -1] = np.nan
-    by = np.array([values[0] > 5, values[1] < -7])
+    by = np.array([values[0] > 5, values[1] < -7]).astype(int)
+    verdict = np.where(by[0] == by[1], by[0], fastaff.Character.UNDECIDED)
+    verdict[-1] = fastaff.Character.UNDECIDED
     status = np.zeros(orbits, int)
     status[-1] = fastaff.Status.COLLAPSED
     times = np.geomspace(1.0, 1000.0, slots)[:, None] * np.ones(orbits)
     history = np.array([np.full((slots, orbits), 2.0), -2 * np.log10(times)])
     return fastaff.ChaosMap(
-        ("megno", "sali"), values, limits, by, np.full((2, orbits), np.nan), by.all(axis=0), by.any(axis=0) & ~by.all(axis=0), None, None,
-        history, times, np.full(orbits, 100.0), np.zeros(orbits), status, 100.0, fastaff.KAHAN_LI8, 0.01,
+        ("megno", "sali"), values, limits, by, verdict, np.full(orbits, np.nan), np.full((2, orbits), np.nan), None, None, history, times,
+        np.full(orbits, 100.0), np.zeros(orbits), status, 100.0, fastaff.KAHAN_LI8, 0.01,
     )  # fmt: skip
 
 
@@ -57,8 +59,8 @@ def scan(*axes):
     statuses[0] = orbits
     rows = np.zeros((2, *shape))
     return fastaff.ChaosScan(
-        ("energy", "K")[: len(axes)], tuple(np.asarray(axis, float) for axis in axes), orbits, chaotic, orbits - chaotic, doubt,
-        np.maximum(chaotic - 2, 0), zero.astype(int), statuses, ("megno", "sali"), rows, rows, rows, zero + 10, zero, zero, zero == 0,
+        ("energy", "K")[: len(axes)], tuple(np.asarray(axis, float) for axis in axes), orbits, chaotic, orbits - chaotic - doubt, doubt,
+        zero.astype(int), statuses, ("megno", "sali"), rows, rows, rows, zero + 10, zero, zero, zero == 0,
     )  # fmt: skip
 
 
@@ -68,7 +70,7 @@ def test_map_of_an_indicator(grid, ax, name):
     drawn = plot_chaos.plot_chaos_map(grid, found, indicator=name, ax=ax, boundary=plot.edge(NEO, **SURFACE))
     assert drawn.missing == 1
     assert drawn.points.get_array().count() == grid.cell.size - 1
-    assert drawn.points.norm.vcenter == found.limits[found.names.index(name)]
+    assert drawn.points.norm.vcenter == found.limits[found.names.index(name), 0]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\beta$", r"$p_{\beta}$")
     crosses = [c for c in ax.collections if isinstance(c, PathCollection)]
     np.testing.assert_allclose(crosses[0].get_offsets()[0], [grid.axes[0][grid.cell[-1] // 7], grid.axes[1][grid.cell[-1] % 7]])
@@ -86,8 +88,8 @@ def test_map_of_the_verdict(grid, ax):
     classes, counts = np.unique(drawn.points.get_array().compressed(), return_counts=True)
     fine = found.status == 0
     assert classes.tolist() == [0, 1, 2]
-    assert counts.tolist() == [(~found.chaotic & ~found.disagree & fine).sum(), (found.disagree & fine).sum(), (found.chaotic & fine).sum()]
-    assert [text.get_text() for text in drawn.colorbar.ax.get_yticklabels()] == ["regular", "in doubt", "chaotic"]
+    assert counts.tolist() == [(found.regular & fine).sum(), found.undecided.sum(), (found.chaotic & fine).sum()]
+    assert [text.get_text() for text in drawn.colorbar.ax.get_yticklabels()] == ["regular", "undecided", "chaotic"]
 
 
 def test_map_of_random_points(ax):

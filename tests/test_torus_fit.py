@@ -11,6 +11,9 @@ from hypothesis import strategies as st
 from naive import constants, energy, frequencies, label, r_vartheta_actions
 
 from fastaff import (
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
     AlphaTurning,
     Anharmonic,
     Body,
@@ -169,16 +172,74 @@ def test_chaotic_orbits_are_no_tori():
     for f in (henon, body):
         assert f.verdict is Verdict.NOT_A_TORUS
         assert f.evidence["diffusion"] > 1e-4
+        assert f.evidence["megno"] > 5
+        assert np.isinf(f.nu_error).all()
         assert f.prediction_error > 0.1
         assert np.isfinite(f.J).all()
         assert "not a torus" in f.summary()
 
 
+@pytest.mark.parametrize("start", [(0.0, 0.1, 0.27, 0.05), (0.0, -0.12, 0.21, 0.13)])
+def test_regular_orbits_are_never_called_no_tori(start):
+    """Henon-Heiles at E = 0.04 in 14 and 50 periods: too little for the slow beat, which says so; longer ones find it."""
+    verdicts = [fit_torus(HenonHeiles(), start, time=time).verdict for time in (90.0, 320.0)]
+    assert Verdict.NOT_A_TORUS not in verdicts
+
+
+@pytest.mark.parametrize("time", [1e-15, 1e-6, 0.3, 20.0])
+def test_less_than_eight_periods_are_undecided_at_once(time):
+    f = fit_torus(HenonHeiles(), REGULAR, time=time)
+    assert f.verdict is Verdict.UNDECIDED
+    assert np.isinf(f.nu_error).all()
+    assert 20.0 < f.evidence["longer"] < 80.0
+    assert "may decide" in f.summary()
+
+
+class Pair(NamedTuple):
+    """Two unit masses on springs a, coupled by k: frequencies sqrt(a), sqrt(a + 2 k), the coordinates are not the modes."""
+
+    a: float
+    k: float
+
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+    velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
+    margin, angles = HenonHeiles.margin, HenonHeiles.angles
+
+    def force(self, x, y):
+        return -self.a * x - self.k * (x - y), -self.a * y - self.k * (y - x)
+
+    def tangent_force(self, x, y, dx, dy):
+        return self.force(dx, dy)
+
+    def potential_energy(self, x, y):
+        return (self.a * (x * x + y * y) + self.k * (x - y) * (x - y)) / 2
+
+
+RUNS = {
+    "default": {}, "coarse": {"scheme": KAHAN_LI8, "step": 0.5}, "order 2": {"scheme": LEAPFROG, "step": 1.5e-3},
+    "adaptive": {"scheme": DOP853, "rtol": 1e-10, "atol": 1e-10},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+def test_frequency_errors_cover_those_of_the_scheme(run):
+    """Coupled oscillators with random springs against the closed form: coarse steps move both frequencies, and the errors say so."""
+    rng = np.random.default_rng(9)
+    for a, k in rng.uniform((0.6, 0.3), (1.4, 0.9), (3, 2)):
+        f = fit_torus(Pair(a, k), 0.5 * rng.standard_normal(4), time=rng.uniform(150.0, 250.0), **run)
+        assert f.verdict is Verdict.TORUS
+        order = np.argsort(f.nu)
+        truth = np.sqrt([a, a + 2 * k]) / (2 * np.pi)
+        assert (np.abs(f.nu[order] - truth) <= f.nu_error[order] + 1e-15).all()
+        assert (f.nu_error < 1e-6).all()
+
+
 def test_failed_orbit():
     """Above E = 1/6 Henon-Heiles orbits escape: no exception, the status is the evidence."""
     f = fit_torus(HenonHeiles(), [0.0, 0.9, 0.3, 0.8], time=100.0)
-    assert f.verdict is Verdict.NOT_A_TORUS
     assert f.evidence["status"] in (Status.ESCAPED, Status.NONFINITE, Status.ENERGY_DRIFT)
+    assert f.verdict is (Verdict.NOT_A_TORUS if f.evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
     assert np.isnan(f.J).all()
 
 

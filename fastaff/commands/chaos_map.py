@@ -52,7 +52,7 @@ def chaos_map(
     """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters (--scan).
 
     Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. One panel for each indicator
-    and one for the verdict: an orbit is chaotic where more than half of the indicators say so, in doubt where they disagree.
+    and one for the verdict: what the indicators that decide say, undecided where they disagree or none decides.
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ def _draw(result, axes, body, surface, section, stem, facts) -> None:
         rest = [rf"$p_\varphi$ = {spin:g}"] * ("p_phi" not in names) + [rf"$p_\psi$ = {vorticity:g}"] * ("p_psi" not in names)
         where = ", ".join([*filter(None, [where]), *rest])
     title(figure, ", ".join(filter(None, [titled(body, without=names), where])))
-    shown = "bars: 95 % of statistics; pale band: orbits in doubt" if len(axes) == 1 else "largest 95 % half width "
+    shown = "bars: 95 % of statistics; pale band: undecided orbits" if len(axes) == 1 else "largest 95 % half width "
     if len(axes) == 2:
         low, high = result.interval()
         shown += f"{np.nanmax(high - low) / 2:.3f}"

@@ -4,8 +4,11 @@ The vectors of a state are kept orthonormal, W(t) = Q R_m ... R_1; S_i sums log 
 are the columns of the triangular product: `columns` holds them normalised, with the logarithm L_j of each length. So
 log GALI_k = sum_(i<k) (S_i - L_i) keeps all its digits below 1e-16, where vectors that align in memory could not be told apart.
 
-Observer memory, in rows of LANES, for k vectors and m indicators: SHARED rows (see the constants), then S (k), S at half time (k),
-L (k), columns (k*k), factor R (k*k), readings (m), times of detection (m).
+Lengths and angles are those of each orbit's own metric sum_r g_r w_r^2, which makes one of positions and momenta: a plain sum of their
+squares would change with the units, and see growth where a long position only turns into a short momentum.
+
+Observer memory, in rows of LANES, for k vectors of 2n rows and m indicators: SHARED rows (see the constants), then S (k), S at half
+time (k), L (k), columns (k*k), factor R (k*k), readings (m), readings at half time (m), limits (m), times of detection (m), metric (2n).
 """
 
 from __future__ import annotations
@@ -14,39 +17,71 @@ import math
 
 from .._jit import LANES, jit
 
-SHARED = 9
-WAIT, DUE, LAST, WEIGHTED, AREA, MEGNO_NOW, LARGEST, LARGEST_ACROSS, RECORDED = range(SHARED)
-"""Observations since the last one acted on; whether this one is; time of the last one; sum of t dL for MEGNO; integral of
-MEGNO over time; MEGNO; largest L_0; largest log of the part of w_0 across the flow; history slots written."""
+SHARED = 13
+SEEN, STRIDE, DUE, LAST, HALF, WEIGHTED, AREA, MEGNO_NOW, LARGEST, LARGEST_ACROSS, RECORDED, PEAK, PEAK_ACROSS = range(SHARED)
+"""Steps seen; how many steps apart the orbit's vectors are renormalised; whether this one is such; time of the last one; time of the
+half-time values; sum of t dL for MEGNO; integral of MEGNO over time; MEGNO; largest L_0; largest log of the part of w_0 across the
+flow; history slots written; largest square of the first vector since it was renormalised, and of its part across the flow."""
+
+LONGEST = 1e8
+"""Square of the first vector's growth at which it is renormalised before its time."""
 
 
 @jit
 def place(k, m, what):
-    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), detections (6), end (7).
+    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), those at half time (6), ...
 
-    The number m of readings only counts for what follows them.
+    ... limits (7), detections (8), metric (9). The number m of readings only counts for what follows them.
     """
     rows = SHARED + k * min(what, 3)
     rows += k * k * max(0, min(what - 3, 2))
     return rows + m * max(0, what - 5)
 
 
+@jit(constants=True)
+def peak(n, k, metric, lanes, fresh, z, memory):
+    """Keep the largest square of the first vector since the last renormalisation."""
+    half = n * (1 + k)
+    for i in range(lanes):
+        square = 0.0
+        for r in range(2 * n):
+            w = z[((n + r) if r < n else (half + r)) * LANES + i]
+            square += memory[(metric + r) * LANES + i] * w * w
+        largest = memory[PEAK * LANES + i]
+        memory[PEAK * LANES + i] = square if fresh[i] > 0.0 and square > largest else largest
+
+
 @jit
-def wait(stride, lanes, fresh, memory):
-    """Mark the lanes whose vectors are due at this observation, every `stride`-th of an orbit; return how many."""
+def peak_across(i, square, along, size, memory):
+    """Keep the largest square of the first vector's part across the flow, of its square, product with the flow, the flow's square."""
+    across = square - along * along / size if size > 0.0 else square
+    memory[PEAK_ACROSS * LANES + i] = max(memory[PEAK_ACROSS * LANES + i], across)
+
+
+@jit
+def wait(time, slots, lanes, fresh, t, memory):
+    """Mark the lanes whose vectors are due at this step; return how many.
+
+    Every STRIDE-th step of an orbit, its first one past half time, past the next record of the history and at the end, and where the
+    first vector has grown long.
+    """
     due = 0.0
     for i in range(lanes):
-        waited = memory[WAIT * LANES + i] + fresh[i]
-        on = 1.0 if fresh[i] > 0.0 and waited >= stride else 0.0
-        memory[WAIT * LANES + i] = 0.0 if on > 0.0 else waited
-        memory[DUE * LANES + i] = on
-        due += on
+        seen = memory[SEEN * LANES + i] + fresh[i]
+        stride, recorded, now = memory[STRIDE * LANES + i], memory[RECORDED * LANES + i], t[i] * (1.0 + 1e-12)
+        on = seen - stride * math.floor(seen / stride) == 0.0 or now >= time or memory[PEAK * LANES + i] > LONGEST
+        on = on or (memory[HALF * LANES + i] == 0.0 and now >= 0.5 * time)
+        on = on or (recorded < slots and now * slots >= (recorded + 1.0) * time)
+        on = on and fresh[i] > 0.0
+        memory[SEEN * LANES + i] = seen
+        memory[DUE * LANES + i] = 1.0 if on else 0.0
+        due += memory[DUE * LANES + i]
     return due
 
 
 @jit(constants=True)
-def orthonormalise(n, k, lanes, z, memory):
-    """Make the k vectors of the due lanes orthonormal, in their order (modified Gram-Schmidt); R into memory, S summed.
+def orthonormalise(n, k, metric, lanes, z, memory):
+    """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into memory, S summed.
 
     z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which vectors drop).
     """
@@ -59,8 +94,9 @@ def orthonormalise(n, k, lanes, z, memory):
             for r in range(2 * n):
                 first = (r if r < n else half + r - n) * LANES
                 u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
+                g = (metric + r) * LANES
                 for i in range(lanes):
-                    memory[entry + i] += z[u + i] * z[w + i]
+                    memory[entry + i] += memory[g + i] * z[u + i] * z[w + i]
             if b == j:
                 for i in range(lanes):
                     memory[entry + i] = math.sqrt(memory[entry + i]) if memory[DUE * LANES + i] > 0.0 else 1.0
@@ -108,12 +144,12 @@ def follow(k, lanes, memory):
 
 
 @jit(constants=True)
-def grow(k, half_time, lanes, t, memory):
-    """Update what the growth L_0 of the first vector gives: the largest L_0, MEGNO and its mean; keep S at half time.
+def grow(k, lanes, t, memory):
+    """Update what the growth L_0 of the first vector gives, before and after `follow`: the largest L_0, MEGNO and its mean.
 
     MEGNO is Y = (2/t) int s dL(s), Cincotta & Simo 2000, with s of the middle of each interval; its mean by the trapezoidal rule.
     """
-    sums, before, lengths, factor = place(k, 0, 0), place(k, 0, 1), place(k, 0, 2), place(k, 0, 4)
+    lengths, factor = place(k, 0, 2), place(k, 0, 4)
     for i in range(lanes):
         on = memory[DUE * LANES + i] > 0.0
         last, now = memory[LAST * LANES + i], t[i]
@@ -123,22 +159,13 @@ def grow(k, half_time, lanes, t, memory):
         memory[AREA * LANES + i] += 0.5 * (megno + memory[MEGNO_NOW * LANES + i]) * (now - last) if on else 0.0
         memory[WEIGHTED * LANES + i] = weighted if on else memory[WEIGHTED * LANES + i]
         memory[MEGNO_NOW * LANES + i] = megno if on else memory[MEGNO_NOW * LANES + i]
-        growth = memory[lengths * LANES + i]
-        memory[LARGEST * LANES + i] = max(memory[LARGEST * LANES + i], growth) if on else memory[LARGEST * LANES + i]
         memory[LAST * LANES + i] = now if on else last
-    for j in range(k):
-        for i in range(lanes):
-            early = memory[DUE * LANES + i] > 0.0 and t[i] <= half_time
-            row = (before + j) * LANES + i
-            memory[row] = memory[(sums + j) * LANES + i] if early else memory[row]
-
-
-@jit
-def across(k, i, along, memory):
-    """Update the largest log of the part of the first vector across the flow; `along` is its cosine with the flow."""
-    growth = memory[place(k, 0, 2) * LANES + i] + 0.5 * math.log(max(1.0 - along * along, 1e-300))
-    if memory[DUE * LANES + i] > 0.0:
-        memory[LARGEST_ACROSS * LANES + i] = max(memory[LARGEST_ACROSS * LANES + i], growth)
+        # The peaks are those since the last time: on top of the length that the vector had then.
+        for row, largest in ((PEAK, LARGEST), (PEAK_ACROSS, LARGEST_ACROSS)):
+            if on:
+                growth = memory[lengths * LANES + i] + 0.5 * math.log(max(memory[row * LANES + i], 1e-300))
+                memory[largest * LANES + i] = max(memory[largest * LANES + i], growth)
+                memory[row * LANES + i] = 0.0
 
 
 LN10 = math.log(10.0)
@@ -163,21 +190,29 @@ def alignment(k, i, memory):
 
 
 @jit
-def judge(k, m, limits, signs, early_stop, slots, time, lanes, orbit, t, memory, out, done):
-    """Note when each reading first passes its limit, and write the history; return the lanes that are done."""
-    readings, detections = place(k, m, 5), place(k, m, 6)
+def judge(k, m, signs, early_stop, slots, time, lanes, orbit, t, memory, out, done):
+    """Keep the values at half time, note when each reading first passes its limit, write the history; return the lanes that are done."""
+    readings, middle, limits, detections = place(k, m, 5), place(k, m, 6), place(k, m, 7), place(k, m, 8)
+    sums, before = place(k, m, 0), place(k, m, 1)
     ended = 0
     for i in range(lanes):
         if memory[DUE * LANES + i] == 0.0:
             continue
+        now = t[i] * (1.0 + 1e-12)
+        if memory[HALF * LANES + i] == 0.0 and now >= 0.5 * time:
+            memory[HALF * LANES + i] = t[i]
+            for j in range(k):
+                memory[(before + j) * LANES + i] = memory[(sums + j) * LANES + i]
+            for j in range(m):
+                memory[(middle + j) * LANES + i] = memory[(readings + j) * LANES + i]
         passed = 0
         for j in range(m):
             row = (detections + j) * LANES + i
-            if memory[row] == 0.0 and (memory[(readings + j) * LANES + i] - limits[j]) * signs[j] > 0.0:
+            if memory[row] == 0.0 and (memory[(readings + j) * LANES + i] - memory[(limits + j) * LANES + i]) * signs[j] > 0.0:
                 memory[row] = t[i]
             passed += 1 if memory[row] > 0.0 else 0
         slot = int(memory[RECORDED * LANES + i])
-        if slot < slots and t[i] * slots >= (slot + 1) * time * (1.0 - 1e-12):
+        if slot < slots and now * slots >= (slot + 1) * time:
             o, c = orbit[i], slot * (m + 1)
             out[o, c] = t[i]
             for j in range(m):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._jit import jit, read_now, write_now
+from .._jit import LANES, jit, read_now, write_now
 
 
 @jit
@@ -37,12 +37,21 @@ def correlation(samples, c, lags, p, q):
     return across / math.sqrt(spread) if spread > 0.0 else 0.0
 
 
-def zero_one(o, stop, progress, samples, angles, result):
-    """Set result[o] (orbits,) to the median over `angles` of the correlation for row o of samples (orbits, count)."""
-    count = samples.shape[1]
+@jit
+def thin(lanes, fresh, memory):
+    """Set row 4 of memory to 1 in the lanes whose sample this is: every n-th one of those in row 2, n in row 3."""
+    for i in range(lanes):
+        seen, stride = memory[2 * LANES + i] + fresh[i], memory[3 * LANES + i]
+        memory[2 * LANES + i] = seen
+        memory[4 * LANES + i] = fresh[i] if seen - stride * math.floor(seen / stride) == 0.0 else 0.0
+
+
+def zero_one(o, stop, progress, samples, counts, angles, result):
+    """Set result[o] (orbits,) to the median over `angles` of the correlation for the first counts[o] in row o of samples."""
+    count = counts[o]
     if read_now(stop, 0) == 0:
         p, q, k = np.empty(count), np.empty(count), np.empty(angles.size)
         for j in range(angles.size):
-            k[j] = correlation(samples[o], angles[j], count // 10, p, q)
+            k[j] = correlation(samples[o, :count], angles[j], count // 10, p, q)
         result[o] = np.median(k)
         write_now(progress, o, 1)
