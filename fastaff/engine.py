@@ -299,6 +299,15 @@ class Flow:
         launch(crossing_kernels.locate, arguments, stop, progress, float(where.size), self.threads, report)
 
 
+    def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
+        table, stop, (stage, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
+        progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
+        arguments = stage, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
+        launch(crossing_kernels.shift, arguments, stop, progress, 0.0, self.threads, None)
+        return table
+
+
 def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     """Return the memory and output arrays of an observer that keeps nothing."""
     return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))

@@ -117,6 +117,10 @@ class TransformedFlow:
         records[where, 0] = tau * self.model.time
         records[where[(tau > 1.0) & (records[where, 1] == LOCATED)], 1] = NOTHING
 
+    def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the states one step later or earlier; see `Flow.shifted`."""
+        return self.flow.shifted(z, steps)
+
     def sample(self, ensemble: Ensemble, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
         """Run to the end; return states (count, 2n + 2, orbits) at equidistant times, NaN where not reached, and whether interrupted.
 
