@@ -29,7 +29,10 @@ SLOWEST = 2.0
 """Natural periods between crossings that steps are chosen for, where max_time allows more."""
 
 NUDGE = 1e-6
-"""Displacement, in amplitudes of the motion, for slopes of the section function."""
+"""Displacement, in amplitudes of the motion or relative, for slopes of the section function."""
+
+START = 8 * float(np.finfo(float).eps)
+"""Section function at the start, relative to its changes with z and over a step, and time after max_time, that are rounding."""
 
 SAME = 0.1
 """Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
@@ -99,11 +102,11 @@ def poincare_map(
     as in `integrate`.
     Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the section function over a step is always found. Two
-    crossings inside a step, where the sign does not change, are found when the function's values at three successive steps
-    have their smallest in the middle and a parabola through them reaches zero within a margin of two: then the extremum
-    between them is searched on the flow; so too in the first and the last step, from a step before the start and one beyond the end. They
-    are missed only where the function turns more than once between steps.
+    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the section function
+    over a step is always found. Two crossings inside a step, where the sign does not change, are found when the function's values at
+    three successive steps have their smallest in the middle and a parabola through them reaches zero within a margin of two: then the
+    extremum between them is searched on the flow; so too in the first and the last step, from a step before the start and one beyond
+    the end. They are missed only where the function turns more than once between steps.
     A crossing is the root of the section function along fractional steps of the same scheme, so it has the scheme's order
     and section error at the level of rounding; nothing is interpolated.
     Cost: the steps, and about eight steps for each crossing, located in full lane blocks. Memory: (2n + 4) numbers for each
@@ -287,10 +290,6 @@ def start_crossings(flow: Flow | TransformedFlow, memory: np.ndarray, section: A
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
     memory[2], memory[4] = _section_values(section, before.points), -ensemble.ahead
     memory[kernels.MEMORY :] = ensemble.z
-
-
-NUDGE, START = 2.0**-20, 8 * float(np.finfo(float).eps)
-"""Relative displacement for changes of the section function; what part of their sum is rounding."""
 
 
 def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
