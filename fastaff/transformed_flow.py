@@ -28,6 +28,10 @@ PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
 
 
+OVERSHOOT = 1e3
+"""More than tau = t/time ever is: it is a coordinate and must not count as one that has escaped."""
+
+
 class _Until(NamedTuple):
     first: Any
     limit: float
@@ -91,7 +95,9 @@ class TransformedFlow:
 
     def ensemble(self, z0: np.ndarray) -> Ensemble:
         """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over."""
-        return self.flow.ensemble(z0)
+        started = self.flow.ensemble(z0)
+        started.radius = np.hypot(started.radius, OVERSHOOT)
+        return started
 
     def advance(
         self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float,

@@ -229,8 +229,8 @@ def locate(
 
     All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the step, is as
     small as rounding. A suspected pair is first split at the extremum of the section function, a return to the section left by a step
-    off it; where there is no other sign, or the wrong direction, the record becomes empty. Afterwards a record holds time, kind, section function and,
-    from RECORD on, the state.
+    off it; where there is no other sign, or the wrong direction, the record becomes empty. Afterwards a record holds time, kind,
+    section function and, from RECORD on, the state.
     """
     count = where.size
     size = rows * LANES
