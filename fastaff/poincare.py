@@ -281,10 +281,8 @@ def start_crossings(flow: Flow | TransformedFlow, memory: np.ndarray, section: A
         field = np.array([*flow.model.velocity(*z[n:]), *flow.model.force(*z[:n])])
         change = (_section_values(section, z + NUDGE * ensemble.ahead * field) - value) / NUDGE
         size = np.abs(change)
-        for r in range(2 * n):
-            nudged = z.copy()
-            nudged[r] *= 1 + NUDGE
-            size += np.abs(_section_values(section, nudged) - value) / NUDGE
+        for row in np.eye(2 * n):
+            size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
         leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
         memory[1] = np.where((np.abs(value) <= START * size) | on, leaving, value)
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
@@ -345,9 +343,7 @@ def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, 
         _hold(flow, ensemble, short, max_time)
 
 
-def look_beyond(
-    flow: Flow | TransformedFlow, ensemble: Ensemble, section: Any, memory: np.ndarray, out: np.ndarray, last: np.ndarray
-) -> None:
+def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
     """Record suspected pairs around the ends of the orbits `last`, from the section function a step beyond."""
     rows = ensemble.z.shape[0]
     after = replace(ensemble, z=flow.shifted(ensemble.z, ensemble.ahead))
@@ -357,11 +353,9 @@ def look_beyond(
         back = memory[3, o] - memory[4, o]
         if kernels.dips(memory[2, o], memory[1, o], now[o], back, step[o]):
             slot = int(memory[5, o])
-            for kind in (kernels.LOWER, kernels.UPPER):
-                records[o, slot, : kernels.RECORD] = memory[3, o], kind, -back, step[o]
-                records[o, slot, kernels.RECORD :] = memory[kernels.MEMORY :, o]
-                slot += 1
-            memory[5, o] = slot
+            for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
+                records[o, slot + k] = [memory[3, o], kind, -back, step[o], *memory[kernels.MEMORY :, o]]
+            memory[5, o] += 2
 
 
 def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
