@@ -99,7 +99,7 @@ def lift(
     """
     z, found, names = lift_sheets(body, section, energy, p_eta, p_gamma, u, v)
     first = found.argmax(axis=0)
-    return np.take_along_axis(z, first[None, None], axis=0)[0], found.any(axis=0), names
+    return np.take_along_axis(z, first[None, None], axis=0)[0], np.asarray(found.any(axis=0)), names
 
 
 def lift_sheets(
