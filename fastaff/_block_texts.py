@@ -98,18 +98,23 @@ def _loop(body: str, depth: int) -> str:
 
 
 def _march(rows: Rows) -> str:
-    """Whole steps of lane 0 with its state in scalars, and the arithmetic of `stage` to the bit: for a single orbit."""
+    """Whole steps of lane 0 with its state in scalars, and the arithmetic of `stage` to the bit: for a single orbit.
+
+    Ends early, after the step that leaves the domain; returns the number of steps.
+    """
     n = rows.half
     state = [f"q{r}" for r in rows.all] + [f"p{r}" for r in rows.all]
     drift = rows.velocities(rows.all) + "hd = drift[s]*step\n" + "".join(f"q{r} = q{r} + hd*v{r}\n" for r in rows.all)
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = p{r} + hk*f{r}\n" for r in rows.all)
     return (
         f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
-        "    for _ in range(steps):\n        for s in range(drift.size):\n"
+        "    taken = 0\n    while taken < steps:\n        for s in range(drift.size):\n"
         + _indent(drift, 3)
         + "            if s < kick.size:\n"
         + _indent(kick, 4)
+        + f"        taken += 1\n        if not value.margin({_list('q', range(rows.n))}) > 0.0:\n            break\n"
         + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(state))
+        + "    return taken\n"
     )
 
 
@@ -134,10 +139,21 @@ def _check(rows: Rows) -> str:
         f"size = {' + '.join(f'{name}*{name}' for name in z[:n])}\n"
         f"margin = value.margin({', '.join(z[:n])})\n"
         "code = 0.0 if margin > 0.0 else 2.0\n"
-        "code = code if size < radius*radius else 3.0\n"
+        "code = code if size < radius[i]*radius[i] else 3.0\n"
         "result[i] = code if finite == 0.0 else 1.0\n"
         f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[n:])})\n"
         "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n", 1
+    )  # fmt: skip
+
+
+def _inside(rows: Rows) -> str:
+    """The part of `check` that no step may do without: whether the orbit is finite and in the domain."""
+    z = [_at(r) for r in range(2 * rows.half)]
+    return _loop(
+        f"margin = value.margin({', '.join(z[: rows.n])})\n"
+        f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
+        "code = 2.0 if finite == 0.0 else 1.0\n"
+        "result[i] = 0.0 if margin > 0.0 else code\n", 1
     )  # fmt: skip
 
 
@@ -151,6 +167,7 @@ TEXTS: dict[str, Callable[[Rows], str]] = {
     "march": _march,
     "derivative": _derivative,
     "check": _check,
+    "inside": _inside,
     "value": _value,
 }
 ARGUMENTS = {
@@ -158,6 +175,7 @@ ARGUMENTS = {
     "precise_stage": "params, lanes, drift, kick, step, z",
     "march": "params, drift, kick, step, steps, z",
     "check": "params, lanes, radius, z, result, kinetic",
+    "inside": "params, lanes, z, result",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
     "observe": "params, lanes, orbit, fresh, t, z, memory, out, done",

@@ -106,7 +106,7 @@ def function_block(function: Any, variable: str) -> Any:
 
 def idle_block(kind: str) -> Any:
     """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
-    return _compiled(kind, "0.0", (), "    return\n", ())
+    return _compiled(kind, "0.0", (), "    return 0\n" if kind == "march" else "    return\n", ())
 
 
 def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]) -> Any:

@@ -218,13 +218,14 @@ SIGNATURES = {
     # (params, lanes, drift, kick, step, z): q += drift*step*velocity(p), then p += kick*step*force(q)
     "stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
     "precise_stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
-    # (params, drifts, kicks, step, steps, z): whole steps of lane 0
-    "march": types.void(_vector, _vector, _vector, _f8, _i8, _vector),
+    # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
+    "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
     # (params, lanes, z, result)
     "derivative": types.void(_vector, _i8, _vector, _vector),
+    "inside": types.void(_vector, _i8, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),
-    # (params, lanes, escape radius, z, status, largest kinetic energy so far)
-    "check": types.void(_vector, _i8, _f8, _vector, _vector, _vector),
+    # (params, lanes, escape radii, z, status, largest kinetic energy so far)
+    "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
     "observe": _i8(
         _vector, _i8, types.Array(_i8, 1, "C"), _vector, _vector, _vector, _vector, types.Array(_f8, 2, "C"), _vector

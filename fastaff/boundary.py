@@ -160,3 +160,52 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
         T, V = model.kinetic_energy(*z[n:]), model.potential_energy(*z[:n])
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
     return np.where(np.isfinite(drift), drift, np.inf)
+
+
+FARTHEST, ESCAPE = 1e150, 1e6
+"""Distance whose square is still a number; escape radius in units of the orbit's own size."""
+
+
+def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped.
+
+    ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along, if that is farther;
+    `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company nor the zero of V.
+    """
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        q, v = z[:n], np.array(np.broadcast_arrays(*model.velocity(*z[n:]), z[0])[:-1])
+        size = np.sqrt((q * q).sum(axis=0))
+        force = np.array(np.broadcast_arrays(*model.force(*q), z[0])[:-1])
+        direction = np.where((v != 0).any(axis=0), v, force)
+        direction = direction / np.abs(direction).max(axis=0)  # lengths of huge momenta have no square
+        unit = direction / np.sqrt((direction * direction).sum(axis=0))
+        unit = np.where(np.isfinite(unit), unit, 0.0)
+        limit = kinetic_energies(model, z) + model.potential_energy(*q)
+        reach, away = size.copy(), ~(size > 0)
+        for orbits, decades in ((np.flatnonzero(~away), np.arange(-2.0, 21.0)), (np.flatnonzero(away), np.arange(-30.0, 31.0))):
+            scale = np.where(size[orbits] > 0, size[orbits], 1.0)
+            for sign in (1.0, -1.0):
+                turned = _turning_distance(model, q[:, orbits], sign * unit[:, orbits] * scale, limit[orbits], decades)
+                reach[orbits] = np.maximum(reach[orbits], scale * turned)
+    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
+
+
+def _turning_distance(model: Any, q: np.ndarray, along: np.ndarray, limit: np.ndarray, decades: np.ndarray) -> np.ndarray:
+    """Return the largest s at which V(q + s along) rises through `limit`, to two digits; 0 where it never does."""
+
+    def allowed(exponent: np.ndarray) -> np.ndarray:
+        return np.asarray(model.potential_energy(*(q + 10.0**exponent * along)) <= limit)
+
+    low, high = np.full(limit.shape, np.nan), np.full(limit.shape, np.nan)
+    inside = np.ones(limit.shape, dtype=bool)
+    for k, exponent in enumerate(decades):
+        now = allowed(np.full(limit.shape, exponent))
+        turns = inside & ~now
+        low, high = np.where(turns, decades[max(k - 1, 0)], low), np.where(turns, exponent, high)
+        inside = now
+    for _ in range(8):
+        middle = 0.5 * (low + high)
+        now = allowed(middle)
+        low, high = np.where(now, middle, low), np.where(now, high, middle)
+    return np.where(np.isfinite(low), 10.0**low, 0.0)

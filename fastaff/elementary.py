@@ -11,6 +11,7 @@ from collections import namedtuple
 from typing import Any
 
 import numpy as np
+from numba.core.types import Complex
 from numba.extending import overload
 
 from ._blocks import is_value
@@ -41,6 +42,9 @@ def log(x):
 
 @overload(exp, jit_options={"error_model": "numpy", "forceinline": True})
 def _exp(x):
+    if isinstance(x, Complex):
+        return lambda x: np.exp(x)
+
     def formula(x):
         y = x if x > -708.0 else -708.0
         y = y if y < 709.0 else 709.0
@@ -67,6 +71,9 @@ def _exp(x):
 
 @overload(log, jit_options={"error_model": "numpy", "forceinline": True})
 def _log(x):
+    if isinstance(x, Complex):
+        return lambda x: np.log(x)
+
     def formula(x):
         bits = np.float64(x).view(np.int64)
         k = (bits - 0x3FE6A09E667F3BCD) >> 52

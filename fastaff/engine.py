@@ -15,7 +15,7 @@ import numpy as np
 
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES, loop_over_units
-from .boundary import energies, energy_drift, kinetic_energies
+from .boundary import FARTHEST, energies, energy_drift, escape_radii, kinetic_energies
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed, run_units
 from .observers import Observer
@@ -25,8 +25,6 @@ from .status import Status
 
 Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
-
-ESCAPE_RADIUS = 1e6
 
 
 class Interrupted(KeyboardInterrupt):
@@ -103,7 +101,8 @@ class Ensemble:
     """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
 
     z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise; energy at the
-    start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no zero of V.
+    start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no zero of V; radius: the distance
+    from the origin beyond which an orbit has escaped.
     """
 
     z: np.ndarray
@@ -115,22 +114,23 @@ class Ensemble:
     time: np.ndarray = field(init=False)
     ahead: np.ndarray = field(init=False)
     ticks: np.ndarray = field(init=False)
+    radius: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         n = self.z.shape[1]
         self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
-        self.time, self.ahead = np.zeros(n), np.zeros(n)
+        self.time, self.ahead, self.radius = np.zeros(n), np.zeros(n), np.full(n, FARTHEST)
 
     def of(self, orbits: Any) -> Ensemble:
         """Return some of the orbits as an ensemble of their own."""
         part = Ensemble(self.z[:, orbits], self.energy[orbits], self.kinetic[orbits], self.vectors)
-        for name in ("status", "count", "time", "ahead", "ticks"):
+        for name in ("status", "count", "time", "ahead", "ticks", "radius"):
             setattr(part, name, getattr(self, name)[orbits])
         return part
 
     def take(self, orbits: Any, part: Ensemble) -> None:
         """Take over the state of `part` for the orbits of that index array or mask."""
-        for name in ("z", "energy", "kinetic", "status", "count", "time", "ahead", "ticks"):
+        for name in ("z", "energy", "kinetic", "status", "count", "time", "ahead", "ticks", "radius"):
             getattr(self, name)[..., orbits] = getattr(part, name)
 
     @property
@@ -167,7 +167,6 @@ class Flow:
     rtol: float
     atol: float
     threads: int
-    radius: float = ESCAPE_RADIUS
     vectors: int = 0
 
     @property
@@ -192,6 +191,7 @@ class Flow:
             slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
+        started.radius = escape_radii(self.model, z0)
         started.ahead[:] = np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
         return started
 
@@ -249,7 +249,7 @@ class Flow:
         errors, dense = self.scheme.error_array, self.scheme.dense_array  # type: ignore[union-attr]
         arguments = (
             derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
-            self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, self.radius, unit,
+            self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, ensemble.radius, unit,
             ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, ensemble.kinetic, memory, out, ensemble.status, ensemble.count,
         )  # fmt: skip
         launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
@@ -274,8 +274,9 @@ class Flow:
         stage, derivative = (idle_block("stage"), idle_block("derivative")) if solo else self._stepping()
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
         arguments = (
-            stage, march, derivative, check, observer.function, parameters(self.model), observer.parameters, drift, kick, a, b,
-            h, total, every, order, self.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
+            stage, march, derivative, self._block("inside"), check, observer.function, parameters(self.model), observer.parameters,
+            drift, kick, a, b,
+            h, total, every, order, ensemble.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
             ensemble.count, ensemble.kinetic, memory, out, ensemble.status,
         )  # fmt: skip
         try:
@@ -297,6 +298,15 @@ class Flow:
             float(section.direction), self.precise, 2 * self.model.degrees_of_freedom * (1 + self.vectors), records, where,
         )  # fmt: skip
         launch(crossing_kernels.locate, arguments, stop, progress, float(where.size), self.threads, report)
+
+
+    def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
+        table, stop, (stage, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
+        progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
+        arguments = stage, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
+        launch(crossing_kernels.shift, arguments, stop, progress, 0.0, self.threads, None)
+        return table
 
 
 def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .allowed import Function, crossings, extrema
 from .boundary import checked_model, checked_section, energies
 from .models import Body
 from .scalars import real
@@ -55,9 +56,11 @@ def energy_grid(
     section that has no grid.
 
     On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the radius has a
-    minimum there), -1 and 0 the outer one; on the others the missing momentum has the sign of the direction (0: +).
-    AreaEquals takes one of its two branches. The roots are polished to rounding. Cost: 350 evaluations of the
-    potential for each cell of a turning section, else one.
+    minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the outer one; where there are several
+    wells, that of the outermost. On the others the missing momentum has the sign of the direction (0: +).
+    AreaEquals takes one of its two branches. The roots are neighbours of where the energy is exact, at radii from 1e-40 to 1e40 in any
+    unit: wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of wider ones. Cost: some
+    500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, else one.
     Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
@@ -90,15 +93,31 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
 def lift(
     body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the coordinates' names."""
+    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the coordinates' names.
+
+    Of several sheets over a point, the first.
+    """
+    z, found, names = lift_sheets(body, section, energy, p_eta, p_gamma, u, v)
+    first = found.argmax(axis=0)
+    return np.take_along_axis(z, first[None, None], axis=0)[0], np.asarray(found.any(axis=0)), names
+
+
+def lift_sheets(
+    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), which exist (sheets, points), and the coordinates' names.
+
+    A turning section has a sheet for each well of its radius, the outermost first; the others have one.
+    """
     with np.errstate(all="ignore"):
-        z, names = _lift(section, body, energy, p_eta, p_gamma, u, v)
-        found = np.isfinite(z).all(axis=0)
-        n = body.degrees_of_freedom
-        found &= np.broadcast_to(body.margin(*np.where(found, z, 1.0)[:n]) > 0, found.shape)
-    error = np.abs(energies(body, np.where(found, z, 1.0)) - energy)
-    found &= ~found | (error <= 1e-9 * (1.0 + abs(energy)))
-    return z, found, names
+        sheets, names = _lift(section, body, energy, p_eta, p_gamma, u, v)
+        z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
+        q, p = np.split(np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0), 2)
+        margin = np.broadcast_to(body.margin(*q), q.shape[1:])
+        T, V = body.kinetic_energy(*p), body.potential_energy(*q)
+    # A sign change at a wall where the potential jumps is no turning point.
+    found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
+    return z, found & np.isfinite(z).all(axis=1) & (margin > 0), names
 
 
 def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -164,18 +183,20 @@ def _(section: AreaEquals, body, energy, p_eta, p_gamma, u, v):
 
 @_lift.register
 def _(section: AlphaTurning, body, energy, p_eta, p_gamma, u, v):
-    alpha = _turning(
-        lambda x: _rest(body, energy, x, 0.0, p_eta, u, v, p_gamma), u.shape, section.direction, np.abs(u).max()
-    )
-    return planes(alpha, 0 * alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+    alpha, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=True)
+    z = [planes(x, 0 * x, p_eta, u, v, p_gamma) for x in alpha]
+    for sheet, through in zip(z, across, strict=True):
+        sheet[5] = np.where(through > 0, through, sheet[5])
+    return np.array(z), ("beta", "p_beta")
 
 
 @_lift.register
 def _(section: BetaTurning, body, energy, p_eta, p_gamma, u, v):
-    beta = _turning(
-        lambda x: _rest(body, energy, u, v, p_eta, x, 0.0, p_gamma), u.shape, section.direction, np.abs(u).max()
-    )
-    return planes(u, v, p_eta, beta, 0 * beta, p_gamma), ("alpha", "p_alpha")
+    beta, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=False)
+    z = [planes(u, v, p_eta, x, 0 * x, p_gamma) for x in beta]
+    for sheet, through in zip(z, across, strict=True):
+        sheet[7] = np.where(through > 0, through, sheet[7])
+    return np.array(z), ("alpha", "p_alpha")
 
 
 @_lift.register
@@ -199,38 +220,35 @@ def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
     return z, (other, f"p_{other}")
 
 
-def _turning(rest, shape, direction, least_scale):
-    """Return the radius x where rest(x) = 0: rising there (inner turning point) for direction +1, else falling (outer).
+def room(body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes of its terms."""
+    A, B = alpha * alpha, beta * beta
+    barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
+    barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
+    V = body.potential.value(A, B)
+    left = np.where(body.potential.margin(A, B) > 0, 2 * body.mu * (energy - V) - barrier, -np.inf)
+    return left, 2 * body.mu * (abs(energy) + np.abs(V)) + barrier
 
-    Scans 160 radii spread evenly in the logarithm for the outermost well, looks for a narrower one around the largest value,
-    then bisects to neighbouring doubles.
+
+def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> Function:
+    """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
+    if alpha:
+        return lambda x, j: room(body, energy, p_eta, p_gamma, x, u[j])
+    return lambda x, j: room(body, energy, p_eta, p_gamma, u[j], x)
+
+
+def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
+    """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the outermost first.
+
+    The last sheet of the inner ones is the axis, where the angular momentum is 0 and the motion goes through it; the momentum that it
+    then has, across like that of the inner turning points in the limit of small angular momentum, comes second (sheets, points).
     """
-    scan = np.geomspace(1e-4, 1.0, 160) * 64.0 * max(1.0, least_scale)
-    inner = direction > 0
-    low, high = np.full(shape, np.nan), np.full(shape, np.nan)
-    before, best, peak = np.full(shape, np.nan), np.full(shape, -np.inf), np.zeros(shape, np.int64)
-    for k, radius in enumerate(scan):
-        now = rest(np.full(shape, radius))
-        # Beyond the wall of the domain is as good as forbidden.
-        now = np.where(np.isnan(now), -np.inf, now)
-        if k:
-            here = (before < 0) & (now >= 0) if inner else (before >= 0) & (now < 0)
-            low, high = np.where(here, scan[k - 1], low), np.where(here, radius, high)
-        peak, best, before = np.where(now > best, k, peak), np.maximum(best, now), now
-    left, right = scan[np.maximum(peak - 1, 0)], scan[np.minimum(peak + 1, scan.size - 1)]
-    a, b = left, right
-    for _ in range(60):
-        c, d = a + 0.381966011250105 * (b - a), b - 0.381966011250105 * (b - a)
-        lower = np.nan_to_num(rest(c), nan=-np.inf) > np.nan_to_num(rest(d), nan=-np.inf)
-        a, b = np.where(lower, a, c), np.where(lower, d, b)
-    top = 0.5 * (a + b)
-    narrow = np.isnan(low) & (rest(top) >= 0)
-    low, high = np.where(narrow, left if inner else top, low), np.where(narrow, top if inner else right, high)
-    for _ in range(64):
-        middle = 0.5 * (low + high)
-        value = rest(middle)
-        value = np.where(np.isnan(value), -np.inf, value)
-        allowed = value >= 0
-        upper = allowed if inner else ~allowed
-        high, low = np.where(upper, middle, high), np.where(upper, low, middle)
-    return high if inner else low
+    other, column = np.unique(u, return_inverse=True)
+    rest = radial(body, energy, p_eta, p_gamma, other, alpha=alpha)
+    sheets, axis = crossings(rest, extrema(rest, other.size), column, v * v, direction > 0)
+    across = 0.0 * sheets
+    if direction > 0 and axis.any():
+        through = rest(np.zeros(u.size), column)[0] - v * v
+        through = np.sqrt(np.where(axis & (through >= 0), through, np.nan))
+        sheets, across = np.concatenate([sheets, [0.0 * through]]), np.concatenate([across, [through]])
+    return sheets, across

@@ -29,7 +29,10 @@ SLOWEST = 2.0
 """Natural periods between crossings that steps are chosen for, where max_time allows more."""
 
 NUDGE = 1e-6
-"""Displacement, in amplitudes of the motion, for slopes of the section function."""
+"""Displacement, in amplitudes of the motion or relative, for slopes of the section function."""
+
+START = 8 * float(np.finfo(float).eps)
+"""Section function at the start, relative to its changes with z and over a step, and time after max_time, that are rounding."""
 
 SAME = 0.1
 """Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
@@ -99,10 +102,11 @@ def poincare_map(
     as in `integrate`.
     Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    A start on the section itself is not counted. A sign change of the section function over a step is always found. Two
-    crossings inside a step, where the sign does not change, are found when the function's values at three successive steps
-    have their smallest in the middle and a parabola through them reaches zero within a margin of two: then the extremum
-    between them is searched on the flow. They are missed only where the function turns more than once between steps.
+    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the section function
+    over a step is always found. Two crossings inside a step, where the sign does not change, are found when the function's values at
+    three successive steps have their smallest in the middle and a parabola through them reaches zero within a margin of two: then the
+    extremum between them is searched on the flow; so too in the first and the last step, from a step before the start and one beyond
+    the end. They are missed only where the function turns more than once between steps.
     A crossing is the root of the section function along fractional steps of the same scheme, so it has the scheme's order
     and section error at the level of rounding; nothing is interpolated.
     Cost: the steps, and about eight steps for each crossing, located in full lane blocks. Memory: (2n + 4) numbers for each
@@ -140,7 +144,7 @@ def _mapped(flow, z, section, wanted, max_time, tolerance, report) -> tuple[Sect
     slots = wanted + SPARE
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
-    start_crossings(memory, section, ensemble)
+    start_crossings(flow, memory, section, ensemble)
     interrupted = False
     try:
         follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
@@ -266,13 +270,30 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
     return result, False
 
 
-def start_crossings(memory: np.ndarray, section: Any, ensemble: Ensemble) -> None:
-    """Set the section function before the first step; a start on the section, to rounding, counts as exactly on it."""
-    z = ensemble.points
-    value = np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
-    size = 1.0 + (z * z).sum(axis=0)
-    memory[1] = np.where(np.abs(value) <= 1e-13 * size, 0.0, value)
+def start_crossings(flow: Flow | TransformedFlow, memory: np.ndarray, section: Any, ensemble: Ensemble, *, on: bool = False) -> None:
+    """Set the section function at the start and a step before it; `on` says that all starts are on the section, to some error.
+
+    Where a start is on the section, to rounding of z or of a step, it keeps only the sign of the function just after it.
+    """
+    z, n = ensemble.points, flow.model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        value = _section_values(section, z)
+        field = np.array([*flow.model.velocity(*z[n:]), *flow.model.force(*z[:n])])
+        change = (_section_values(section, z + NUDGE * ensemble.ahead * field) - value) / NUDGE
+        size = np.abs(change)
+        for row in np.eye(2 * n):
+            size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
+        leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
+        memory[1] = np.where((np.abs(value) <= START * size) | on, leaving, value)
+    before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
+    memory[2], memory[4] = _section_values(section, before.points), -ensemble.ahead
     memory[kernels.MEMORY :] = ensemble.z
+
+
+def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
+    """Return the section function at z (2n, orbits), one number for each orbit."""
+    with np.errstate(all="ignore"):
+        return np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
 
 
 def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
@@ -280,31 +301,61 @@ def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, 
 
     After an interruption the records so far are located before it is passed on; what is not located is never kept.
     """
-    rows = ensemble.z.shape[0]
-    width = kernels.RECORD + rows
-    located = np.zeros(out.shape[0], np.int64)
-    interrupted = False
+    rows, orbits = ensemble.z.shape
+    records = out.reshape(-1, kernels.RECORD + rows)
+    slot = np.arange(out.shape[1] // records.shape[1])
+    located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+
+    def settle(most: int | None) -> np.ndarray:
+        """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers of crossings."""
+        written = memory[5].astype(np.int64)
+        where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))[:most]
+        try:
+            flow.locate(section, records, where)
+        finally:
+            late = ~((records[where, 0] > 0.0) & (records[where, 0] <= max_time * (1 + START)))
+            records[where[late], 1] = kernels.NOTHING
+            kernels.compact(rows, out, written)
+            memory[5], memory[6] = written, written
+        return written
+
     while True:
         try:
             flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=report)
         except KeyboardInterrupt:
             interrupted = True
-        written = memory[5].astype(np.int64)
-        slot = np.arange(out.shape[1] // width)
-        where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))
         try:
-            flow.locate(section, out.reshape(-1, width), where[:LAST_RECORDS] if interrupted else where)
+            located = settle(LAST_RECORDS if interrupted else None)
+            missing = (ensemble.status == Status.OK) & (located < wanted)
+            ended = ensemble.time >= max_time * (1 - 1e-12)
+            last = missing & ended & ~looked
+            if last.any() and not interrupted:
+                look_beyond(flow, ensemble, section, memory, out, last)
+                looked |= last
+                located = settle(None)
         except KeyboardInterrupt:
             interrupted = True
-        kernels.compact(rows, out, written)
-        memory[5], memory[6] = written, written
-        located = written
-        short = (ensemble.status == Status.OK) & (written < wanted) & (ensemble.time < max_time * (1 - 1e-12))
         if interrupted:
             raise KeyboardInterrupt
+        short = missing & ~ended
         if not short.any():
             return
         _hold(flow, ensemble, short, max_time)
+
+
+def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
+    """Record suspected pairs around the ends of the orbits `last`, from the section function a step beyond."""
+    rows = ensemble.z.shape[0]
+    after = replace(ensemble, z=flow.shifted(ensemble.z, ensemble.ahead))
+    now, step = _section_values(section, after.points), ensemble.ahead
+    records = out.reshape(len(out), -1, kernels.RECORD + rows)
+    for o in np.flatnonzero(last):
+        back = memory[3, o] - memory[4, o]
+        if kernels.dips(memory[2, o], memory[1, o], now[o], back, step[o]):
+            slot = int(memory[5, o])
+            for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
+                records[o, slot + k] = [memory[3, o], kind, -back, step[o], *memory[kernels.MEMORY :, o]]
+            memory[5, o] += 2
 
 
 def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:

@@ -28,6 +28,10 @@ PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
 
 
+OVERSHOOT = 1e3
+"""More than tau = t/time ever is: it is a coordinate and must not count as one that has escaped."""
+
+
 class _Until(NamedTuple):
     first: Any
     limit: float
@@ -91,7 +95,9 @@ class TransformedFlow:
 
     def ensemble(self, z0: np.ndarray) -> Ensemble:
         """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over."""
-        return self.flow.ensemble(z0)
+        started = self.flow.ensemble(z0)
+        started.radius = np.hypot(started.radius, OVERSHOOT)
+        return started
 
     def advance(
         self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float,
@@ -116,6 +122,10 @@ class TransformedFlow:
         tau = records[where, RECORD + self.row]
         records[where, 0] = tau * self.model.time
         records[where[(tau > 1.0) & (records[where, 1] == LOCATED)], 1] = NOTHING
+
+    def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the states one step later or earlier; see `Flow.shifted`."""
+        return self.flow.shifted(z, steps)
 
     def sample(self, ensemble: Ensemble, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
         """Run to the end; return states (count, 2n + 2, orbits) at equidistant times, NaN where not reached, and whether interrupted.

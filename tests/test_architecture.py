@@ -16,7 +16,7 @@ LAYERS = {
     "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0, "elementary": 0,
     "models": 1, "charts": 1, "kinematics": 1, "geometry": 1, "schemes": 1, "_dop853": 1, "_verner98": 1, "sections": 1, "angles": 1,
     "indicators": 1, "transformed": 1, "auto": 1,
-    "kernels": 2, "observers": 2.3,
+    "kernels": 2, "observers": 2.3, "allowed": 2.5,
     "boundary": 2.5, "engine": 2.5, "motion": 2.52, "trials": 2.54, "accuracy": 2.62,
     "separation": 2.6, "symbolic": 2.6, "formula": 2.6, "transformed_flow": 2.6,
     "integrate": 3, "tangent": 3, "chaos_passes": 3, "chaos_stream": 3, "poincare": 3, "frequency": 3, "grid": 3, "sample": 3, "naff": 3,

@@ -10,8 +10,10 @@ import importlib.util
 import os
 import pickle
 import re
+import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -224,6 +226,107 @@ def test_orbits_through_beta_zero():
     general = formula("-2*(cos(D1) + cos(D2)) + k*(D1*D2 - 1)**2 + 0*g*y", k=0.5, g=0.0, mu=(1.0, 1.0))
     other = integrate(general, z0, time=50.0, step=0.02)
     np.testing.assert_allclose(other.z, run.z, atol=1e-9)
+
+
+# --- denominators that vanish where the formula is finite ----------------------------------------------------------
+
+DIVIDED = [("(exp(D1) - exp(D2))/(D1 - D2)", {}), ("k*(log(D1) - log(D2))/(D1 - D2) + r", {"k": 0.7}),
+           ("(exp(k*(D1 - D2)**2) - 1)/(D1 - D2)**2 + r/2", {"k": 0.15}), ("(D1**p - D2**p)/(D1 - D2) + 1/(D1*D2)", {"p": 3.5}),
+           ("sin(D1 - D2)/(D1 - D2)*cos(D1*D2)", {})]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "parameters"), DIVIDED, ids=[text for text, _ in DIVIDED])
+def test_divided_differences_are_exact_up_to_the_axis(text, parameters):
+    """(f(D1) - f(D2))/(D1 - D2) and its like: value, slopes, curvatures, force from beta = alpha/2 down to 0, at 120 digits."""
+    body = formula(text, mu=1.3, **parameters)
+    potential, rng = body.potential, np.random.default_rng(8)
+    with mpmath.workdps(120):
+        def V(A, B):
+            p, q = mpmath.sqrt(A / 2), mpmath.sqrt(B / 2)
+            return truth(text, {"D1": p + q, "D2": p - q, "r": A + B}, parameters)
+
+        for beta in (0.5, 0.3, 0.26, 0.24, 0.1, 1e-2, 1e-4, 1e-6, 1e-9, 1e-12, 0.0):
+            a = float(rng.uniform(0.7, 1.6))
+            A, B = a * a, (a * beta) ** 2
+            at = (mpmath.mpf(A), mpmath.mpf(B) if B else mpmath.mpf(10) ** -50)
+            orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
+            exact = [float(mpmath.re(mpmath.diff(V, at, n, h=mpmath.mpf(10) ** -20) if any(n) else V(*at))) for n in orders]
+            found = [potential.value(A, B), *potential.slopes(A, B), *potential.curvatures(A, B)]
+            size = max(map(abs, exact))
+            np.testing.assert_allclose(found[:3], exact[:3], rtol=0, atol=1e-12 * size)
+            np.testing.assert_allclose(found[3:], exact[3:], rtol=0, atol=1e-10 * size)
+            force = np.array(body.force(a, 0.0, a * beta, 0.0))
+            expected = [-2 * exact[1] * a, -2 * exact[2] * a * beta]
+            np.testing.assert_allclose(force[[0, 2]], expected, rtol=1e-11, atol=1e-12 * size * a * beta)
+
+
+def test_orbits_of_a_divided_difference_keep_their_energy_through_the_axis():
+    body = formula("(exp(D1) - exp(D2))/(D1 - D2) + (D1*D2 - 1)**2")
+    run = integrate(body, [[1.3], [0.0], [1e-7], [0.0], [0.2], [0.3], [0.25], [1e-9]], time=20.0, step=0.02)
+    run.raise_if_failed()
+    assert run.energy_error[0] < 1e-12
+    array = np.linspace(0.0, 1.5, 7)
+    one_by_one = [body.potential.value(2.25, b) for b in array]
+    np.testing.assert_allclose(body.potential.value(2.25 + 0 * array, array), one_by_one, rtol=1e-14)
+
+
+@pytest.mark.parametrize("call", [
+    ("sin(x)/x + y**2", "x - 0.2"), ("(exp(2*x) - exp(2*y))/(x - y)", "x - y - 0.1"),
+    ("y**2 + (1 - cos(x - 0.3))/(x - 0.3)**2", "x - 0.5"), ("log(1 + x*y)/(x*y)", "x*y - 0.01"),
+    ("2*tanh(x + y)/(x + y)", "-0.1 - x - y"), ("1/tan(x) - 1/x + y**2", "x - 0.5"),
+], ids=lambda v: v[0])  # fmt: skip
+def test_forces_that_would_lose_their_digits_are_refused(call):
+    text, domain = call
+    with pytest.raises(ValueError, match=r"the denominator .* vanishes inside the domain, as at x = .*finite"):
+        hamiltonian(text)
+    assert hamiltonian(text, domain=domain).domain == domain  # a region without those places
+
+
+def test_other_denominators_that_vanish_are_refused_on_bodies():
+    for text in ("sin(r)/r", "sin(alpha)/alpha + r", "sin(D1*D2 - 1)/(D1*D2 - 1)", "(exp(D1) - exp(D2))/(D1 - D2) + 0.1*y",
+                 "(exp(D1) - exp(D2))/(D1 - D2)/(1 + 50*(D1 - D2)**2)"):  # fmt: skip
+        with pytest.raises(ValueError, match=r"the denominator .* vanishes inside the domain"):
+            formula(text)
+    for text in ("1/(D1*D2 - 1)", "(D1**3 - D2**3)/(D1 - D2)", "vartheta**2 + r", "tan(vartheta/2)**2/r", "r + 1/beta**2"):
+        formula(text)
+    for text in ("1/x + 1/y**2", "x**2*y**2/(x**2 + y**2)", "-1/sqrt(x**2 + y**2)", "exp(-1/(1 + x**2))/(2 + sin(y))"):
+        hamiltonian(text)
+
+
+# --- the ceiling --------------------------------------------------------------------------------------------------
+
+
+def test_quotients_of_what_is_not_rational_are_not_multiplied_out(monkeypatch):
+    """Exponentials beside a quotient: minutes of polynomial division whose result was of no use."""
+    import sympy
+
+    def never(*_):
+        raise AssertionError("a division of polynomials in exponentials")
+
+    monkeypatch.setattr(sympy, "cancel", never)
+    body = formula("2.1*exp(-(alpha - 2)**2/0.7) - exp(-(alpha - 4)**2/0.4) + r/30 + 0.2*beta**2*alpha/(2 + r)")
+    assert body.potential.slopes(1.0, 0.5)[1] == pytest.approx(1 / 30 + 0.2 / 3.5 - 0.2 * 0.5 / 3.5**2, rel=1e-13)
+
+
+def test_derivations_have_a_ceiling_and_ctrl_c_stays(monkeypatch):
+    from fastaff.symbolic import ceiling, library
+
+    def forever(*_):
+        while True:
+            sum(range(100))
+
+    monkeypatch.setattr(library, "ceiling", lambda: ceiling.ceiling(0.2))
+    monkeypatch.setattr(library, "_derive_hamiltonian", forever)
+    new = f"x**2 + 0.{os.getpid()}{time.time_ns()}*y**4"  # no text of it is kept anywhere
+    with pytest.raises(ValueError, match="more than 0 s: write it with fewer nested powers"):
+        hamiltonian(new)
+    monkeypatch.setattr(library, "ceiling", lambda: ceiling.ceiling(30.0))
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        hamiltonian(new)
+    monkeypatch.undo()
+    hamiltonian(new)  # and nothing strikes later
 
 
 # --- symmetry -----------------------------------------------------------------------------------------------------

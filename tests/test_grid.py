@@ -18,7 +18,11 @@ from fastaff import (
     Hyperelastic,
     Linear,
     NeoHookean,
+    NotReached,
     energy_grid,
+    energy_sample,
+    formula,
+    hamiltonian,
     poincare_map,
 )
 
@@ -187,3 +191,150 @@ def test_angular_momenta_belong_to_bodies():
         energy_grid(HenonHeiles(), energy=0.1, section=Linear((1, 0, 0, 0)), axes=([0.1], [0.1]), p_eta=0.1)
     with pytest.raises((TypeError, ValueError), match="section"):
         energy_grid(HenonHeiles(), energy=0.1, section=AlphaTurning(), axes=([0.1], [0.1]))
+
+
+# --- any scale ----------------------------------------------------------------------------------------------------
+
+
+def log_uniform(rng, low, high):
+    return float(10 ** rng.uniform(np.log10(low), np.log10(high)))
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("kind", [Harmonic, Anharmonic])
+@pytest.mark.parametrize("seed", range(4))
+def test_allowed_cells_are_those_of_the_closed_form(kind, direction, seed):
+    """C alpha^2/2 + k/alpha^2 <= e has its minimum sqrt(2 C k): alpha^2 = (e +- sqrt(e^2 - 2 C k))/C; any C, mu, momenta, energy."""
+    rng = np.random.default_rng([seed, direction + 1])
+    C, mu = log_uniform(rng, 1e-6, 1e6), log_uniform(rng, 1e-3, 1e3)
+    barrier = 2 * C if kind is Anharmonic else 0.0
+    unit = np.sqrt(C * mu)  # of angular momenta where lengths are 1
+    p_eta = unit * log_uniform(rng, 1e-4, 1.0)
+    k = barrier + p_eta**2 / (2 * mu)
+    E = np.sqrt(2 * C * k) + C * log_uniform(rng, 1e-2, 1e3)
+    left = E - np.sqrt(2 * C * k)
+    p_gamma = -left * np.sqrt(mu / C) * log_uniform(rng, 1e-4, 0.5)
+    axes = np.sqrt(left / C) * np.geomspace(3e-3, 3, 23), np.sqrt(2 * mu * left) * np.linspace(-1.3, 1.3, 21)
+    grid = energy_grid(Body(kind(C), mu), energy=E, section=AlphaTurning(direction), axes=axes, p_eta=p_eta, p_gamma=p_gamma)
+    beta, p_beta = np.meshgrid(*axes, indexing="ij")
+    e = E - C * beta**2 / 2 - (p_beta**2 + (p_gamma / beta) ** 2) / (2 * mu)
+    clear = np.abs(e - np.sqrt(2 * C * k)) > 1e-9 * E
+    np.testing.assert_array_equal(grid.forbidden[clear], (e < np.sqrt(2 * C * k))[clear])
+    assert 0.1 < grid.forbidden.mean() < 0.95
+    e = e.ravel()[grid.cell]
+    outer = (e + np.sqrt(np.maximum(e**2 - 2 * C * k, 0))) / C
+    sure = e > 1.001 * np.sqrt(2 * C * k)
+    A = outer if direction < 0 else 2 * k / (C * outer)
+    np.testing.assert_allclose(np.hypot(*grid.z0[:2])[sure], np.sqrt(A)[sure], rtol=1e-11)
+
+
+SCALED = "k*(D1**2 + D2**2)/2 + c/(D1*D2) + w*(D1 - D2)**4 + v"
+
+
+def scaled(L, T, M, V0=0.0):
+    """One body in units of length L, time T and mass M, its potential above V0; and the units of momentum and energy."""
+    energy = M * L**2 / T**2
+    return formula(SCALED, k=0.9 * M / T**2, c=1.2 * M * L**4 / T**2, w=0.1 * energy / L**4, v=V0 * energy, mu=0.7 * M), M * L / T, energy
+
+
+@pytest.mark.parametrize("units", [(1e-6, 1, 1), (1e6, 1, 1), (1, 1e-6, 1), (1, 1e6, 1e-6), (1e4, 1e-3, 1e6)], ids=str)
+def test_units_change_nothing(units):
+    """Grids and draws in any unit of length, time and mass, to rounding."""
+    L, T, M = units
+    for section in (AlphaTurning(1), AlphaTurning(-1), BetaTurning(1), AreaEquals(1.1, -1), BetaEquals(0.3, 1)):
+        found = []
+        for length, time, mass in ((1.0, 1.0, 1.0), (L, T, M)):
+            body, momentum, energy = scaled(length, time, mass, 2.0)
+            here = section
+            if isinstance(section, (BetaEquals, AreaEquals)):
+                here = section._replace(constant=section.constant * length ** (2 if isinstance(section, AreaEquals) else 1))
+            surface = {"energy": 5.5 * energy, "section": here, "p_eta": 0.3 * length * momentum, "p_gamma": 0.05 * length * momentum}
+            axes = np.linspace(0.02, 1.6, 14) * length, np.linspace(-1.5, 1.5, 9) * momentum
+            unit = np.repeat([length, momentum], 4)[:, None]
+            grid, drawn = energy_grid(body, axes=axes, **surface), energy_sample(body, orbits=20, seed=3, **surface)
+            found.append((grid.forbidden, grid.z0 / unit, drawn.z0 / unit))
+        np.testing.assert_array_equal(found[0][0], found[1][0])
+        for one, other in zip(found[0][1:], found[1][1:]):
+            np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1e-5, 0.0), (1e6, 0.0), (1.0, 3e4), (1e-3, -20.0)], ids=str)
+def test_all_wells_of_a_line_are_drawn_from(scale, shift):
+    """V = (x^2 - 1)^2 + x/5 below its barrier, at any place and scale: shares of the wells are those of their areas (by quadrature)."""
+    x = f"((x - {shift!r})/{scale!r})"
+    model, E, section = hamiltonian(f"({x}**2 - 1)**2 + {x}/5 + y**2/2"), 0.6, Linear((0.0, 1.0, 0.0, 0.0))
+    drawn = energy_sample(model, energy=E, section=section, orbits=4000, seed=5)
+    s = np.linspace(-2, 2, 400_001)
+    width = np.sqrt(np.maximum(E - (s**2 - 1) ** 2 - s / 5, 0))
+    share = width[s > 0].sum() / width.sum()
+    right = (drawn.points[0] > shift).mean()
+    assert abs(right - share) < 4.5 * np.sqrt(share * (1 - share) / 4000)
+    assert abs(np.mean((drawn.points[0] - shift) / scale) - (s * width).sum() / width.sum()) < 0.06 + 1e-9 * abs(shift) / scale
+
+
+def test_all_wells_of_the_turning_radius_are_drawn_from():
+    """V has wells at alpha = 2 and 3: where both are reached each inner turning point has the same density of (beta, p_beta)."""
+    body = formula("(alpha**2 - 4)**2*(alpha**2 - 9)**2/50 + g*alpha + beta**2/2", g=0.05)
+    surface = {"energy": 0.4, "section": AlphaTurning(1), "p_gamma": 0.02}
+    drawn = energy_sample(body, orbits=4000, seed=2, **surface)
+    alpha, beta = np.hypot(*drawn.z0[:2]), np.hypot(*drawn.z0[2:4])
+    areas = []
+    for low, high in ((1.5, 2.5), (2.5, 3.5)):
+        a = np.linspace(low, high, 4001)
+        V = ((a**2 - 4) ** 2 * (a**2 - 9) ** 2 / 50 + 0.05 * a).min()
+        b = np.linspace(1e-4, 1.2, 40_001)
+        areas.append(np.sqrt(np.maximum(2 * (0.4 - V) - b**2 - (0.02 / b) ** 2, 0)).sum())
+    share = areas[0] / sum(areas)
+    assert abs((alpha < 2.5).mean() - share) < 4.5 * np.sqrt(share * (1 - share) / 4000)
+    assert (rate(body, surface["section"], drawn.z0) > 0).all()
+    assert beta.min() > 0
+    grid = energy_grid(body, axes=([0.3], [0.1]), **surface)
+    assert np.hypot(*grid.z0[:2])[0] > 2.5  # the outermost
+
+
+@pytest.mark.parametrize("text", ["1.7*exp(-(alpha - 3)**2) - 2*exp(-(alpha - 5)**2/0.3) + r/40 + 0.3*beta**2*alpha/(1 + r)",
+                                  "cos(4*alpha)/alpha + r/9 + 1/(D1*D2)**2", "sin(r)/(1 + r) + r/30 + 0.2*log(1 + 1/(D1*D2))"])  # fmt: skip
+def test_allowed_cells_are_those_of_a_fine_scan(text):
+    """Several wells: 200,000 radii for each beta, the largest rest of the energy decides; nothing is called allowed that is not."""
+    body, rng = formula(text, mu=1.3), np.random.default_rng(9)
+    axes = np.sort(rng.uniform(0.05, 1.5, 12)), np.linspace(-1.5, 1.5, 15)
+    for E in (0.3, 1.1):
+        forbidden = np.ones((12, 15), bool)
+        clear = np.ones((12, 15), bool)
+        a = np.linspace(1e-3, 40, 200_000)
+        for i, b in enumerate(axes[0]):
+            with np.errstate(all="ignore"):
+                rest = 2 * 1.3 * (E - body.potential.value(a * a, b * b)) - (0.1 / a) ** 2 - (0.2 / b) ** 2
+            top = np.max(np.where(body.potential.margin(a * a, b * b + 0 * a) > 0, rest, -np.inf))
+            forbidden[i], clear[i] = top < axes[1] ** 2, np.abs(top - axes[1] ** 2) > 1e-6
+        for direction in (1, -1):
+            section = AlphaTurning(direction)
+            try:
+                grid = energy_grid(body, energy=E, section=section, axes=axes, p_eta=0.1, p_gamma=0.2)
+            except NotReached:
+                assert forbidden[clear].all()
+                continue
+            np.testing.assert_array_equal(grid.forbidden[clear], forbidden[clear])
+            assert (rate(body, section, grid.z0) * direction > -1e-9).all()
+
+
+def test_through_the_axis_where_the_angular_momentum_is_zero():
+    """p_eta = 0: the least radius is 0; it is the limit of the inner turning points, and where the map goes."""
+    body, section, axes = Body(Harmonic(1.3), 0.7), AlphaTurning(1), BETAS
+    exact, near = (energy_grid(body, energy=3.0, section=section, axes=axes, p_eta=p, p_gamma=0.1) for p in (0.0, 1e-9))
+    np.testing.assert_array_equal(exact.forbidden, near.forbidden)
+    np.testing.assert_allclose(exact.z0, near.z0, atol=1e-7)
+    assert not exact.z0[:2].any()
+    cut = poincare_map(body, exact.z0, section=section, crossings=2, max_time=20.0, step=0.02)
+    assert (cut.counts == 2).all()
+    np.testing.assert_allclose(cut.points[:, :, :2], 0, atol=1e-9)
+
+
+def test_walls_are_no_turning_points():
+    """A smooth potential cut off by a domain: the section ends there, without a turning point."""
+    body = formula("r/2", domain="4 - alpha**2")
+    axes = np.linspace(0.1, 1.0, 5), np.linspace(-0.5, 0.5, 5)
+    inner = energy_grid(body, energy=8.0, section=AlphaTurning(1), axes=axes, p_eta=0.3)
+    assert not inner.forbidden.any()
+    with pytest.raises(NotReached):
+        energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3)

@@ -24,6 +24,8 @@ from fastaff import (
     Splitting,
     Status,
     energy_grid,
+    frequency_map,
+    hamiltonian,
     integrate,
 )
 from fastaff.schemes import SCHEMES
@@ -371,6 +373,49 @@ def test_an_exponential_escape():
         assert run.status[0] == Status.ESCAPED
         assert 13.8 < run.t[0] < 13.9 + 0.05 * 128
         assert np.isfinite(run.z).all()
+
+
+@pytest.mark.parametrize("options", [{"step": 0.1}, {"step": 0.1, "scheme": RK4}, {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
+                                     {"scheme": DOP853}], ids=["splitting", "runge-kutta", "order ten", "adaptive"])  # fmt: skip
+@pytest.mark.parametrize("scale", [1.0, 3e-7, 2e8])
+def test_orbits_that_leave_the_domain_and_return_have_left_it(options, scale):
+    """x = A cos(t + phase) in a smooth potential with the domain |x| < scale: who goes beyond has collapsed, when it does, at any size."""
+    model = hamiltonian("x**2/2 + 1.7*y**2/2", domain="w**2 - x**2", w=scale)
+    rng = np.random.default_rng(4)
+    A, phase = scale * np.concatenate([rng.uniform(0.3, 0.999, 30), rng.uniform(1.05, 1.6, 40)]), rng.uniform(0, 2 * np.pi, 70)
+    z0 = np.array([A * np.cos(phase), 0.1 * A, -A * np.sin(phase), 0.2 * A])
+    z0, A, phase = (entry[..., np.abs(z0[0]) < 0.98 * scale] for entry in (z0, A, phase))
+    run = integrate(model, z0, time=7.0, energy_tolerance=1e-3, atol=1e-12 * scale, **options)
+    leaves = scale < A
+    np.testing.assert_array_equal(run.status, np.where(leaves, Status.COLLAPSED, Status.OK))
+    t = np.linspace(0, 7.0, 70_001)
+    first = t[(np.abs(A * np.cos(t[:, None] + phase)) >= scale).argmax(axis=0)]
+    assert (np.abs(run.t - first)[leaves] < options.get("step", 1e-3) + 1e-3).all()
+    for i in (0, len(A) - 1):
+        alone = integrate(model, z0[:, i], time=7.0, energy_tolerance=1e-3, atol=1e-12 * scale, **options)
+        assert_same(alone, run, slice(i, i + 1))
+    if "scheme" not in options:
+        map_ = frequency_map(model, z0, time=200.0, step=0.1)
+        np.testing.assert_array_equal(map_.status == Status.COLLAPSED, leaves)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e-3, 1.0, 40.0, 1e6])
+def test_escape_is_the_same_in_any_unit_of_length(unit):
+    """Bound orbits of any size stay OK, also from next to a saddle; unbound ones escape at the same time in every unit."""
+    well = hamiltonian("-k*x**2/2 + c*x**4/4 + k*y**2", k=1.0, c=1.0 / unit**2)
+    z0 = unit * np.array([[1e-9, 0.3, 1.5, 0.0], [0.0, 0.2, 0.1, 0.5], [1e-9, 0.1, 0.0, 1e-9], [0.0, 0.1, -0.4, 0.0]])
+    run = integrate(well, z0, time=60.0, step=0.02)
+    assert (run.status == Status.OK).all()
+    saddle = hamiltonian("-k*x**2/2 + y**2/2", k=1.0)
+    z0 = unit * np.array([[1.0, 0.2], [0.3, 0.1], [1.0, 0.2], [0.1, 0.3]])
+    run = integrate(saddle, z0, time=60.0, step=0.02, energy_tolerance=1e9)
+    assert (run.status == Status.ESCAPED).all()
+    assert (np.abs(run.t - 15.0) < 3.0).all()
+    valley = HenonHeiles(1 / unit)
+    z0 = unit * np.array([[0.1, 0.0], [1.2, 0.1], [0.1, 0.3], [0.3, 0.1]])
+    run = integrate(valley, z0, time=60.0, step=0.02)
+    assert run.status[0] in (Status.ESCAPED, Status.NONFINITE)
+    assert run.status[1] == Status.OK
 
 
 def test_unbound_henon_heiles():

@@ -1,7 +1,5 @@
 """Observers compose: one pass gives each of two what it keeps on its own, to the bit."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -32,7 +30,8 @@ def run(observer, memory, columns, z0):
 def section_memory(section, z0):
     observer = observers.crossings(section, WANTED, 4)
     memory = np.zeros((observer.rows, ORBITS))
-    start_crossings(memory, section, SimpleNamespace(points=z0, z=z0))
+    flow, z = make_flow(BODY, z0, KAHAN_LI8, 0.1, 1e-12, 1e-12, None)
+    start_crossings(flow, memory, section, flow.ensemble(z))
     return observer, memory
 
 

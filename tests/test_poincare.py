@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from naive import energy, label, march, scheme_crossings, solve, solved_crossings, states
+from scipy import optimize
 
 from fastaff import (
     ALPHA_BETA,
@@ -30,6 +31,7 @@ from fastaff import (
     Status,
     energy_grid,
     engine,
+    hamiltonian,
     poincare_map,
 )
 from fastaff.boundary import energy_scale
@@ -248,7 +250,7 @@ def test_times_increase_and_end_in_nan():
     for i in range(60):
         n = cut.counts[i]
         assert (np.diff(cut.times[i, :n]) > 0).all()
-        assert (cut.times[i, :n] <= 8.0 + 0.1).all()
+        assert (cut.times[i, :n] <= 8.0 * (1 + 2e-15)).all()
         assert np.isnan(cut.times[i, n:]).all()
         assert np.isnan(cut.points[i, n:]).all()
         assert np.isfinite(cut.points[i, :n]).all()
@@ -261,6 +263,97 @@ def test_many_crossings_beyond_the_spare_records():
     assert (cut.counts == 400).all()
     np.testing.assert_allclose(np.diff(cut.times, axis=1), 2 * np.pi, rtol=0.25)
     assert cut.energy_error.max() < 1e-6
+
+
+# --- the ends ----------------------------------------------------------------------------------------------------
+
+
+def harmonic_crossings(S, time, direction):
+    """Zeros in (0, time) of a function by a fine scan with its extrema; and how near to zero an extremum or an end comes."""
+    t = np.linspace(0, time, 801)
+    v = S(t)
+    turns = np.flatnonzero((v[1:-1] - v[:-2]) * (v[2:] - v[1:-1]) <= 0) + 1
+    extrema = [
+        optimize.minimize_scalar(lambda x, s=s: s * S(x), bounds=(t[k - 1], t[k + 1]), method="bounded", options={"xatol": 1e-11 * time}).x
+        for k in turns for s in [1.0 if v[k] <= v[k - 1] else -1.0]
+    ]  # fmt: skip
+    t = np.sort(np.concatenate([t, extrema]))
+    v = S(t)
+    found = [
+        optimize.brentq(S, t[k], t[k + 1], xtol=1e-16 * time, rtol=1e-14) for k in np.flatnonzero(v[1:] * v[:-1] < 0)
+        if direction * (v[k + 1] - v[k]) >= 0
+    ]  # fmt: skip
+    return np.array(found), np.abs(S(np.array([0.0, time, *extrema]))).min()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_nothing_is_lost_at_the_ends_of_short_runs(seed):
+    """Two oscillators, known for all times: runs of half a step to six steps, any units, slanting sections, pairs at both ends."""
+    rng = np.random.default_rng(seed)
+    L, U = 10 ** rng.uniform(-6, 6, 2)
+    w, c, offset, direction = rng.uniform(0.5, 2, 2) / U, rng.uniform(-1, 1), L * rng.uniform(-1, 1), int(rng.integers(-1, 2))
+    step = U * (0.05, 0.2, 0.4, 0.6)[seed % 4]
+    time = step * rng.uniform(0.5, 6)
+    model = hamiltonian("(a*x)**2/2 + (b*y)**2/2", a=w[0], b=w[1])
+    A, phase = L * rng.uniform(0.2, 1.5, (2, 150)), rng.uniform(0, 2 * np.pi, (2, 150))
+    z0 = np.concatenate([A * np.cos(phase), -A * w[:, None] * np.sin(phase)])
+    section = Linear((1.0, c, 0.0, 0.0), offset, direction)
+    cuts = [
+        poincare_map(model, z0, section=section, crossings=9, max_time=time, energy_tolerance=1.0, **options)
+        for options in ({"step": step, "scheme": SOFRONIOU_SPALETTA10}, {"scheme": DOP853, "rtol": 1e-13, "atol": 1e-13 * min(L, L / U)})
+    ]
+    tried = crossed = 0
+    for i in range(150):
+        truth, near = harmonic_crossings(
+            lambda t, i=i: A[0, i] * np.cos(w[0] * t + phase[0, i]) + c * A[1, i] * np.cos(w[1] * t + phase[1, i]) - offset, time, direction
+        )
+        if near < 1e-5 * L:
+            continue
+        tried, crossed = tried + 1, crossed + truth.size
+        for cut in cuts:
+            assert cut.counts[i] == truth.size
+            np.testing.assert_allclose(found(cut, i), truth, rtol=0, atol=1e-6 * U)
+    assert tried > 100
+    assert crossed > 5
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
+@pytest.mark.parametrize("options", [{"step": 0.3}, {"step": 0.3, "scheme": SOFRONIOU_SPALETTA10}, {"scheme": DOP853}], ids=str)
+def test_an_orbit_that_starts_on_its_section_and_returns_within_a_step(scale, options):
+    """x = A sin(t + phase) from x = A cos(d) upwards comes back down after 2 d; from a little below it also crosses at once."""
+    model, d = hamiltonian("(x**2 + y**2)/2"), np.array([0.0447, 0.01, 0.1, 1e-3])
+    A = scale * np.array([1.0, 0.7, 1.9, 1.3])
+    x, v = A * np.cos(d), A * np.sin(d)
+    z0 = np.array([x, 0 * x, v, 0.1 * A])
+    options = options | ({"atol": 1e-12 * scale} if options.get("scheme") is DOP853 else {})
+    for i in range(4):
+        for direction, expected in ((0, [2 * d[i]]), (-1, [2 * d[i]]), (1, [])):
+            cut = poincare_map(model, z0[:, i], section=Linear((1, 0, 0, 0), x[i], direction), crossings=3, max_time=2.0, **options)
+            np.testing.assert_allclose(found(cut), expected, rtol=0, atol=1e-7)
+        below = z0[:, i].copy()
+        below[0] -= 1e-7 * scale  # reached after the time 1e-7 scale/v
+        cut = poincare_map(model, below, section=Linear((1, 0, 0, 0), x[i], 1), crossings=3, max_time=2.0, **options)
+        assert cut.counts[0] == 1
+        assert cut.times[0, 0] == pytest.approx(1e-7 * scale / v[i], rel=1e-2)
+
+
+def test_small_coordinates_are_not_on_the_section():
+    """First crossings of orbits of any size, and of starts that are near the section by any standard but their own."""
+    model = hamiltonian("(x**2 + y**2)/2")
+    for size in (1e-12, 1e-7, 1.0, 1e5):
+        z0 = size * np.array([[-1.0, -1e-9], [0.3, 0.3], [0.0, 1.0], [0.2, 0.1]])
+        cut = poincare_map(model, z0, section=ON_X, crossings=1, max_time=7.0, step=0.1)
+        np.testing.assert_allclose(cut.times[:, 0], [np.pi / 2, 1e-9], rtol=1e-6)
+
+
+def test_nothing_comes_after_max_time():
+    """max_time between two steps: x = sin(t - t0) rises through 0 at t0, just before it or just after."""
+    model, late = hamiltonian("(x**2 + y**2)/2"), np.array([1.91, 1.93, 1.95, 1.97, 1.99, 2.01])
+    z0 = np.array([-np.sin(late), 0.1 + 0 * late, np.cos(late), 0 * late])
+    for options in ({"step": 0.3}, {"scheme": DOP853}, {"step": 1.5, "scheme": SOFRONIOU_SPALETTA10}, {}):
+        cut = poincare_map(model, z0, section=ON_X, crossings=2, max_time=1.96, energy_tolerance=1.0, **options)
+        np.testing.assert_array_equal(cut.counts, late < 1.96)
+        assert (cut.status == Status.TOO_FEW_CROSSINGS).all()
 
 
 # --- outcomes ----------------------------------------------------------------------------------------------------

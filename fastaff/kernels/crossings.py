@@ -9,17 +9,34 @@ from __future__ import annotations
 import numpy as np
 
 from .._jit import LANES, jit, read_now, write_now
-from .stepping import advance
+from .stepping import advance, load_lane, store_lane
 
 RECORD = 4
 """Numbers before the state in a record: time, kind, lower and upper fractional step."""
 
-NOTHING, CERTAIN, LOWER, UPPER, LOCATED = 0.0, 1.0, 2.0, 3.0, 4.0
-"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located crossing."""
+NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
+"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located crossing; sign change
+over the first step of an orbit that starts on the section."""
+
+BARELY = 5e-324
+"""Size of the section function of a start on the section: only its sign counts, that of the function just after the start."""
 
 MEMORY = 7
 """Rows of observer memory before the state: section function now, one and two steps ago; times one and two steps ago;
 records written, certain crossings among them."""
+
+
+@jit
+def dips(earlier, before, now, first, second):
+    """Tell whether a parabola through three values of one sign, `first` and `second` apart, may reach zero beside the middle one.
+
+    The middle one is the nearest to zero; with equal distances h and curvature c the parabola goes at most c h^2/8 deeper, which is
+    taken twice.
+    """
+    if not (abs(before) < abs(now) and abs(before) <= abs(earlier) and before * now > 0.0 and before * earlier > 0.0):
+        return False
+    bend = 2.0 * ((now - before) / second - (before - earlier) / first) / (first + second)
+    return 4.0 * abs(before) <= abs(bend) * max(first, second) ** 2
 
 
 @jit(constants=True)
@@ -37,14 +54,14 @@ def detect(direction, wanted, rows, lanes, orbit, fresh, t, z, memory, out, done
         now, before, earlier = memory[i], memory[LANES + i], memory[2 * LANES + i]
         rises, falls = before < 0.0 and now >= 0.0, before > 0.0 and now <= 0.0
         crossed = (rises and direction >= 0.0) or (falls and direction <= 0.0)
-        # The nearest of three equal-signed values: a parabola through them may dip through zero in between.
-        dip = abs(before) < abs(now) and abs(before) <= abs(earlier) and before * now > 0.0 and before * earlier > 0.0
-        paired = dip and 4.0 * abs(before) <= abs(earlier - 2.0 * before + now)
+        t1, t2 = memory[3 * LANES + i], memory[4 * LANES + i]
+        paired = dips(earlier, before, now, t1 - t2, t[i] - t1)
         if crossed or paired:
             slot = int(memory[5 * LANES + i])
             o = orbit[i]
-            t1, t2 = memory[3 * LANES + i], memory[4 * LANES + i]
             first, last = (1, 1) if crossed else (2, 3)
+            if crossed and abs(before) == BARELY:
+                first, last = 5, 5
             for kind in range(first, last + 1):
                 c = slot * width
                 out[o, c], out[o, c + 1] = t1, kind
@@ -101,7 +118,7 @@ def split_pairs(
     """
     pairs = 0
     for i in range(lanes):
-        pairs += 1 if kind[i] >= LOWER else 0
+        pairs += 1 if kind[i] == LOWER or kind[i] == UPPER else 0
     if pairs == 0:
         return pairs
     low, high, inner, found = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
@@ -122,7 +139,7 @@ def split_pairs(
         )  # fmt: skip
         searching = 0
         for i in range(lanes):
-            if kind[i] < LOWER or found[i] > 0.0:
+            if (kind[i] != LOWER and kind[i] != UPPER) or found[i] > 0.0:
                 continue
             searching += 1
             later = tau[i] > inner[i]
@@ -148,6 +165,62 @@ def split_pairs(
     return pairs
 
 
+@jit
+def leave_section(
+    stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, kind, x1, x2, z, k, work
+):
+    """Move the lower end of the first steps of orbits that start on the section off it, to where the function has left it.
+
+    Towards the start until the function has not the sign that it has at the upper end; where it never has, the record becomes empty.
+    """
+    returns = 0
+    for i in range(lanes):
+        returns += 1 if kind[i] == RETURN else 0
+    if returns == 0:
+        return returns
+    tau, f, last, found = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    for i in range(lanes):
+        tau[i] = x2[i]
+    for sweep in range(90):
+        fractional(
+            stage, derivative, section, params, section_params, drift, kick, a, b,
+            rows, lanes, start, tau, z, k, work, f,
+        )  # fmt: skip
+        searching = 0
+        for i in range(lanes):
+            if kind[i] != RETURN or found[i] > 0.0:
+                continue
+            if sweep == 0:
+                last[i] = f[i]
+            elif f[i] * last[i] < 0.0:
+                x1[i], found[i] = tau[i], 1.0
+                continue
+            tau[i] *= 0.7
+            searching += 1
+        if searching == 0:
+            break
+    for i in range(lanes):
+        if kind[i] == RETURN and found[i] == 0.0:
+            kind[i] = NOTHING
+    return returns
+
+
+def shift(block, stop, progress, stage, derivative, params, drift, kick, a, b, precise, tau, table):
+    """Advance the columns of table (rows, orbits) of a block by one step of tau[orbit] each."""
+    rows, orbits = table.shape
+    first = block * LANES
+    lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
+    z, k = np.zeros((3 if precise else 1) * rows * LANES), np.empty(b.size * rows * LANES)
+    step, work = np.zeros(LANES), np.empty(rows * LANES)
+    for i in range(lanes):
+        load_lane(table, first + i, z, i)
+        step[i] = tau[first + i]
+    advance(stage, derivative, params, drift, kick, a, b, rows, lanes, step, z, k, work)
+    for i in range(lanes):
+        store_lane(z, i, table, first + i)
+    write_now(progress, block, lanes)
+
+
 def locate(
     block, stop, progress, stage, derivative, section, params, section_params, drift, kick, a, b, direction, precise,
     rows, records, where,
@@ -155,10 +228,9 @@ def locate(
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
     All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the step, is as
-    small as rounding. A
-    suspected pair is first split at the extremum of the section function; where that has no other sign, or the wrong
-    direction, the record becomes empty. Afterwards a record holds time, kind, section function and,
-    from RECORD on, the state.
+    small as rounding. A suspected pair is first split at the extremum of the section function, a return to the section left by a step
+    off it; where there is no other sign, or the wrong direction, the record becomes empty. Afterwards a record holds time, kind,
+    section function and, from RECORD on, the state.
     """
     count = where.size
     size = rows * LANES
@@ -177,6 +249,10 @@ def locate(
         stage, derivative, section, params, section_params, drift, kick, a, b,
         rows, lanes, start, kind, x1, x2, z, k, work,
     )  # fmt: skip
+    pairs += leave_section(
+        stage, derivative, section, params, section_params, drift, kick, a, b,
+        rows, lanes, start, kind, x1, x2, z, k, work,
+    )  # fmt: skip
     section(section_params, lanes, start, f1)
     if pairs > 0:
         fractional(
@@ -188,7 +264,7 @@ def locate(
         rows, lanes, start, x2, z, k, work, f2,
     )  # fmt: skip
     for i in range(lanes):
-        if kind[i] >= LOWER and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
+        if kind[i] > CERTAIN and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
             kind[i] = NOTHING
         live[i] = 1.0 if kind[i] != NOTHING and f1[i] * f2[i] < 0.0 else 0.0
         resolution[i], flat[i] = 1.2e-16 * abs(x2[i] - x1[i]), 1.2e-16 * abs(f2[i] - f1[i])

@@ -46,14 +46,15 @@ def looks(n):
 
 
 def run_fixed(
-    u, stop, progress, stage, march, derivative, check, observe, params, observer, drift, kick, a, b, step, total,
+    u, stop, progress, stage, march, derivative, inside, check, observe, params, observer, drift, kick, a, b, step, total,
     every, order, radius, precise, strict, refill, solo, unit, z0, count, kinetic0, memory0, out, status,
 ):  # fmt: skip
     """Advance unit u of the orbits (columns of z0), taken in that order, to total[orbit] steps of step[orbit].
 
     Each is observed every every[orbit] steps.
-    With `refill` a lane takes the next orbit as soon as it is free and the domain is checked at every step; else the lanes of a
-    block keep the same step number and the domain is checked where `looks` says (and before every observation where `strict`).
+    With `refill` a lane takes the next orbit as soon as it is free; else the lanes of a block keep the same step number. That orbits
+    are in the domain is checked at every step; their escape radii and kinetic energies are looked at where `looks` says (at every step
+    with `refill`, before every observation where `strict`).
     `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all steps to the next
     observation at once. kinetic0 keeps the largest kinetic energy that was seen.
     """
@@ -61,6 +62,7 @@ def run_fixed(
     memory_rows = memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
     left, kinetic, seen, found, reached = np.empty(LANES, np.int64), np.zeros(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
+    bound = np.zeros(LANES)
     state_rows = 3 * rows if precise else rows
     z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
     k = np.empty(b.size * rows * LANES)
@@ -78,7 +80,7 @@ def run_fixed(
                         z[r * LANES + lanes] = 0.0
                     load_lane(memory0, o, memory, lanes)
                     orbit[lanes], n[lanes], h[lanes] = o, count[o], step[o]
-                    left[lanes], kinetic[lanes] = every[o] - count[o] % every[o], kinetic0[o]
+                    left[lanes], kinetic[lanes], bound[lanes] = every[o] - count[o] % every[o], kinetic0[o], radius[o]
                     code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
                     lanes += 1
                 following += 1
@@ -100,7 +102,7 @@ def run_fixed(
                     taken = min(taken, following_look - n[0])
                 elif n[0] % BURST < BETWEEN:
                     taken = min(taken, BETWEEN - n[0] % BURST)
-                march(params, drift, kick, h[0], taken, z)
+                taken = march(params, drift, kick, h[0], taken, z)
             else:
                 advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
             ran += taken
@@ -111,16 +113,19 @@ def run_fixed(
                 left[i] -= taken
                 due += 1 if left[i] == 0 else 0
             all_look = refill or looks(n[0])
+            if not all_look:
+                inside(params, lanes, z, code)
             if all_look or ran == burst or (strict and due > 0):
                 for i in range(lanes):
                     found[i], reached[i] = code[i], kinetic[i]
-                check(params, lanes, radius, z, found, reached)
+                check(params, lanes, bound, z, found, reached)
                 for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
                     if all_look or n[i] == total[orbit[i]] or (strict and left[i] == 0):
                         code[i], kinetic[i] = found[i], reached[i]
-                        if code[i] > 0.0:
-                            fresh[i] = 0.0
-                            ended += 1
+            for i in range(lanes):
+                if code[i] > 0.0:
+                    fresh[i] = 0.0
+                    ended += 1
             if due > 0:
                 for i in range(lanes):
                     seen[i] = fresh[i] if left[i] == 0 else 0.0
@@ -139,6 +144,7 @@ def run_fixed(
                 move_lane(state_rows, lanes, i, z)
                 move_lane(memory_rows, lanes, i, memory)
                 orbit[i], n[i], h[i], left[i], kinetic[i] = orbit[lanes], n[lanes], h[lanes], left[lanes], kinetic[lanes]
+                bound[i] = bound[lanes]
                 code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
             else:
                 i += 1
@@ -227,6 +233,7 @@ def run_adaptive(
     memory = np.empty(memory_rows * LANES)
     t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     ahead, ceiling, kinetic, reached = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
+    bound = np.zeros(LANES)
     code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
@@ -238,6 +245,7 @@ def run_adaptive(
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
                 ahead[lanes], ceiling[lanes], kinetic[lanes] = step0[following], 10.0, kinetic0[following]
+                bound[lanes] = radius[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
                 loaded += 1
@@ -256,7 +264,7 @@ def run_adaptive(
         error_norm(rows, lanes, errors, rtol, atol, h, z, new, k, work, work2, norm)
         for i in range(lanes):
             reached[i] = kinetic[i]
-        check(params, lanes, radius, new, code, reached)
+        check(params, lanes, bound, new, code, reached)
         ended = 0
         for i in range(lanes):
             # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a
@@ -310,7 +318,7 @@ def run_adaptive(
                 move_lane(memory_rows, lanes, i, memory)
                 orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
                 ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
-                kinetic[i] = kinetic[lanes]
+                kinetic[i], bound[i] = kinetic[lanes], bound[lanes]
             else:
                 i += 1
     for i in range(lanes):

@@ -18,13 +18,15 @@ import numpy as np
 
 from .. import _jit
 from .._blocks import _write_once
+from .ceiling import ceiling
 from .grammar import Program, parse
+from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
 
 RESERVED = {
     *dir(tuple), "degrees_of_freedom", "coordinates", "angles", "velocity", "force", "tangent_force", "kinetic_energy",
     "potential_energy", "margin", "value", "slopes", "curvatures", "second", "higher", "formula", "domain", "proof", "potential",
-    "mu", "mu_1", "mu_2", "masses", *(f"m_{i}" for i in range(1, 9)),
+    "ring", "mu", "mu_1", "mu_2", "masses", *(f"m_{i}" for i in range(1, 9)),
 }  # fmt: skip
 """Names that parameters can't have: they mean something on the model."""
 
@@ -123,9 +125,8 @@ def _derive(request: Request, programs: tuple[Program, Program | None], values: 
         import sympy  # noqa: F401
     except ImportError:
         raise ImportError("a formula that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
-    if request.coordinates:
-        return _derive_hamiltonian(request, programs, values)
-    return _derive_body(request, programs, values)
+    with ceiling():
+        return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
 
 
 def _parameters(request: Request) -> dict[str, Any]:
@@ -152,6 +153,7 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
 
     walls = [to_sympy(domain, names)] if domain is not None else conditions(V, region)
+    refuse_removable(V, walls if domain is not None else [], plain_places(request.coordinates), values, request.coordinates)
     description = Description(request.text, request.domain, request.parameters, "A natural Hamiltonian.", request.coordinates)
     return hamiltonian_model(description, V, walls, masses=request.inertia == "masses")
 
@@ -226,10 +228,15 @@ def _derive_potential(request: Request, programs: tuple[Program, Program | None]
             walls.append(s["A"])
     walls = [wall.xreplace(roots) for wall in walls]
     description = sources.Description(request.text, request.domain, request.parameters, _proof(programs[0], V))
+    g = V.expression.xreplace({s["A"]: s["alpha"] ** 2, s["B"]: s["beta"] ** 2})
+    on_axis = vanishing(V.expression, invariant_places(axis=True), trial.parameters)
+    given = walls if programs[1] is not None else []
+    refuse_removable(V.expression, given, invariant_places(axis=False), trial.parameters, AXES, on_axis)
+    if on_axis:
+        return ring_text(description, g, walls, s, trial)
     if V.even_beta:
         clamp = V.expression.has(s["alpha"]) and alpha_even(trial)
         return sources.potential(description, V.expression.xreplace(roots), walls, s, clamp=clamp)
-    g = V.expression.xreplace({s["A"]: s["alpha"] ** 2})
     return sources.even_potential(description, g, walls, s, alpha_even(trial))
 
 
@@ -271,6 +278,7 @@ def _derive_general(request: Request, programs: tuple[Program, Program | None], 
         walls = conditions(V, body_region(s))
         if V.has(s["alpha"]) and not alpha_even(trial):
             walls.append(s["A"])
+    refuse_removable(V, walls if programs[1] is not None else [], body_places(), trial.parameters, ("alpha", "beta", "eta", "gamma"))
     clamped = ["beta"] + (["alpha"] if alpha_even(trial) else [])
     proof = _proof(programs[0], whole) if isotropic else "Not doubly isotropic: turning a and b separately changes it."
     description = sources.Description(request.text, request.domain, request.parameters, proof)

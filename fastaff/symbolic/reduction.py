@@ -218,7 +218,7 @@ def _rational(e: Any, q: Any) -> Any:
     """Return e as a quotient of polynomials in q^2; None where it is none, or too large to multiply out."""
     import sympy
 
-    if _terms(e) > _LARGEST:
+    if _terms(e) > _LARGEST or not e.is_rational_function(q):
         return None
     numerator, denominator = sympy.fraction(sympy.together(e))
     if _terms(numerator) * _terms(denominator) > _LARGEST:

@@ -178,3 +178,78 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
     what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
     return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
+
+
+RING = 14
+"""Places of a quarter of the circle on which a potential is evaluated that is 0/0 at beta = 0."""
+
+
+def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
+    """Return the text of a potential g(alpha, beta), even in beta, that is finite but 0/0 at beta = 0.
+
+    For beta < alpha/4 it and its derivatives are Cauchy's integrals over the circle |beta| = alpha/2 in the complex plane, by the
+    trapezoidal rule with 4 RING = 56 points, a quarter of which is enough by symmetry: relative error 2^-56 where g is analytic up to
+    |beta| = alpha. Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
+    """
+    import cmath
+
+    import sympy
+
+    alpha, beta = s["alpha"], s["beta"]
+    far = sympy.Symbol("far", positive=True)
+    taken = ("A", "B", "alpha", "beta", "near", "far", "choice", "u")
+    g_a = g.diff(alpha)
+    g_aa = g_a.diff(alpha)
+    start = [
+        f"alpha, beta = {f'np.sqrt(np.maximum(A, {2.0**-34!r}))' if even_alpha else 'np.sqrt(A)'}, np.sqrt(B)",
+        "near = alpha/4",
+        "far, choice = np.maximum(beta, near), 1.0*(beta < near)",
+        "u = 4*np.minimum(beta, near)**2/(alpha*alpha)",
+    ]
+    turns = [cmath.exp(1j * cmath.pi * (2 * k + 1) / (4 * RING)) for k in range(RING)]
+
+    def on_ring(lines: Lines, count: int) -> None:
+        for k, turn in enumerate(turns):
+            names = ", ".join(f"{name}{k}" for name in ("g", "ga", "gaa"))
+            lines.lines.append(f"{names} = self.ring(alpha, {turn / 2!r}*alpha)")
+            lines.lines.append(f"v{k} = 1.0/(1.0 - {turn**-2!r}*u)")
+            for power in range(2, count + 2):
+                lines.lines.append(f"v{k}_{power} = {'*'.join([f'v{k}'] * power)}*{turn ** (2 - 2 * power)!r}")
+
+    def mean(name: str, power: int) -> str:
+        weight = [f"v{k}" if power == 1 else f"v{k}_{power}" for k in range(RING)]
+        return "(" + " + ".join(f"({name}{k}*{w}).real" for k, w in enumerate(weight)) + f")/{RING}"
+
+    def chosen(near: str, beyond: str) -> str:
+        return f"choice*({near}) + (1.0 - choice)*({beyond})"
+
+    at = {beta: far}
+    g_b, g_ab, g_bb = g.diff(beta), g_a.diff(beta), g.diff(beta, 2)
+    slope, square = mean("ga", 1), "(alpha*alpha)"
+    results = {
+        "value": ("Return V.", [g.xreplace(at)], [mean("g", 1)]),
+        "slopes": (
+            "Return V_A, V_B.", [g_a.xreplace(at) / (2 * alpha), g_b.xreplace(at) / (2 * far)],
+            [f"0.5*{slope}/alpha", f"4*{mean('g', 2)}/{square}"],
+        ),
+        "curvatures": (
+            "Return V_AA, V_AB, V_BB.",
+            [(g_aa.xreplace(at) - g_a.xreplace(at) / alpha) / (4 * alpha**2), g_ab.xreplace(at) / (4 * alpha * far),
+             (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2)],
+            [f"0.25*({mean('gaa', 1)} - {slope}/alpha)/{square}", f"2*{mean('ga', 2)}/(alpha*{square})",
+             f"32*{mean('g', 3)}/({square}*{square})"],
+        ),
+    }  # fmt: skip
+    methods = []
+    for count, (name, (doc, beyond, near)) in enumerate(results.items()):
+        lines = Lines(taken)
+        lines.lines += start
+        texts = lines.add(beyond)
+        on_ring(lines, count)
+        methods.append(method(name, ("A", "B"), doc, lines, list(map(chosen, near, texts)), single=name == "value"))
+    lines = Lines(("alpha", "beta"))
+    doc = "Return V of a complex beta, and its first and second derivatives in alpha."
+    methods.append(method("ring", ("alpha", "beta"), doc, lines, lines.add([g, g_a, g_aa])))
+    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
+    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
