@@ -250,7 +250,7 @@ def _bases(problem: _Problem, bottom: float, top: float, density: float) -> _Bas
     n_rho = int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12))
     n_x = int(density * (1.2 * problem.channels(top) + 16))
     angular = basis(angular_interval("V", problem.well, problem.a, problem.b), n_x, n_x // 2 + 16)
-    free = angular.matrix(angular_potential(angular, problem.a, problem.b, problem.well), 1 - angular.x**2)[0]
+    free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
     # At rho -> 0 the lowest channel gives the exponent: rho^2 U is part of the angular problem where it has a limit.
     tiny = np.array([1e-6 * far])
     zero = float(np.linalg.eigvalsh(_angular_matrices(problem, angular, free, tiny))[0, 0] * tiny[0] ** 2)
