@@ -51,13 +51,24 @@ class Panels(NamedTuple):
         dense = np.pi * np.sqrt((d + h / 2) * (other + h / 2)) * ORDER / (2 * h)
         return int(dense[inside].max()) if inside.any() else 0
 
-    def cut(self, square: Callable[[np.ndarray], np.ndarray]) -> Panels:
-        """Return the partition, of at least two, with panels cut to pieces over which waves of wave numbers^2 square(x) have WAVES of phase."""
-        h = np.diff(self.edges)
-        waves = square((self.edges[:-1, None] + h[:, None] * _chebyshev(FEWEST)[0]).ravel()).reshape(h.size, ORDER).max(axis=1)
-        pieces = np.maximum(np.ceil(h * np.sqrt(np.maximum(waves, 0)) / WAVES), 1 + (h.size == 1)).astype(int)
+    @property
+    def points(self) -> np.ndarray:
+        """Return some points (panels, ORDER) of every panel."""
+        return self.edges[:-1, None] + np.diff(self.edges)[:, None] * _chebyshev(FEWEST)[0]
+
+    def cut(self, phases: np.ndarray) -> Panels:
+        """Return the partition, of at least two, with panels cut where the phases (panels,) of waves over them are above WAVES."""
+        pieces = np.maximum(np.ceil(phases / WAVES), 1 + (phases.size == 1)).astype(int)
         parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(self.edges[:-1], self.edges[1:], pieces, strict=True)]
         return Panels(np.append(np.concatenate(parts), self.edges[-1]), np.repeat(self.missed, pieces))
+
+
+def merged(first: Panels, second: Panels) -> Panels:
+    """Return the common refinement of two partitions of an interval by halves."""
+    edges = np.union1d(first.edges, second.edges)
+    middle = (edges[1:] + edges[:-1]) / 2
+    missed = [part.missed[np.searchsorted(part.edges, middle) - 1] for part in (first, second)]
+    return Panels(edges, np.maximum(*missed))
 
 
 @lru_cache(maxsize=64)
@@ -190,6 +201,18 @@ class Elements(NamedTuple):
         root = np.sqrt(self.local(self.mass))
         return blocks / (root[:, :, None] * root[:, None, :])
 
+    def shared(self, values: np.ndarray) -> np.ndarray:
+        """Return the values (size,) at nodes of local ones (E, n) of a continuous function."""
+        return np.append(values[:, :-1], values[-1, -1])
+
+    def assembled(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Return the matrix (size, size) of int p f'^2 + q f^2, p and q (E, n)."""
+        total = np.diag(self.diagonal(q))
+        for k, block in enumerate(self.kinetic(p)):
+            here = slice(k * self.degree, (k + 1) * self.degree + 1)
+            total[here, here] += block
+        return total
+
     def bounds(self, p: np.ndarray) -> tuple[float, float]:
         """Return p w w' where the first element ends, and -p w w' where the last one begins: what integration by parts leaves there."""
         h, ends = np.diff(self.edges), self.interval
@@ -225,6 +248,13 @@ class Elements(NamedTuple):
             values[here] = local * front[:, None]
         index = own[:, None] * self.degree + np.arange(self.degree + 1)
         return index, values / np.sqrt(self.mass[index])
+
+    def dense(self, below: np.ndarray, above: np.ndarray, shift: float) -> np.ndarray:
+        """Return the functions (points, size) at distances from the ends, times below^shift; 0 outside."""
+        index, values = self.table(below, above, shift)
+        out = np.zeros((index.shape[0], self.size))
+        np.put_along_axis(out, index, values, axis=1)
+        return out
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return distances from lo and weights for functions of this basis: int f^2 g dx, with `order` nodes on each element."""
@@ -380,14 +410,16 @@ def lowest(matrix: np.ndarray, count: int, top: float, step: float) -> tuple[np.
     return top - step + 1 / values[order], vectors[:, order]
 
 
-def rayleigh(line: Elements, p: np.ndarray, q: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return the Rayleigh quotients (count,) of vectors c (size, count) for -(p f')' + q f, as sums over the nodes."""
+def quadratic(line: Elements, p: np.ndarray, q: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return int p f'^2 + q f^2 (count,) of vectors c (size, count) as sums over the nodes; p, q (E, n).
+
+    Eigenvectors enter squared, and no large entries of a matrix cancel: accurate to rounding of the value itself.
+    """
     P = line.local(c / np.sqrt(line.mass)[:, None])
     slope = line.slopes @ P
     value = ((line.weight * p)[..., None] * slope**2 + (line.weight * q)[..., None] * P**2).sum(axis=(0, 1))
     low, high = line.bounds(p)
-    value += low * P[0, -1] ** 2 + high * P[-1, 0] ** 2
-    return value / (c**2).sum(axis=0)
+    return value + low * P[0, -1] ** 2 + high * P[-1, 0] ** 2
 
 
 def solve(line: Elements, p: np.ndarray, q: np.ndarray, count: int, top: float, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -397,7 +429,7 @@ def solve(line: Elements, p: np.ndarray, q: np.ndarray, count: int, top: float, 
     matrix = band(list(blocks), np.arange(len(blocks)) * n, line.size)
     matrix[0] += line.diagonal(q)
     _, c = lowest(matrix, count, top, step)
-    values = rayleigh(line, p, q, c)
+    values = quadratic(line, p, q, c) / (c**2).sum(axis=0)
     order = np.argsort(values)
     return values[order], c[:, order]
 

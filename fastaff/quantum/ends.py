@@ -37,9 +37,10 @@ def potential(body: Any, A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def sampled(V: Callable, y: np.ndarray) -> np.ndarray:
-    """Return V(y) with +inf for NaN: a function lives where it is finite."""
+    """Return V(y), one row or more, with +inf for NaN: a function lives where it is finite."""
     with np.errstate(all="ignore"):
-        values = np.broadcast_to(np.asarray(V(y), dtype=float), y.shape)
+        values = np.asarray(V(y), dtype=float)
+    values = np.broadcast_to(values, np.broadcast_shapes(values.shape, y.shape))
     return np.where(np.isnan(values), np.inf, values)
 
 

@@ -154,7 +154,8 @@ def radial(
             return line, np.ones_like(q), q
 
         top = max(above.top, below.top)
-        fine = parts.cut(lambda q: top - sampled(U, q) - deepest / q**2)
+        room = np.maximum(top - sampled(U, parts.points) - deepest / parts.points**2, 0).max(axis=1)
+        fine = parts.cut(np.diff(parts.edges) * np.sqrt(room))
         values, other, functions, n = _by_elements(problem, K.size, fine, top, below.kinetic, count)
         if far < found.hi and values.max() > top:  # barriers raise levels: they reach farther than the semiclassical ones
             return radial(name, V, dimension, K, count, hbar, mu, tolerance, 2 * spare + 2)
@@ -259,7 +260,8 @@ def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: f
             return line, 1 - line.x**2, q
 
         top = low + scale
-        fine = parts.cut(lambda x: (top - inside(x)) / (1 - x * x))
+        room = np.maximum(top - inside(parts.points), 0).max(axis=1)
+        fine = parts.cut(-np.diff(np.arccos(parts.edges)) * np.sqrt(room))
         values, other, functions, n = _by_elements(problem, a.size, fine, top, scale, count)
         return Factors(unit * values, unit * other, lambda i, j: AngularFunction(functions(i, j)), n)
     base, (values, vectors), coarse, n = _until_equal(attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance)
