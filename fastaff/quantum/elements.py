@@ -7,10 +7,9 @@ exponents at the ends of the interval): V is diagonal in it, the matrix banded.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -205,13 +204,14 @@ class Elements(NamedTuple):
         """Return the values (size,) at nodes of local ones (E, n) of a continuous function."""
         return np.append(values[:, :-1], values[-1, -1])
 
-    def assembled(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """Return the matrix (size, size) of int p f'^2 + q f^2, p and q (E, n)."""
-        total = np.diag(self.diagonal(q))
-        for k, block in enumerate(self.kinetic(p)):
-            here = slice(k * self.degree, (k + 1) * self.degree + 1)
-            total[here, here] += block
-        return total
+    def assembled(self, p: np.ndarray, q: np.ndarray) -> Any:
+        """Return the sparse matrix (size, size) of int p f'^2 + q f^2, p and q (E, n)."""
+        from scipy.sparse import coo_matrix, diags
+
+        blocks = self.kinetic(p)
+        index = np.arange(len(blocks))[:, None] * self.degree + np.arange(self.degree + 1)
+        rows, columns = (np.broadcast_to(place, blocks.shape).ravel() for place in (index[:, :, None], index[:, None, :]))
+        return (coo_matrix((blocks.ravel(), (rows, columns))) + diags(self.diagonal(q))).tocsc()
 
     def bounds(self, p: np.ndarray) -> tuple[float, float]:
         """Return p w w' where the first element ends, and -p w w' where the last one begins: what integration by parts leaves there."""
@@ -374,40 +374,41 @@ class ElementFunction(NamedTuple):
         return self.line.rule(order)
 
 
-def band(blocks: list[np.ndarray], starts: np.ndarray, size: int) -> np.ndarray:
-    """Return the sum of symmetric blocks on the diagonal, first rows `starts`, in LAPACK's lower band storage."""
-    width = max(len(block) for block in blocks)
-    total = np.zeros((width, size))
-    for block, start in zip(blocks, starts, strict=True):
-        for k in range(len(block)):
-            total[: len(block) - k, start + k] += block[k:, k]
-    return total
+def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
+    """Return eigenvectors (size, count) of the lowest eigenvalues of a sparse symmetric matrix.
 
-
-def lowest(matrix: np.ndarray, count: int, top: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest eigenvalues (count,) and eigenvectors (size, count) of a matrix in lower band storage.
-
-    By Lanczos with the inverse of matrix - s; s below all eigenvalues is looked for below `top`, in steps that double.
+    By Lanczos with the inverse of matrix - s; s below all eigenvalues, so that no pivot is negative, is looked for below `top` in
+    steps that double. Eigenvalues that Lanczos has once and the matrix twice are looked for in what is left.
     Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
-    from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
-    from scipy.sparse.linalg import LinearOperator, eigsh
+    from scipy.sparse import identity
+    from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-    size = matrix.shape[1]
+    size = matrix.shape[0]
     while True:
-        shifted = matrix.copy()
-        shifted[0] -= top - step
         try:
-            factor = cholesky_banded(shifted, lower=True, overwrite_ab=True, check_finite=False)
-        except LinAlgError:
-            step *= 2
-            continue
-        break
-    inverse = LinearOperator((size, size), matvec=lambda v: cho_solve_banded((factor, True), v, check_finite=False), dtype=float)
+            shifted = matrix - (top - step) * identity(size, format="csc")
+            factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            if (factor.U.diagonal() > 0).all():
+                break
+        except RuntimeError:  # a pivot is 0
+            pass
+        step *= 2
     start = np.cos(np.arange(size) * 1.234567)  # the same every time, and orthogonal to nothing
-    values, vectors = eigsh(inverse, k=count, which="LM", v0=start, ncv=min(size, 2 * count + 24), tol=0)
-    order = np.argsort(-values)
-    return top - step + 1 / values[order], vectors[:, order]
+    inverse = LinearOperator((size, size), matvec=factor.solve, dtype=float)
+    values, vectors = eigsh(inverse, k=count, v0=start, ncv=min(size, 2 * count + 24))
+    while True:
+
+        def rest(v, vectors=vectors):
+            v = v - vectors @ (vectors.T @ v)
+            v = factor.solve(v)
+            return v - vectors @ (vectors.T @ v)
+
+        value, vector = eigsh(LinearOperator((size, size), matvec=rest, dtype=float), k=1, v0=start[::-1], ncv=min(size, 24), tol=1e-6)
+        if value[0] <= np.sort(values)[-count] * (1 + 1e-5):
+            break
+        values, vectors = np.append(values, value), np.linalg.qr(np.hstack([vectors, vector]))[0]
+    return vectors[:, np.argsort(-values)[:count]]
 
 
 def quadratic(line: Elements, p: np.ndarray, q: np.ndarray, c: np.ndarray) -> np.ndarray:
@@ -424,11 +425,7 @@ def quadratic(line: Elements, p: np.ndarray, q: np.ndarray, c: np.ndarray) -> np
 
 def solve(line: Elements, p: np.ndarray, q: np.ndarray, count: int, top: float, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest eigenvalues (count,) and vectors (size, count) of -(p f')' + q f, p and q (E, n)."""
-    n = line.degree
-    blocks = line.kinetic(p)
-    matrix = band(list(blocks), np.arange(len(blocks)) * n, line.size)
-    matrix[0] += line.diagonal(q)
-    _, c = lowest(matrix, count, top, step)
+    c = lowest(line.assembled(p, q), count, top, step)
     values = quadratic(line, p, q, c) / (c**2).sum(axis=0)
     order = np.argsort(values)
     return values[order], c[:, order]

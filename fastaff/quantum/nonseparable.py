@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..charts import R_VARTHETA, Chart
-from .elements import DENSE, Elements, Panels, band, elements, left_over, lowest, merged, panels, quadratic
+from .elements import DENSE, Elements, Panels, elements, left_over, lowest, merged, panels, quadratic
 from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
 from .interruptible import interruptible
 from .levels import Levels, level_scale
@@ -20,14 +20,16 @@ POINTS = 4096
 """Points whose polynomials are tabulated at once."""
 LARGEST = 6000
 """Largest matrix: 0.3 GB each of a handful."""
-ELEMENTS = ((1.6, 9, 10.0), (2.0, 11, 12.0), (2.8, 13, 16.0), (4.2, 15, 20.0), (6.5, 17, 26.0))
-"""The same where V has narrow features: cut, nodes of every element, action."""
+ELEMENTS = ((8,), (11,), (14,), (18,))
+"""The same where V has narrow features: nodes of every element."""
 LINES, CLOSE = 48, 3
 """Lines of either coordinate along which V is looked at, and how many of them densely."""
 PANELS = (120, 30)
 """Panels of rho and of x at most."""
-BAND = 1 << 26
-"""Numbers of the largest banded matrix: half a GB."""
+PRODUCTS = 100_000
+"""Largest sparse matrix: some 10 s and 1 GB."""
+SPECTRAL = 2.0
+"""Error of elements in units of the change from a lower degree: 0.1 was the most seen."""
 ALGEBRAIC = 30.0
 """Error in units of the change from a smaller basis where convergence is algebraic; 26 was the worst seen."""
 STEEP = 1e9
@@ -175,12 +177,13 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
         gap = np.full(levels, np.inf) if coarse is None else np.abs(E - coarse)
         coarse, make, top = E, states, max(E[-1], top)
         rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
-        error = unit * ((1 if smooth and problem.smooth else ALGEBRAIC) * gap + left + rounding)
+        factor = SPECTRAL if not smooth else 1.0 if problem.smooth else ALGEBRAIC
+        error = unit * (factor * gap + left + rounding)
         converged = error <= tolerance * level_scale(unit * E)
         if converged.all():
             break
-    grid = "Gauss-Jacobi grid in rho" if smooth else "elements in rho and vartheta"
-    method = f"not separated: adiabatic channels in vartheta, {grid}; f = 0 where V is infinite (Friedrichs)"
+    grid = "adiabatic channels in vartheta, Gauss-Jacobi grid in rho" if smooth else "spectral elements in rho and vartheta"
+    method = f"not separated: {grid}; f = 0 where V is infinite (Friedrichs)"
     return Levels(
         unit * coarse, error, converged, None, None, chosen.m, chosen.l, hbar, size, method, lambda k: (make(k), {"level": k}, {})
     )
@@ -370,100 +373,55 @@ def _solve(
 
 
 def _solve_elements(
-    problem: _Problem, parts: tuple[Panels, Panels], levels: int, bottom: float, top: float, cut: float, n: int, depth: float
+    problem: _Problem, parts: tuple[Panels, Panels], levels: int, bottom: float, top: float, n: int
 ) -> tuple[np.ndarray, Callable, int, np.ndarray]:
-    """Return as `_solve` with n nodes on every element; bases of nodes, so that V is diagonal and the matrix banded."""
-    limit = bottom + cut * (top - bottom)
-    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, bottom, top, limit), strict=True))
+    """Return as `_solve` in products of the functions of elements, n nodes each: V is diagonal, the matrix sparse."""
+    from scipy.sparse import diags, identity, kron
+
+    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, bottom, top), strict=True))
     v = angular_interval("V", problem.well, problem.a, problem.b)
     angles = elements(x.edges, n, float(v.e_lo[0]), float(v.e_hi[0]), v.wall_lo, v.wall_hi)
     quanta = (np.full(len(angles.x), side[0]) for side in (problem.a, problem.b))
     around = 1 - angles.x**2, angular_potential(angles, *quanta)
-    free = angles.assembled(*around)
+    turning = angles.assembled(*around)
     vartheta = angles.shared(angle_of(angles.lo, angles.hi, angles.below))
 
-    def potential_at(q):
+    def V(q):
         return np.minimum(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
 
-    def matrix(q):
-        found = free * (4 / q**2)
-        found[np.diag_indices_from(found)] += potential_at(q)
-        return found
-
-    near, far = rho.edges[[0, -1]]
-    radii = elements(rho.edges, n, _inner_exponent(near, 1e-6 * far, matrix(1e-6 * far)), 1.0, True, True)
-    q = 0.75 / radii.x**2
-    q[0] -= radii.interval.e_lo[0] * (radii.interval.e_lo[0] - 1) / radii.below[0] ** 2
-    nodes = radii.shared(radii.x)
-    energies, vectors = _channels(matrix, nodes, limit, int(1.5 * problem.channels(limit)) + 12)
-    energies += radii.diagonal(q)[:, None]
-    kept = _kept(energies, nodes, limit, bottom + 1.05 * (top - bottom), depth)
-    node, channel = np.nonzero(kept)
-    if node.size <= levels:
-        return np.empty(0), lambda k: None, node.size, np.empty(0)
-    G = vectors[node, :, channel]
-    blocks, starts = [], np.searchsorted(node, np.arange(len(radii.x)) * (n - 1))
-    for k, kinetic in enumerate(radii.kinetic(np.ones_like(radii.x))):
-        rows = slice(starts[k], np.searchsorted(node, (k + 1) * (n - 1), side="right"))
-        own = node[rows] - k * (n - 1)
-        blocks.append((G[rows] @ G[rows].T) * kinetic[own[:, None], own])
-    if node.size * max(map(len, blocks)) > BAND:
+    near, tiny = rho.edges[0], 1e-6 * rho.edges[-1]
+    e_lo = _inner_exponent(near, tiny, (turning * (4 / tiny**2) + diags(V(tiny))).toarray()) if near == 0 else 1.0
+    radii = elements(rho.edges, n, e_lo, 1.0, True, True)
+    if radii.size * angles.size > PRODUCTS:
         raise _TooLarge
-    banded = band(blocks, starts, node.size)
-    banded[0] += energies[node, channel]
-    _, C = lowest(banded, levels, top, 1e-4 * (top - bottom))
-
-    def table(k):
-        found = np.zeros((nodes.size, G.shape[1]))
-        np.add.at(found, node, C[:, k, None] * G)
-        return found
-
+    q = 0.75 / radii.x**2
+    q[0] -= e_lo * (e_lo - 1) / radii.below[0] ** 2
+    along = np.ones_like(q), q
+    nodes = radii.shared(radii.x)
+    U = V(nodes[:, None])
+    matrix = kron(radii.assembled(*along), identity(angles.size)) + kron(diags(4 / nodes**2), turning) + diags(U.ravel())
+    tables = lowest(matrix.tocsc(), levels, bottom, 0.01 * (top - bottom)).T.reshape(levels, *U.shape)
     E, left = np.empty(levels), np.empty(levels)
-    U = potential_at(nodes[:, None])
-    for k in range(levels):
-        found = table(k)
-        turning = quadratic(angles, *around, found.T) @ (4 / nodes**2)
-        E[k] = quadratic(radii, np.ones_like(q), q, found).sum() + turning + (U * found**2).sum()
-        sides = (np.sqrt((found**2).sum(axis=axis))[:, None] for axis in (1, 0))
+    for k, c in enumerate(tables):
+        E[k] = quadratic(radii, *along, c).sum() + quadratic(angles, *around, c.T) @ (4 / nodes**2) + (U * c**2).sum()
+        sides = (np.sqrt((c**2).sum(axis=axis))[:, None] for axis in (1, 0))
         left[k] = sum(left_over(line, part.missed, side)[0] for line, part, side in zip((radii, angles), (rho, x), sides, strict=True))
     order = np.argsort(E)
-    E, left, C = E[order], left[order], C[:, order]
+    E, left, tables = E[order], left[order], tables[order]
 
     def state(k):
-        found = table(k)
-        root = np.sqrt(np.outer(radii.mass, angles.mass))
-        return PlaneShape(radii, angles, np.sign(found.flat[np.argmax(np.abs(found / root))]) * found)
+        density = np.abs(tables[k]) / np.sqrt(np.outer(radii.mass, angles.mass))
+        return PlaneShape(radii, angles, np.sign(tables[k].flat[np.argmax(density)]) * tables[k])
 
-    return E, state, node.size, left
+    return E, state, U.size, left
 
 
-def _phases(
-    problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float, limit: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the phases of the shortest waves over the panels of rho and of x: of levels, and of channels up to `limit`."""
+def _phases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the phases of the shortest waves over the panels of rho and of x."""
     rho, x = parts
-    lowest = np.interp(rho.points, problem.rho, problem.lowest).min(axis=1)
-    room = np.sqrt(np.maximum(top - np.minimum(lowest, np.interp(rho.edges[1:], problem.rho, problem.lowest)), 0))
-    turns = np.sqrt(np.maximum(limit - problem.lowest, 0) * problem.rho**2).max() / 2
-    return np.diff(rho.edges) * room, -np.diff(np.arccos(np.clip(x.edges, -1, 1))) * turns
-
-
-def _channels(matrix: Callable, rho: np.ndarray, limit: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest channels at every rho, values (rho, count) and vectors (rho, n, count), `count` grown until all below `limit` are in."""
-    from scipy.linalg import eigh
-
-    while True:
-        pairs = []
-        for q in rho:
-            here = matrix(q)
-            count = min(count, len(here))
-            pairs.append(eigh(here, subset_by_index=(0, count - 1), overwrite_a=True, check_finite=False, driver="evr"))
-            if count < len(here) and pairs[-1][0][-1] < limit:
-                break
-        else:
-            values, vectors = zip(*pairs, strict=True)
-            return np.array(values), np.array(vectors)
-        count = 2 * count
+    lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)
+    turns = np.sqrt(np.maximum(top - problem.lowest, 0) * problem.rho**2).max() / 2
+    return np.diff(rho.edges) * np.sqrt(np.maximum(top - lowest, 0)), -np.diff(np.arccos(np.clip(x.edges, -1, 1))) * turns
 
 
 def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth: float) -> np.ndarray:
