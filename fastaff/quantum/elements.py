@@ -26,8 +26,10 @@ MISS = 1e-8
 """Distance of a potential from its polynomial, relative to |V| and to the energies of the levels, below which a panel resolves it."""
 SHORTEST = 2.0**-30
 """Shortest panel, relative to the interval; what is not resolved there counts as error."""
-SPAN = 2.0**-10
+SPAN = 2.0**-13
 """Panels at the ends of an interval are not cut below this part of it: singular ends are in the exponents of the basis."""
+POINTS = 1 << 14
+"""Points at which functions are evaluated at once."""
 WAVES = 7.0
 """Phase of the shortest wave over one element."""
 
@@ -57,7 +59,7 @@ class Panels(NamedTuple):
 
     def cut(self, phases: np.ndarray) -> Panels:
         """Return the partition, of at least two, with panels cut where the phases (panels,) of waves over them are above WAVES."""
-        pieces = np.maximum(np.ceil(phases / WAVES), 1 + (phases.size == 1)).astype(int)
+        pieces = np.clip(np.ceil(phases / WAVES), 1 + (phases.size == 1), 10_000).astype(int)
         parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(self.edges[:-1], self.edges[1:], pieces, strict=True)]
         return Panels(np.append(np.concatenate(parts), self.edges[-1]), np.repeat(self.missed, pieces))
 
@@ -229,14 +231,20 @@ class Elements(NamedTuple):
         place = np.where(below < above, below, span - above)
         inside = (below >= 0) & (above >= 0)
         place = np.where(inside, place, span / 2)
-        own = np.clip(np.searchsorted(self.edges - self.lo, place, side="right") - 1, 0, self.x.shape[0] - 1)
+        elements = self.x.shape[0]
+        own = np.clip(np.searchsorted(self.edges - self.lo, place, side="right") - 1, 0, elements - 1)
         values = np.zeros((place.size, self.degree + 1))
-        for k in np.unique(own[inside]):
-            here = np.flatnonzero(inside & (own == k))
+        key = np.where(inside, own, elements)
+        by_element = np.argsort(key, kind="stable")
+        stops = np.searchsorted(key[by_element], np.arange(elements + 1))
+        for k in range(elements):
+            here = by_element[stops[k] : stops[k + 1]]
+            if not here.size:
+                continue
             h = self.edges[k + 1] - self.edges[k]
             t = 2 * (place[here] - (self.edges[k] - self.lo)) / h - 1
             local = _barycentric(self.t[k], _weights(self.t[k]), np.clip(t, -1, 1))
-            first, last = k == 0, k == self.x.shape[0] - 1
+            first, last = k == 0, k == elements - 1
             with np.errstate(divide="ignore", under="ignore"):
                 front = np.ones(here.size)
                 if first:
@@ -365,9 +373,14 @@ class ElementFunction(NamedTuple):
 
     def at(self, below: np.ndarray, above: np.ndarray, shift: float = 0.0) -> np.ndarray:
         """Return f (x - lo)^shift at distances below = x - lo and above = hi - x from the ends; 0 outside."""
-        below, above = np.broadcast_arrays(below, above)
-        index, values = self.line.table(below.ravel(), above.ravel(), shift)
-        return (values * self.coefficients[index]).sum(axis=1).reshape(below.shape)
+        shape = np.broadcast_shapes(np.shape(below), np.shape(above))
+        rows = [np.broadcast_to(distance, shape).ravel() for distance in (below, above)]
+        out = np.empty(rows[0].size)
+        for start in range(0, out.size, POINTS):
+            some = slice(start, start + POINTS)
+            index, values = self.line.table(rows[0][some], rows[1][some], shift)
+            out[some] = (values * self.coefficients[index]).sum(axis=1)
+        return out.reshape(shape)
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes as distances from lo and weights: int f^2 g dx is the sum of weight*f^2*g."""

@@ -183,7 +183,8 @@ def _by_elements(
             line, p, q = problem(i, parts.edges, n)
             values, c = solve(line, p, q, count + 1, top, 1e-4 * kinetic)
             gap, before = np.abs(values - before), values
-        rows.append((values[:count], (2 * gap + left_over(line, parts.missed, c))[:count], line, c * first_signs(line, c)))
+        rounding = 64 * np.finfo(float).eps * np.abs(values).max()
+        rows.append((values[:count], (2 * gap + rounding + left_over(line, parts.missed, c))[:count], line, c * first_signs(line, c)))
     values, errors = (np.array([row[k] for row in rows]) for k in (0, 1))
     return values, values - errors, lambda i, j: ElementFunction(rows[i][2], rows[i][3][:, j]), rows[0][2].size
 

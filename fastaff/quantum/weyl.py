@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from ..boundary import checked_model
 from ..charts.checks import checked
 from ..models import Body
-from ..scalars import positive
 from .ends import potential
-from .symmetry import checked_class
+from .symmetry import action_quantum, checked_class
 
 CHUNK = 48
 """Energies done at once: the largest arrays have CHUNK*ORDER*SCAN numbers, 3 MB."""
@@ -85,7 +84,7 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")
-    chosen, hbar = checked_class(m, l, False), positive("hbar", hbar)
+    chosen, hbar = checked_class(m, l, False), action_quantum(hbar, body.mu)
     given = checked("energy", energy, ())
     distinct, where = np.unique(given.ravel(), return_inverse=True)
     count = np.zeros(distinct.size)
