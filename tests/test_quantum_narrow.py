@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
-from scipy.sparse import coo_matrix, csr_matrix, diags, kron
+from scipy.sparse import csr_matrix, diags, kron
 from scipy.sparse.linalg import eigsh
 
 import fastaff as fa
@@ -17,7 +17,6 @@ from fastaff import (
     Hyperelastic,
     NeoHookean,
     SeparableAlphaBeta,
-    SeparableRVartheta,
     coherent_packet,
     exact_levels,
     exact_levels_below,
@@ -30,11 +29,12 @@ from fastaff import (
     spectrum,
     wavefunction,
 )
-from fastaff.models import Oscillator, Spring
+from fastaff.models import Oscillator
 from fastaff.quantum.elements import panels
 from fastaff.quantum.operators import class_matrices, oscillator_matrices
 from fastaff.quantum.separable import angular, radial
 from fastaff.quantum.tops import spherical_top
+from fastaff.quantum.weyl import _integrals, _well
 
 
 def mesh(lo, hi, features, base):
@@ -338,3 +338,15 @@ def test_long_searches_stop_at_once():
     finally:
         timer.cancel()
         signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize(("H", "c", "w"), [(60.0, 3.0, 0.05), (35.0, 7.0, 0.004)])
+def test_phase_space_of_narrow_ridges(H, c, w):
+    """The volume of the Weyl count against sums over 2 million radii."""
+    body = formula("(D1**2 + D2**2)/2 + H*exp(-((D1**2 + D2**2 - c)/w)**2)", H=H, c=c, w=w)
+    for E in (2.4, 9.0):
+        edges = np.linspace(0, np.sqrt(2 * E), 2_000_001)
+        rho = (edges[1:] + edges[:-1]) / 2
+        room = np.maximum(E - rho**2 / 2 - H * np.exp(-(((rho**2 - c) / w) ** 2)), 0)
+        truth = (room * rho).sum() * (edges[1] - edges[0]) * np.pi / 2
+        assert _integrals(_well(body, 0.0, 0.0, 9.5), np.array([E]))[0, 0] == pytest.approx(truth, rel=1e-7)

@@ -112,8 +112,8 @@ class PlaneGaussian(NamedTuple):
         waves, count = 96 + (hi - lo) * np.hypot(*self.momentum) / self.hbar, self._angles(0)
         if not max(waves * WORK, waves * count) <= WORK * FINEST:
             raise ValueError(
-                f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} makes a packet of {waves:.2g} waves along and "
-                f"{count:.2g} around, more than {FINEST} and {WORK:.2g} points resolve: take a width nearer to sqrt(hbar) = {self.hbar**0.5:.3g}"
+                f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} takes {waves:.2g} radii, {count:.2g} angles "
+                f"of a plane, more than {FINEST} and {WORK:.0e}: take one nearer to sqrt(hbar) = {self.hbar**0.5:.3g}"
             )
         t, w = roots_legendre(int(waves))
         radius = lo + (hi - lo) * (1 + t) / 2

@@ -1,4 +1,4 @@
-"""Spectral elements for Sturm-Liouville problems whose potential has narrow features: meshes that resolve it, bases, eigenvalues (layer L3).
+"""Spectral elements for Sturm-Liouville problems whose potential has narrow features (layer L3).
 
 An interval is halved until on every panel the potential is the polynomial through a few of its points, seen at many others. Where a
 global basis would need too many functions, the panels become elements with a nodal basis (Gauss-Lobatto, Gauss-Radau with the
@@ -155,8 +155,9 @@ def _largest(V: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple
 class Elements(NamedTuple):
     """Nodal basis of f = w P on elements, P continuous and polynomial on each; w = (d/h)^e in the first and the last one, 1 between.
 
-    edges (E + 1,); interval: its exponents (E,) are 0 but at the ends; t (E, n): nodes in (-1, 1); x, below, above, weight (E, n): nodes, their distances from the ends, and weights of
-    int f^2; slopes (E, n, n): P' at the nodes of the cardinal polynomials; mass (size,): weights of the nodes, which elements share.
+    edges (E + 1,); interval: its exponents (E,) are 0 but at the ends; t (E, n): nodes in (-1, 1); x, below, above, weight (E, n): nodes,
+    their distances from the ends, and weights of int f^2; slopes (E, n, n): P' at the nodes of the cardinal polynomials; mass (size,):
+    weights of the nodes, which elements share.
     """
 
     edges: np.ndarray
@@ -309,7 +310,7 @@ def _lobatto(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def elements(edges: np.ndarray, n: int, e_lo: float, e_hi: float, wall_lo: bool, wall_hi: bool) -> Elements:
-    """Return the basis of n nodes on each element (at least two elements); walls as in `Interval`: simple poles there are integrated exactly."""
+    """Return the basis of n nodes on each element (at least two elements); poles at walls are integrated exactly."""
     h, E = np.diff(edges), edges.size - 1
     t, w = (np.tile(row, (E, 1)) for row in _lobatto(n))
     first, w_first = _end(n, e_lo, wall_lo)
@@ -322,7 +323,7 @@ def elements(edges: np.ndarray, n: int, e_lo: float, e_hi: float, wall_lo: bool,
     x = np.where(below < above, edges[0] + below, edges[-1] - above)
     exponents = np.zeros((2, E))
     exponents[0, 0], exponents[1, -1] = e_lo, e_hi
-    interval = Interval(float(edges[0]), float(edges[-1]), *exponents, wall_lo, wall_hi)
+    interval = Interval(float(edges[0]), float(edges[-1]), exponents[0], exponents[1], wall_lo, wall_hi)
     return Elements(edges, interval, t, x, below, above, weight, slopes, summed(weight))
 
 

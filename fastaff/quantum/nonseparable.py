@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -213,12 +214,12 @@ def _partition(problem: _Problem, ends: tuple[float, float], bottom: float, top:
     places = [np.sort(quasi[:count]) for count in (LINES, CLOSE)]
     found: list[Panels] = []
     for near, far, other, V, most in (
-        (*ends, x, lambda q, x: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[0]),
-        (*x, ends, lambda x, q: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[1]),
+        (*ends, x, lambda x, q: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[0]),
+        (*x, ends, lambda q, x: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[1]),
     ):
         rows = [other[0] + (other[1] - other[0]) * place[:, None] for place in places]
         first, second = (
-            panels(lambda y, row=row, V=V: V(y, row), near, far, bottom, top - bottom, dense, most)
+            panels(partial(V, row), near, far, bottom, top - bottom, dense, most)
             for row, dense in zip(rows, (DENSE >> 4, DENSE), strict=True)
         )
         found.append(merged(first, second))

@@ -12,8 +12,8 @@ from ..charts import ALPHA_BETA, R_VARTHETA
 from ..models import Body, StackelBody
 from ..scalars import fits, positive, whole
 from ..separation import FAMILIES, separate
-from .levels import Levels, level_scale
 from .interruptible import interruptible
+from .levels import Levels, level_scale
 from .nonseparable import plane_levels
 from .separable import Factors, angular, radial
 from .states import Product
