@@ -267,12 +267,14 @@ class Elements(NamedTuple):
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return distances from lo and weights for functions of this basis: int f^2 g dx, with `order` nodes on each element."""
-        rows = []
-        for k, (e_lo, e_hi) in enumerate(zip(self.interval.e_lo, self.interval.e_hi, strict=True)):
-            below, weights = interval_rule(float(self.edges[k]), float(self.edges[k + 1]), float(e_lo), float(e_hi), order)
-            rows.append((self.edges[k] - self.lo + below, weights))
-        first, second = zip(*rows, strict=True)
-        return np.concatenate(first), np.concatenate(second)
+        h, ends = np.diff(self.edges), self.interval
+        t, w = np.polynomial.legendre.leggauss(order)
+        below, weights = (self.edges[:-1] - self.lo)[:, None] + h[:, None] * (1 + t) / 2, h[:, None] * w / 2
+        for k in (0, -1):
+            lo, hi = float(self.edges[:-1][k]), float(self.edges[1:][k])
+            place, weights[k] = interval_rule(lo, hi, float(ends.e_lo[k]), float(ends.e_hi[k]), order)
+            below[k] = lo - self.lo + place
+        return below.ravel(), weights.ravel()
 
 
 def summed(local: np.ndarray) -> np.ndarray:
