@@ -11,12 +11,17 @@ from numpy.typing import ArrayLike
 
 from ..boundary import phase_points
 from ..charts.checks import checked
-from ..scalars import positive, whole
+from ..scalars import whole
 from .grids import resolved
+from .interruptible import interruptible
 from .packets import Packet
 from .projections import class_states, fraction, holding, kept_packet
-from .symmetry import SymmetryClass, checked_class
+from .symmetry import SymmetryClass, action_quantum, checked_class
 
+FINEST, WORK = 4000, 1e5
+"""Most nodes along the radius of a plane, and most angles beside as many of them."""
+CLASSES = 4000
+"""Most symmetry classes of a packet."""
 REACH = 12.0
 """Standard deviations at which a Gaussian has ended: e^-36 of its maximum."""
 
@@ -42,11 +47,13 @@ def coherent_packet(
     widths = checked("width", width, ())
     if widths.shape not in ((), (2,)) or not np.all(widths > 0):
         raise ValueError(f"width must be one or two positive numbers, got {width!r}")
-    quantum, sides = positive("hbar", hbar), np.broadcast_to(widths, (2,))
+    if np.any((widths < 1e-100) | (widths > 1e100)):
+        raise ValueError(f"width must lie between 1e-100 and 1e100, got {width!r}")
+    quantum, sides = action_quantum(hbar), np.broadcast_to(widths, (2,))
     planes = [PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], float(sides[i]), quantum) for i in (0, 1)]
     if (m is None) != (l is None):
         raise ValueError(f"m and l must be given both or neither, got m = {m!r}, l = {l!r}")
-    quanta = [gaussian.probabilities() for gaussian in planes]
+    quanta = [interruptible(gaussian.probabilities) for gaussian in planes]
     if m is not None and l is not None:
         one = checked_class(m, l)
         chosen = [one]
@@ -59,6 +66,8 @@ def coherent_packet(
             )
     else:
         chosen, share = _likeliest(quanta, 0.1 * tolerance), 1.0
+        if len(chosen) > CLASSES:
+            raise ValueError(f"the packet takes {len(chosen)} symmetry classes, more than {CLASSES}: give m and l, or another width")
 
     def build(count: int) -> Packet:
         groups = class_states(body, chosen, count, hbar, True)
@@ -100,8 +109,14 @@ class PlaneGaussian(NamedTuple):
 
         far = np.hypot(*self.centre)
         lo, hi = max(far - REACH * self.width, 0.0), far + REACH * self.width
-        t, w = roots_legendre(96 + int((hi - lo) * np.hypot(*self.momentum) / self.hbar))
-        radius, count = lo + (hi - lo) * (1 + t) / 2, self._angles(0)
+        waves, count = 96 + (hi - lo) * np.hypot(*self.momentum) / self.hbar, self._angles(0)
+        if not max(waves * WORK, waves * count) <= WORK * FINEST:
+            raise ValueError(
+                f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} takes {waves:.2g} radii, {count:.2g} angles "
+                f"of a plane, more than {FINEST} and {WORK:.0e}: take one nearer to sqrt(hbar) = {self.hbar**0.5:.3g}"
+            )
+        t, w = roots_legendre(int(waves))
+        radius = lo + (hi - lo) * (1 + t) / 2
         parts = np.fft.fft(self._values(radius, 2 * np.pi * np.arange(count) / count), axis=1) / count
         share = np.pi * (hi - lo) * (w * radius) @ np.abs(parts) ** 2
         orders = np.fft.fftfreq(count, 1 / count).round().astype(int)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..engine import Interrupted
-from ..scalars import whole
+from ..scalars import function, reporter, whole
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
 from .symmetry import SymmetryClass, checked_class
@@ -83,6 +83,7 @@ def level_diagram(
     points = np.atleast_1d(np.asarray(values, dtype=np.float64))
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
         raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
+    function("make", make), reporter(report)
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows: list[list[Levels]] = []

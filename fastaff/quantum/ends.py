@@ -37,9 +37,10 @@ def potential(body: Any, A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def sampled(V: Callable, y: np.ndarray) -> np.ndarray:
-    """Return V(y) with +inf for NaN: a function lives where it is finite."""
+    """Return V(y), one row or more, with +inf for NaN: a function lives where it is finite."""
     with np.errstate(all="ignore"):
-        values = np.broadcast_to(np.asarray(V(y), dtype=float), y.shape)
+        values = np.asarray(V(y), dtype=float)
+    values = np.broadcast_to(values, np.broadcast_shapes(values.shape, y.shape))
     return np.where(np.isnan(values), np.inf, values)
 
 
@@ -126,8 +127,18 @@ def exponent(name: str, strength: float, place: str) -> float:
     return 0.5 + max(0.25 + strength, 0.0) ** 0.5
 
 
-def reach(name: str, W: Callable, lo: float, hi: float, count: float) -> tuple[float, float, float]:
-    """Return (lo', hi', n): beyond which interval the lowest `count` states of -u'' + W u have decayed, and nodes that resolve them.
+class Reach(NamedTuple):
+    """Beyond which interval (lo, hi) states have decayed, Gauss nodes that resolve them, their top energy, and the largest top - W."""
+
+    lo: float
+    hi: float
+    nodes: float
+    top: float
+    kinetic: float
+
+
+def reach(name: str, W: Callable, lo: float, hi: float, count: float) -> Reach:
+    """Return where the lowest `count` states of -u'' + W u live.
 
     W with the Langer centrifugal term; semiclassical count int sqrt(lambda - W) dx/pi. n Gauss nodes are pi sqrt(d d')/n apart at distances
     d, d' from the ends.
@@ -140,7 +151,7 @@ def reach(name: str, W: Callable, lo: float, hi: float, count: float) -> tuple[f
     top = count_top(lambda top: float((np.sqrt(np.maximum(top - w, 0)) * step).sum()) / np.pi, w[bottom], 1 / y[bottom] ** 2, count)
     left, right = decayed(name, y, w, top, lo, hi)
     waves = np.maximum(top - w, 0) * np.maximum(y - left, 0) * np.maximum(right - y, 0)
-    return left, right, float(np.sqrt(waves.max()))
+    return Reach(left, right, float(np.sqrt(waves.max())), float(top), float(top - w[bottom]))
 
 
 def check_bottom(name: str, bottom: int, size: int, hi: float) -> None:

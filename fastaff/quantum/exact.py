@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from ..models.functions import Barriers, Oscillator, Spring
 from ..quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels
-from ..scalars import positive, real, whole, whole_numbers
+from ..scalars import fits, flag, positive, real, whole, whole_numbers
 from ..separation import Family, separate
+from .symmetry import action_quantum
 
 
 class SolvableBody(NamedTuple):
@@ -89,8 +90,8 @@ def solvable(body: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:
 
     Raises TypeError or ValueError for wrong input, ValueError for a body without closed-form states there.
     """
-    quantum = positive("hbar", hbar)
     separated = separate(body, chart)
+    quantum = action_quantum(hbar, separated.mu)
     first, second = separated.functions
     name = type(body.potential).__name__
     if not separated.isotropic:
@@ -150,7 +151,7 @@ def exact_levels(
     e_vartheta = (hbar^2/2 mu) ((2 n_vartheta + 1 + s_alpha + s_beta)^2 - 1). Exact to rounding; nanoseconds for a level.
     Source: Martens & Slawianowski, EQ5.1, EQ5.2, EQ3.2.2 (with m + l even; e_vartheta corrected).
     """
-    model = solvable(body, chart, hbar)
+    model, flagged = solvable(body, chart, hbar), flag("single_valued", single_valued)
     quanta = whole_numbers("n", n)
     if quanta.ndim not in (1, 2) or quanta.shape[0] != 2 or np.any(quanta < 0):
         raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {n!r}")
@@ -160,7 +161,7 @@ def exact_levels(
         raise ValueError(f"n, m and l must be single or have the same number of levels, got {[q.shape for q in (quanta, *spins)]}")
     n1, n2, spin, vorticity = (q.copy() for q in np.broadcast_arrays(*(q.ravel() for q in (quanta[0], quanta[1], *spins))))
     odd = np.flatnonzero((spin + vorticity) % 2)
-    if single_valued and odd.size:
+    if flagged and odd.size:
         raise ValueError(
             f"m + l must be even: (phi + pi, psi + pi) is the same matrix; got m = {spin[odd[0]]}, l = {vorticity[odd[0]]} "
             "(single_valued=False takes them, on the covering)"
@@ -182,10 +183,24 @@ def exact_levels_below(body: Any, energy: float, *, hbar: float = 1.0, chart: An
     Source: Martens & Slawianowski, EQ5.1, EQ5.2.
     """
     model, top = solvable(body, chart, hbar), real("energy", energy)
-    rows = [row for row in _search(model, top, 2 if single_valued else 1) if row.shape[1]]
+    step = 2 if flag("single_valued", single_valued) else 1
+    fits("energy", 10, _many(model, top, step))
+    rows = [row for row in _search(model, top, step) if row.shape[1]]
     table = np.concatenate(rows, axis=1) if rows else np.zeros((4, 0), np.int64)
     order = np.argsort(model.energy(table[:2], table[2], table[3]), kind="stable")
     return _levels(model, table[:2, order], table[2, order], table[3, order])
+
+
+def _many(model: SolvableBody, top: float, step: int) -> int:
+    """Return about how many levels are below `top`: rather too many."""
+    rise = top - float(model.energy(np.zeros((2, 1), np.int64), 0, 0)[0])
+    if rise <= 0:
+        return 0
+    count = 1.0
+    for quantum, s in zip(model.quanta, model.indices(0, 0), strict=True):
+        x = min(rise / float(quantum), 1e70)
+        count *= (x / 2 + 1) * (2 * np.sqrt(x * (x + 2 * float(s))) + 1)
+    return int(count / (6 * step))
 
 
 def _search(model: SolvableBody, top: float, step: int) -> Iterator[np.ndarray]:
@@ -242,7 +257,7 @@ def multiplets(
 ) -> Multiplets:  # fmt: skip
     """Compute the distinct energies of a solvable body with their degeneracies, below an energy or the first `count`.
 
-    Parameters: below, finite, or count >= 1, one of them; hbar, chart, single_valued as in `exact_levels`; tolerance >= 0: energies
+    Parameters: below, finite, or count >= 1, one of them; hbar, chart, single_valued as in `exact_levels`; tolerance in [0, 1): energies
     that differ relatively by no more are one.
     Returns Multiplets. Raises ValueError or TypeError for wrong input.
     Formulas: Harmonic: E = hbar omega (N + 2), C(N + 3, 3) times; Anharmonic: each (n1 + n2, m, l) comes n1 + n2 + 1 times.
@@ -251,11 +266,12 @@ def multiplets(
     if (below is None) == (count is None):
         raise ValueError(f"give either below or count, got below = {below!r}, count = {count!r}")
     gap = real("tolerance", tolerance)
-    if gap < 0:
-        raise ValueError(f"tolerance must be at least 0, got {tolerance!r}")
+    if not 0 <= gap < 1:
+        raise ValueError(f"tolerance must be at least 0 and below 1, got {tolerance!r}")
     if below is not None:
         return _grouped(exact_levels_below(body, below, hbar=hbar, chart=chart, single_valued=single_valued), gap)
     wanted = whole("count", count, 1)
+    fits("count", 10, wanted)
     model = solvable(body, chart, hbar)
     zero = np.zeros((2, 1), np.int64)
     ground, rise = float(model.energy(zero, 0, 0)[0]), float(model.quanta.min())

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernels.quantum_factors import jacobi_values, laguerre_values
-from ..scalars import positive, real
+from ..scalars import fits, positive, real
 from .symmetry import whole_quantum
 
 
@@ -47,6 +47,7 @@ def quantum_number(name: str, value: Any) -> int:
     number = whole_quantum(name, value)
     if number < 0:
         raise ValueError(f"{name} must be at least 0, got {value!r}")
+    fits(name, 8, number)
     return number
 
 

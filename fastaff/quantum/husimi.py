@@ -13,6 +13,7 @@ from ..charts import ALPHA_BETA
 from ..charts.checks import checked
 from ..scalars import positive
 from .factors import PlaneFactor
+from .states import State
 
 LARGEST = 640
 """Radial quanta of the largest expansion in each plane."""
@@ -55,7 +56,7 @@ class Husimi:
         return out.reshape(points.shape[1:])[()]
 
 
-def husimi(state: Any, *, widths: tuple[float, float] | None = None, tolerance: float = 1e-4) -> Husimi:
+def husimi(state: State, *, widths: tuple[float, float] | None = None, tolerance: float = 1e-4) -> Husimi:
     """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
 
     Parameters: state: of `wavefunction` or `Levels.state`, with m + l even; widths: sigma_a, sigma_b > 0 of the coherent states
@@ -71,6 +72,8 @@ def husimi(state: Any, *, widths: tuple[float, float] | None = None, tolerance: 
     the state is large. Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
     Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
     """
+    if not isinstance(state, State):
+        raise TypeError(f"state must be a State, of `wavefunction` or `Levels.state`, got {type(state).__name__}")
     m, l = state.symmetry
     if (m + l) % 2:
         raise ValueError(f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..engine import Interrupted
-from ..scalars import real, whole
+from ..scalars import real, reporter, whole
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
 from .symmetry import SymmetryClass
@@ -123,6 +123,7 @@ def all_levels(
     """
     if (below is None) == (count is None):
         raise ValueError(f"give either below or count, got below = {below!r}, count = {count!r}")
+    reporter(report)
     limit = math.inf if below is None else real("below", below)
     wanted = None if count is None else whole("count", count, 1)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}

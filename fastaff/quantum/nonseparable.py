@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..charts import R_VARTHETA, Chart
+from .elements import DENSE, Elements, Panels, elements, left_over, lowest, merged, panels, quadratic
 from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
 from .interruptible import interruptible
 from .levels import Levels, level_scale
@@ -19,6 +21,16 @@ POINTS = 4096
 """Points whose polynomials are tabulated at once."""
 LARGEST = 6000
 """Largest matrix: 0.3 GB each of a handful."""
+ELEMENTS = ((8,), (11,), (14,), (18,))
+"""The same where V has narrow features: nodes of every element."""
+LINES, CLOSE = 48, 3
+"""Lines of either coordinate along which V is looked at, and how many of them densely."""
+PANELS = (120, 30)
+"""Panels of rho and of x at most."""
+PRODUCTS = 100_000
+"""Largest sparse matrix: some 10 s and 1 GB."""
+SPECTRAL = 4.0
+"""Error of elements in units of the change from a lower degree: 0.1 where V is smooth, 1 at cones."""
 ALGEBRAIC = 30.0
 """Error in units of the change from a smaller basis where convergence is algebraic; 26 was the worst seen."""
 STEEP = 1e9
@@ -28,14 +40,53 @@ STEPS = ((1.5, 1.15, 10.0), (1.8, 1.3, 11.0), (2.2, 1.5, 13.0), (2.8, 1.75, 15.0
 action to which tails of channels are kept."""
 
 
+class Polynomials(NamedTuple):
+    """The first `size` orthonormal polynomials of an interval times its weights."""
+
+    interval: Interval
+    size: int
+
+    @property
+    def lo(self) -> float:
+        """Return the lower end."""
+        return self.interval.lo
+
+    @property
+    def hi(self) -> float:
+        """Return the upper end."""
+        return self.interval.hi
+
+    @property
+    def degree(self) -> int:
+        """Return the highest degree."""
+        return self.size - 1
+
+    def dense(self, below: np.ndarray, above: np.ndarray, shift: float) -> np.ndarray:
+        """Return the functions (points, size) at distances from the ends, times below^shift; 0 outside."""
+        ends = self.interval
+        middle = (ends.hi - ends.lo) / 2
+        inside = (below >= 0) & (above >= 0)
+        low, high = np.where(inside, below, middle), np.where(inside, above, middle)
+        t = np.clip((low - high) / (ends.hi - ends.lo), -1, 1).reshape(1, -1)
+        weight = interval_weight(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), low, high, shift)
+        inside &= weight > 1e-300
+        table = jacobi_table(self.size, 2 * ends.e_hi, 2 * ends.e_lo, np.where(inside, t, 0.0))[0]
+        return table * np.where(inside, weight, 0.0)[:, None]
+
+    def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return Gauss nodes as distances from lo, and weights of functions that carry their own."""
+        ends = self.interval
+        return interval_rule(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), order)
+
+
 class PlaneShape(NamedTuple):
-    """A(r, vartheta) = rho^-3/2 u(rho, x)/pi of x = cos(vartheta); u: weights of two intervals times a sum of products of polynomials.
+    """A(r, vartheta) = rho^-3/2 u(rho, x)/pi of x = cos(vartheta); u: a sum of products of the functions of two lines.
 
     coefficients (n_rho, n_x); int u^2 drho dx = 1.
     """
 
-    rho: Interval
-    x: Interval
+    rho: Polynomials | Elements
+    x: Polynomials | Elements
     coefficients: np.ndarray
 
     @property
@@ -46,8 +97,7 @@ class PlaneShape(NamedTuple):
     @property
     def degrees(self) -> tuple[int, int]:
         """Return the degrees of the polynomials."""
-        n, k = self.coefficients.shape
-        return n - 1, k - 1
+        return self.rho.degree, self.x.degree
 
     def __call__(self, r: np.ndarray, vartheta: np.ndarray) -> np.ndarray:
         """Return A (...) at r, vartheta (...); 0 where V is infinite or A has decayed below rounding."""
@@ -67,31 +117,16 @@ class PlaneShape(NamedTuple):
         u, v, q = self.rho, self.x, np.hypot(a, b)
         sine, cosine = b / np.where(q > 0, q, 1.0), np.where(q > 0, a, 1.0) / np.where(q > 0, q, 1.0)
         below = 2 * cosine**2 if v.lo == -1 else (cosine - sine) * (cosine + sine) - v.lo
-        first = _side(self.coefficients.shape[1], v, below, 2 * sine**2, 0.0)
-        second = _side(self.coefficients.shape[0], u, q - u.lo, u.hi - q, 0.0 if u.lo else -1.5)
+        first = v.dense(below, 2 * sine**2 if v.hi == 1 else v.hi - (cosine - sine) * (cosine + sine), 0.0)
+        second = u.dense(q - u.lo, u.hi - q, 0.0 if u.lo else -1.5)
         values = np.einsum("pi,pi->p", second @ self.coefficients, first) / np.pi
         return values * np.maximum(q, u.lo) ** -1.5 if u.lo else values
 
     def rule(self, orders: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return Gauss nodes r (i,), vartheta (j,) and weights (i, j)."""
-        (q, w), (below, v) = (
-            interval_rule(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), order)
-            for ends, order in zip((self.rho, self.x), orders, strict=True)
-        )
+        (q, w), (below, v) = (line.rule(order) for line, order in zip((self.rho, self.x), orders, strict=True))
         q = self.rho.lo + q
         return q * q, angle_of(self.x.lo, self.x.hi, below), np.outer(np.pi**2 * w * q**3, v)
-
-
-def _side(n: int, ends: Interval, below: np.ndarray, above: np.ndarray, shift: float) -> np.ndarray:
-    """Return n weighted polynomials (points, n) at distances from the ends; 0 outside."""
-    middle = (ends.hi - ends.lo) / 2
-    inside = (below >= 0) & (above >= 0)
-    low, high = np.where(inside, below, middle), np.where(inside, above, middle)
-    t = np.clip((low - high) / (ends.hi - ends.lo), -1, 1).reshape(1, -1)
-    weight = interval_weight(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), low, high, shift)
-    inside &= weight > 1e-300
-    table = jacobi_table(n, 2 * ends.e_hi, 2 * ends.e_lo, np.where(inside, t, 0.0))[0]
-    return table * np.where(inside, weight, 0.0)[:, None]
 
 
 class _Problem(NamedTuple):
@@ -127,10 +162,14 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
     problem = _problem(body, chosen, unit)
     bottom = problem.lowest.min()
     top = count_top(problem.states, bottom, 1 / problem.rho[np.argmin(problem.lowest)] ** 2, _wanted(problem, levels, unit))
+    with np.errstate(invalid="ignore"):
+        ends = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
+    parts = interruptible(_partition, problem, ends, bottom, top)
+    smooth = _global(problem, parts, ends, bottom, top)
     coarse, size = None, 0
-    for step in STEPS:
+    for step in STEPS if smooth else ELEMENTS:
         try:
-            E, states, found_size = interruptible(_solve, problem, levels, bottom, top, *step)
+            E, states, found_size, left = interruptible(_solve if smooth else _solve_elements, problem, parts, levels, bottom, top, *step)
         except _TooLarge:
             break
         if found_size < levels:
@@ -138,13 +177,18 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
         size = found_size
         gap = np.full(levels, np.inf) if coarse is None else np.abs(E - coarse)
         coarse, make, top = E, states, max(E[-1], top)
-        error = unit * ((1 if problem.smooth else ALGEBRAIC) * gap + 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom)))
+        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
+        if not smooth:  # a level that two bases agree on by chance
+            gap = np.maximum(gap, 0.1 * np.maximum.accumulate(gap))
+        factor = SPECTRAL if not smooth else 1.0 if problem.smooth else ALGEBRAIC
+        error = unit * (factor * gap + left + rounding)
         converged = error <= tolerance * level_scale(unit * E)
         if converged.all():
             break
     if size == 0:
         raise ValueError(f"levels = {levels} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar")
-    method = "not separated: adiabatic channels in vartheta, Gauss-Jacobi grid in rho; f = 0 where V is infinite (Friedrichs)"
+    grid = "adiabatic channels in vartheta, Gauss-Jacobi grid in rho" if smooth else "spectral elements in rho and vartheta"
+    method = f"not separated: {grid}; f = 0 where V is infinite (Friedrichs)"
     return Levels(
         unit * coarse, error, converged, None, None, chosen.m, chosen.l, hbar, size, method, lambda k: (make(k), {"level": k}, {})
     )
@@ -162,6 +206,35 @@ def _wanted(problem: _Problem, levels: int, unit: float) -> float:
             f"levels = {levels}"
         )
     return min(wanted, (levels + bound) / 2)
+
+
+def _partition(problem: _Problem, ends: tuple[float, float], bottom: float, top: float) -> tuple[Panels, Panels]:
+    """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, and on a few of them densely."""
+    x, quasi = _line_x(problem), (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
+    places = [np.sort(quasi[:count]) for count in (LINES, CLOSE)]
+    found: list[Panels] = []
+    for near, far, other, V, most in (
+        (*ends, x, lambda x, q: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[0]),
+        (*x, ends, lambda q, x: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[1]),
+    ):
+        rows = [other[0] + (other[1] - other[0]) * place[:, None] for place in places]
+        first, second = (
+            panels(partial(V, row), near, far, bottom, top - bottom, dense, most)
+            for row, dense in zip(rows, (DENSE >> 4, DENSE), strict=True)
+        )
+        found.append(merged(first, second))
+    return found[0], found[1]
+
+
+def _line_x(problem: _Problem) -> tuple[float, float]:
+    ends = angular_interval("V", problem.well, problem.a, problem.b)
+    return ends.lo, ends.hi
+
+
+def _global(problem: _Problem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float) -> bool:
+    """Return whether global bases of the usual size resolve V, or nearly."""
+    n_rho, n_x = _sizes(problem, *ends, bottom, top, STEPS[0][1])
+    return parts[0].needed <= 1.3 * n_rho and parts[1].needed <= 3 * n_x
 
 
 class _TooLarge(Exception):
@@ -244,17 +317,22 @@ def _beyond(problem: _Problem, bottom: float, top: float) -> float:
     return min(bottom + 1.2 * (top - bottom), (top + problem.threshold) / 2)
 
 
-def _bases(problem: _Problem, bottom: float, top: float, density: float) -> _Bases:
+def _sizes(problem: _Problem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
+    """Return how many global functions of rho and of x resolve waves."""
+    return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(density * (1.2 * problem.channels(top) + 16))
+
+
+def _bases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float, density: float) -> _Bases:
     with np.errstate(invalid="ignore"):
         near, far = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
-    n_rho = int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12))
-    n_x = int(density * (1.2 * problem.channels(top) + 16))
-    angular = basis(angular_interval("V", problem.well, problem.a, problem.b), n_x, n_x // 2 + 16)
-    free = angular.matrix(angular_potential(angular, problem.a, problem.b, problem.well), 1 - angular.x**2)[0]
-    # At rho -> 0 the lowest channel gives the exponent: rho^2 U is part of the angular problem where it has a limit.
+    n_rho, n_x = _sizes(problem, near, far, bottom, top, density)
+    n_rho = max(n_rho, parts[0].needed)
+    if n_rho > LARGEST or n_x > LARGEST // 2:
+        raise _TooLarge
+    angular = basis(angular_interval("V", problem.well, problem.a, problem.b), n_x, max(n_x // 2 + 16, parts[1].needed - n_x))
+    free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
     tiny = np.array([1e-6 * far])
-    zero = float(np.linalg.eigvalsh(_angular_matrices(problem, angular, free, tiny))[0, 0] * tiny[0] ** 2)
-    e_lo = exponent("V", 0.75 + zero, "at phi = 0") if near == 0.0 else 1.0
+    e_lo = _inner_exponent(near, tiny[0], _angular_matrices(problem, angular, free, tiny)[0])
     outer = Interval(near, far, np.array([e_lo]), np.array([1.0]), True, True)
     radial = basis(outer, n_rho, 8)
     weights = 2 * e_lo / (radial.below * radial.above)  # e_lo (e_lo - 1)/rho^2 cancels at rho = 0; it is 0 at a wall
@@ -267,13 +345,18 @@ def _bases(problem: _Problem, bottom: float, top: float, density: float) -> _Bas
     )  # fmt: skip
 
 
+def _inner_exponent(near: float, tiny: float, matrix: np.ndarray) -> float:
+    """Return the exponent at the least rho: at 0 of the lowest channel, whose matrix at a tiny rho has rho^2 U where it has a limit."""
+    return exponent("V", 0.75 + float(np.linalg.eigvalsh(matrix)[0]) * tiny**2, "at phi = 0") if near == 0.0 else 1.0
+
+
 def _solve(
-    problem: _Problem, levels: int, bottom: float, top: float, cut: float, density: float, depth: float
-) -> tuple[np.ndarray, Callable, int]:
-    """Return the lowest eigenvalues, a maker of states, and the size, for one cut and density."""
+    problem: _Problem, parts: tuple[Panels, Panels], levels: int, bottom: float, top: float, cut: float, density: float, depth: float
+) -> tuple[np.ndarray, Callable, int, float]:
+    """Return the lowest eigenvalues, a maker of states, the size, and what is not resolved, for one cut and density."""
     from scipy.linalg import eigh
 
-    bases = _bases(problem, bottom, top, density)
+    bases = _bases(problem, parts, bottom, top, density)
     energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, bottom + STEEP * (top - bottom)))
     energies = energies + bases.rest / bases.nodes[:, None] ** 2
     kept = _kept(energies, bases.nodes, bottom + cut * (top - bottom), bottom + 1.05 * (top - bottom), depth)
@@ -290,9 +373,62 @@ def _solve(
         table = np.zeros((bases.nodes.size, G.shape[1]))
         np.add.at(table, node, C[:, k, None] * G)
         table = bases.grid @ table
-        return PlaneShape(bases.rho, bases.angular.interval, np.sign(table.flat[np.argmax(np.abs(table))]) * table)
+        lines = Polynomials(bases.rho, len(table)), Polynomials(bases.angular.interval, G.shape[1])
+        return PlaneShape(*lines, np.sign(table.flat[np.argmax(np.abs(table))]) * table)
 
-    return E, state, node.size
+    return E, state, node.size, 0.0
+
+
+def _solve_elements(
+    problem: _Problem, parts: tuple[Panels, Panels], levels: int, bottom: float, top: float, n: int
+) -> tuple[np.ndarray, Callable, int, np.ndarray]:
+    """Return as `_solve` in products of the functions of elements, n nodes each: V is diagonal, the matrix sparse."""
+    from scipy.sparse import diags, identity, kron
+
+    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, bottom, top), strict=True))
+    if (rho.missed.size * (n - 1) + 1) * (x.missed.size * (n - 1) + 1) > PRODUCTS:
+        raise _TooLarge
+    v = angular_interval("V", problem.well, problem.a, problem.b)
+    angles = elements(x.edges, n, float(v.e_lo[0]), float(v.e_hi[0]), v.wall_lo, v.wall_hi)
+    quanta = (np.full(len(angles.x), side[0]) for side in (problem.a, problem.b))
+    around = 1 - angles.x**2, angular_potential(angles, *quanta)
+    turning = angles.assembled(*around)
+    vartheta = angles.shared(angle_of(angles.lo, angles.hi, angles.below))
+
+    def V(q):
+        return np.minimum(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
+
+    near, tiny = rho.edges[0], 1e-6 * rho.edges[-1]
+    e_lo = _inner_exponent(near, tiny, (turning * (4 / tiny**2) + diags(V(tiny))).toarray()) if near == 0 else 1.0
+    radii = elements(rho.edges, n, e_lo, 1.0, True, True)
+    q = 0.75 / radii.x**2
+    q[0] -= e_lo * (e_lo - 1) / radii.below[0] ** 2
+    along = np.ones_like(q), q
+    nodes = radii.shared(radii.x)
+    U = V(nodes[:, None])
+    matrix = kron(radii.assembled(*along), identity(angles.size)) + kron(diags(4 / nodes**2), turning) + diags(U.ravel())
+    tables = lowest(matrix.tocsc(), levels, bottom, 0.01 * (top - bottom)).T.reshape(levels, *U.shape)
+    E, left = np.empty(levels), np.empty(levels)
+    for k, c in enumerate(tables):
+        E[k] = quadratic(radii, *along, c).sum() + quadratic(angles, *around, c.T) @ (4 / nodes**2) + (U * c**2).sum()
+        sides = (np.sqrt((c**2).sum(axis=axis))[:, None] for axis in (1, 0))
+        left[k] = sum(left_over(line, part.missed, side)[0] for line, part, side in zip((radii, angles), (rho, x), sides, strict=True))
+    order = np.argsort(E)
+    E, left, tables = E[order], left[order], tables[order]
+
+    def state(k):
+        density = np.abs(tables[k]) / np.sqrt(np.outer(radii.mass, angles.mass))
+        return PlaneShape(radii, angles, np.sign(tables[k].flat[np.argmax(density)]) * tables[k])
+
+    return E, state, U.size, left
+
+
+def _phases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the phases of the shortest waves over the panels of rho and of x."""
+    rho, x = parts
+    lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)
+    turns = np.sqrt(np.maximum(top - problem.lowest, 0) * problem.rho**2).max() / 2
+    return np.diff(rho.edges) * np.sqrt(np.maximum(top - lowest, 0)), -np.diff(np.arccos(np.clip(x.edges, -1, 1))) * turns
 
 
 def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth: float) -> np.ndarray:
@@ -306,7 +442,8 @@ def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth
     columns = np.arange(below.shape[1])
     index = np.arange(below.shape[0])[:, None]
     tail = (index < first) & (action[first, columns] - action < depth) | (index > last) & (action - action[last, columns] < depth)
-    return below | tail & below.any(axis=0)
+    between = (index >= first) & (index <= last)
+    return (between | tail) & below.any(axis=0)
 
 
 def _angular_matrices(problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..charts import Chart
-from ..scalars import whole_numbers
+from ..scalars import fits, whole_numbers
 from .grids import converged_box, grid_tables
 from .levels import Levels
 from .packets import Packet
@@ -43,6 +43,8 @@ def number_packet(
     if np.any(sigma < 0):
         raise ValueError(f"width must not be negative, got {width!r}")
     sigma = np.concatenate([sigma, np.zeros(4 - sigma.size)])
+    sizes = [2 * math.ceil(TAIL * s) + 1 for s in sigma]
+    fits("width", 64, *sizes)
     ranges = [range(c - math.ceil(TAIL * s), c + math.ceil(TAIL * s) + 1) for c, s in zip(centre.tolist(), sigma, strict=True)]
     rows = np.array(list(product(*ranges)))
     steps = np.where(sigma > 0, (rows - centre) / np.where(sigma > 0, sigma, 1.0), 0.0)

@@ -6,6 +6,7 @@ of the coordinates: to check states, closed-form or numerical, against something
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..charts import ALPHA_BETA, ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, R_VARTHETA, Chart
 from ..charts.checks import checked
-from ..scalars import positive, whole
+from ..scalars import fits, positive, whole
 from ..separation import separate
 from .exact import SolvableBody, solvable
 from .factors import quantum_number
@@ -250,7 +251,9 @@ def class_matrices(body: Any, *, m: int, l: int, shells: int, hbar: float = 1.0,
     symmetry, model = checked_class(m, l, single_valued), solvable(body, ALPHA_BETA, hbar)
     if model.k[0] != model.k[1]:
         raise ValueError(f"body must have the same k in both planes, got {model.k}")
-    n = np.array([(a, N - a) for N in range(whole("shells", shells, 1)) for a in range(N + 1)]).T
+    shells = whole("shells", shells, 1)
+    fits("shells", 8, shells * (shells + 1) // 2, shells * (shells + 1) // 2)
+    n = np.array([(a, N - a) for N in range(shells) for a in range(N + 1)]).T
     s_alpha, s_beta = (float(s) for s in model.indices(*symmetry))
     first, second = (n[i] + (1 + s) / 2 for i, s in enumerate((s_alpha, s_beta)))  # eigenvalues of K_0
     casimirs = (s_alpha**2 - 1) / 4 + (s_beta**2 - 1) / 4
@@ -280,6 +283,7 @@ def oscillator_matrices(body: Any, *, quanta: int, hbar: float = 1.0) -> Matrice
     if model.k[0] != model.k[1] or any(model.walls):
         raise ValueError(f"body must be harmonic, without walls; got {type(body.potential).__name__}")
     top = whole("quanta", quanta, 0)
+    fits("quanta", 32, math.comb(top + 4, 4), math.comb(top + 4, 4))
     states = sorted((n for n in product(range(top + 1), repeat=4) if sum(n) <= top), key=lambda n: (sum(n), n))
     place, size = {n: i for i, n in enumerate(states)}, len(states)
 
@@ -324,7 +328,8 @@ def radial_matrices(
     Source: Martens & Slawianowski, the warning of section 5; the matrix elements are derived.
     """
     symmetry, model = checked_class(m, l, single_valued), solvable(body, R_VARTHETA, hbar)
-    n_v, states = quantum_number("n_vartheta", n_vartheta), np.arange(whole("size", size, 1))
+    fits("size", 8, whole("size", size, 1), size)
+    n_v, states = quantum_number("n_vartheta", n_vartheta), np.arange(size)
     E, e = model.constants(np.array([states, np.full_like(states, n_v)]), *symmetry)
     h_over_r = e[0] * inverse_r(model, n_v, symmetry, states.size)
     return RadialMatrices(np.diag(E), np.diag(E) - h_over_r, h_over_r)

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..quasiclassical import EBK
-from ..scalars import positive, whole, whole_numbers
+from ..scalars import whole, whole_numbers
 from ..separation import separate
 from ..tori import energy_of_actions
 from .number_packets import labelled_levels
 from .operators import FIRST, OFFSETS
-from .symmetry import SymmetryClass, checked_class
+from .symmetry import SymmetryClass, action_quantum, checked_class
 
 NOISE = 1e-9
 """Relative size of d nu/dJ below which differences of frequencies give 0."""
@@ -65,7 +65,7 @@ def revivals(
     Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled.
     Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
     """
-    quantum, symmetry = positive("hbar", hbar), checked_class(m, l, single_valued)
+    quantum, symmetry = action_quantum(hbar), checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)
     if numbers.shape != (2,) or np.any(numbers < 1):
         raise ValueError(f"n must be two whole numbers of at least 1, for differences on both sides; got {n!r}")

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.functions import Barriers, Oscillator, Spring, Zero
+from .elements import DENSE, ElementFunction, Elements, Panels, elements, first_signs, left_over, panels, solve
 from .ends import NoGroundState, Well, exponent, reach, sampled, well
 from .factors import AngleFactor, PlaneFactor, RadialFactor
-from .solvers import Interval, IntervalFunction, basis
+from .solvers import Basis, Interval, IntervalFunction, basis
 
 LARGEST = 1200
 """Functions of the largest basis in one dimension."""
 FLOOR = 3e-14
 """Relative rounding of eigenvalues."""
+GLOBAL = 400
+"""Nodes of one interval beyond which a potential is resolved by elements instead."""
+PANELS = 800
+"""Panels of an interval at most."""
+ORDERS = (14, 18)
+"""Nodes of every element: of the smaller basis and of the larger."""
 
 
 class Factors(NamedTuple):
@@ -35,7 +43,7 @@ class Factors(NamedTuple):
 class AngularFunction(NamedTuple):
     """f(vartheta), int f^2 sin(vartheta) dvartheta = 1."""
 
-    function: IntervalFunction
+    function: IntervalFunction | ElementFunction
 
     @property
     def degree(self) -> int:
@@ -67,7 +75,7 @@ def angle_of(lo: float, hi: float, below: np.ndarray) -> np.ndarray:
 class RadialFunction(NamedTuple):
     """f(q) of a radius in `dimension` dimensions, int f^2 q^(dimension - 1) dq = 1; as a function of r = q^2, int f^2 r dr = 1, for 4."""
 
-    function: IntervalFunction
+    function: IntervalFunction | ElementFunction
     dimension: int
 
     @property
@@ -96,10 +104,13 @@ def centrifugal(name: str, strength: np.ndarray, place: str = "at 0") -> np.ndar
     return np.array([exponent(name, float(s), place) for s in strength])
 
 
-def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
+def radial(
+    name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: float, mu: float, tolerance: float, spare: int = 2
+) -> Factors:
     """Solve -(hbar^2/2 mu)(f'' + (dimension - 1) f'/q - K f/q^2) + V f = E f for every K: the lowest `count` E of each.
 
-    V is a function of q = alpha or beta in 2 dimensions, of r = q^2 in 4 (rho). Oscillators k q^2/2 + c/q^2 in closed form.
+    V is a function of q = alpha or beta in 2 dimensions, of r = q^2 in 4 (rho). Oscillators k q^2/2 + c/q^2 in closed form, V with
+    features too narrow for one polynomial by elements. spare: levels more than `count` whose reach is taken.
     """
     unit = hbar**2 / (2 * mu)
     if isinstance(V, (Oscillator, Spring)):
@@ -112,32 +123,70 @@ def radial(name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: f
     strength = K + (dimension - 1) * (dimension - 3) / 4
     e_zero = centrifugal(name, strength + found.c_lo) if found.natural_lo else np.array([exponent(name, found.c_lo, "at its wall")])
     deepest = K.min() + (dimension - 2) ** 2 / 4
-    _, far, nodes = reach(name, lambda q: U(q) + (K.max() + (dimension - 2) ** 2 / 4) / q**2, found.lo, found.hi, count + 2)
-    near, far_too, deep = reach(name, lambda q: U(q) + deepest / q**2, found.lo, found.hi, count + 2)
-    far = max(far, far_too)
+    highest = K.max() + (dimension - 2) ** 2 / 4
+    above, below = (reach(name, lambda q, k=k: U(q) + k / q**2, found.lo, found.hi, count + spare) for k in (highest, deepest))
+    near, far = below.lo, max(above.hi, below.hi)
     e_lo = np.broadcast_to(e_zero if near == found.lo else np.ones(1), K.shape)
     e_far = exponent(name, found.c_hi, "at its outer wall") if far == found.hi else 1.0
+    regular = near == 0.0 == found.lo
 
-    def solve(n, hi):
+    def attempt(n, hi):
         b = basis(Interval(near, hi, e_lo.copy(), np.full(K.shape, e_far), True, True), n, 16)
-        kept = strength[:, None] / b.x**2 if not (near == 0.0 == found.lo) else (-found.c_lo / b.x**2)
+        kept = strength[:, None] / b.x**2 if not regular else (-found.c_lo / b.x**2)
         e0, e1 = e_lo[:, None], e_far
         singular = 2 * e0 * e1 / (b.below * b.above)
-        if not (near == 0.0 == found.lo):
+        if not regular:
             singular = singular - e0 * (e0 - 1) / b.below**2
         q = sampled(U, b.x) + kept + singular - e1 * (e1 - 1) / b.above**2
         return b, b.lowest(q, np.ones_like(q), count + 1, 0)
 
-    grow = 1.0 if far == found.hi else 1.05
-    first = int(1.3 * max(nodes, deep)) + count + 24
+    first = int(1.3 * max(above.nodes, below.nodes)) + count + 24
     check_size(name, first, count)
-    b, (values, vectors), coarse, n = _until_equal(solve, first, far, grow, count, tolerance)
+    grow = 1.0 if far == found.hi else 1.05
+    parts = panels(U, near, far, below.top - below.kinetic, below.kinetic, DENSE, PANELS)
+    if parts.needed > GLOBAL:
+
+        def problem(i, edges, n):
+            line = elements(edges, n, float(e_lo[i]), e_far, True, True)
+            q = sampled(U, line.x) + strength[i] / line.x**2
+            q[0] -= (strength[i] + found.c_lo) / line.x[0] ** 2 if regular else e_lo[i] * (e_lo[i] - 1) / line.below[0] ** 2
+            q[-1] -= e_far * (e_far - 1) / line.above[-1] ** 2
+            return line, np.ones_like(q), q
+
+        top = max(above.top, below.top)
+        room = np.maximum(top - sampled(U, parts.points) - deepest / parts.points**2, 0).max(axis=1)
+        fine = parts.cut(np.diff(parts.edges) * np.sqrt(room))
+        values, other, functions, n = _by_elements(problem, K.size, fine, top, below.kinetic, count)
+        if far < found.hi and values.max() > top:  # barriers raise levels: they reach farther than the semiclassical ones
+            return radial(name, V, dimension, K, count, hbar, mu, tolerance, 2 * spare + 2)
+        return Factors(unit * values, unit * other, lambda i, j: RadialFunction(functions(i, j), dimension), n)
+    b, (values, vectors), coarse, n = _until_equal(attempt, max(first, parts.needed), far, grow, count, tolerance)
 
     def function(i, j):
         v = b.interval
         return RadialFunction(IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]), dimension)
 
     return Factors(unit * values[:, :count], unit * coarse[:, :count], function, n)
+
+
+def _by_elements(
+    problem: Callable, size: int, parts: Panels, top: float, kinetic: float, count: int
+) -> tuple[np.ndarray, np.ndarray, Callable, int]:
+    """Solve `size` problems(i, edges, n) -> line, p, q on elements: values (size, count), the same less their errors, functions, size.
+
+    Errors: twice the change from polynomials of a lower degree, and what V differs from its polynomials by.
+    """
+    rows = []
+    for i in range(size):
+        before: Any = np.inf
+        for n in ORDERS:
+            line, p, q = problem(i, parts.edges, n)
+            values, c = solve(line, p, q, count + 1, top, 1e-4 * kinetic)
+            gap, before = np.abs(values - before), values
+        rounding = 64 * np.finfo(float).eps * np.abs(values).max()
+        rows.append((values[:count], (2 * gap + rounding + left_over(line, parts.missed, c))[:count], line, c * first_signs(line, c)))
+    values, errors = (np.array([row[k] for row in rows]) for k in (0, 1))
+    return values, values - errors, lambda i, j: ElementFunction(rows[i][2], rows[i][3][:, j]), rows[0][2].size
 
 
 def check_size(name: str, size: int, count: int) -> None:
@@ -188,13 +237,35 @@ def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: f
     found = well(name, U, 0.0, np.pi)
     interval = angular_interval(name, found, a, b)
 
-    def solve(n, _):
+    def attempt(n, _):
         base = basis(interval, n, 24)
-        q = angular_potential(base, a, b, found) + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
+        q = angular_potential(base, a, b) + sampled(U, 2 * np.arctan2(np.sqrt(1 - base.x), np.sqrt(1 + base.x)))
         return base, base.lowest(q, 1 - base.x**2, count + 1, 0)
 
     check_size(name, count + 24, count)
-    base, (values, vectors), coarse, n = _until_equal(solve, count + 24, 1.0, 1.0, count, tolerance)
+
+    def inside(x):
+        return sampled(U, angle_of(interval.lo, interval.hi, x - interval.lo))
+
+    inner = np.linspace(interval.lo, interval.hi, 4098)[1:-1]
+    low = float(inside(inner).min())
+    scale = float((count + a.max() + b.max() + 1) ** 2)  # of e_vartheta/unit
+    parts = panels(inside, interval.lo, interval.hi, low, scale, DENSE, PANELS)
+    if parts.needed > GLOBAL:
+
+        def problem(i, edges, n):
+            e_lo, e_hi = float(interval.e_lo[i]), float(interval.e_hi[i])
+            line = elements(edges, n, e_lo, e_hi, interval.wall_lo, interval.wall_hi)
+            quanta = (np.full(len(line.x), side[i]) for side in (a, b))
+            q = angular_potential(line, *quanta) + sampled(U, angle_of(line.lo, line.hi, line.below))
+            return line, 1 - line.x**2, q
+
+        top = low + scale
+        room = np.maximum(top - inside(parts.points), 0).max(axis=1)
+        fine = parts.cut(-np.diff(np.arccos(parts.edges)) * np.sqrt(room))
+        values, other, functions, n = _by_elements(problem, a.size, fine, top, scale, count)
+        return Factors(unit * values, unit * other, lambda i, j: AngularFunction(functions(i, j)), n)
+    base, (values, vectors), coarse, n = _until_equal(attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance)
 
     def function(i, j):
         v = base.interval
@@ -231,11 +302,13 @@ def _cosine(vartheta: float) -> float:
     return 0.0 if abs(x) < 1e-14 else x
 
 
-def angular_potential(base, a: np.ndarray, b: np.ndarray, found: Well) -> np.ndarray:
-    """Return what the weight leaves of the centrifugal terms, without the potential: q - (p w')'/w - c-terms of natural ends."""
-    x, (_, _, e0, e1, wall_lo, wall_hi) = base.x, base.interval
+def angular_potential(base: Basis | Elements, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return what the weight leaves of the centrifugal terms, without the potential: q - (p w')'/w - c-terms of natural ends.
+
+    a, b: of every row of nodes.
+    """
+    x, low, high, (_, _, e0, e1, wall_lo, wall_hi) = base.x, base.below, base.above, base.interval
     e0, e1, p = e0[:, None], e1[:, None], 1 - x**2
-    low, high = base.below, base.above
     q = 2 * e0 * e1 * p / (low * high)
     if wall_lo:
         q = q + 2 * x * e0 / low - p * e0 * (e0 - 1) / low**2 + (a**2)[:, None] / (2 * (1 + x))

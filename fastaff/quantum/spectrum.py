@@ -10,13 +10,14 @@ import numpy as np
 from ..boundary import checked_model
 from ..charts import ALPHA_BETA, R_VARTHETA
 from ..models import Body, StackelBody
-from ..scalars import positive, whole
+from ..scalars import fits, positive, whole
 from ..separation import FAMILIES, separate
+from .interruptible import interruptible
 from .levels import Levels, level_scale
 from .nonseparable import plane_levels
 from .separable import Factors, angular, radial
 from .states import Product
-from .symmetry import SymmetryClass, checked_class
+from .symmetry import SymmetryClass, action_quantum, checked_class
 
 
 def spectrum(
@@ -65,7 +66,8 @@ def spectrum_table(
     if separated.family.code not in _SOLVED:
         raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
-    solved = _SOLVED[separated.family.code](separated, np.array(pairs), int(levels), float(hbar), float(tolerance))
+    fits("levels", len(pairs), 16 * int(levels))
+    solved = interruptible(_SOLVED[separated.family.code], separated, np.array(pairs), int(levels), float(hbar), float(tolerance))
     return [_levels(c, solved[pairs.index((c.a, c.b))], separated, float(hbar), tolerance) for c in classes]
 
 
@@ -79,7 +81,7 @@ def _checked(body: Any, levels: int, hbar: float, tolerance: float) -> None:
         why = "; with angular potentials spin and vorticity are no quantum numbers" if isinstance(body, StackelBody) else ""
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
     whole("levels", levels, 1)
-    positive("hbar", hbar)
+    action_quantum(hbar, body.mu)
     positive("tolerance", tolerance)
 
 

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from ..charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
 from ..charts.checks import checked
 from ..kernels.quantum_factors import plane_radii, turn_planes
-from ..scalars import whole
+from ..scalars import fits, whole
 from .factors import Factor
 from .symmetry import SymmetryClass
 
@@ -276,6 +276,9 @@ class State:
     def _rule(self, order: int | None, degrees: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return meshes of both invariants and weights, `order` nodes each or 32 beyond what the degrees need."""
         first, second = (n + 32 if order is None else max(whole("order", order, 1), n + 1) for n in degrees)
+        for size in (first, second):
+            fits("order", 2 * size, size)
+        fits("order", 4 * first, second)
         x, y, weights = self.shape.rule((first, second))
         return *np.meshgrid(x, y, indexing="ij"), weights
 

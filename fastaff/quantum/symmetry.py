@@ -5,6 +5,11 @@ from __future__ import annotations
 import operator
 from typing import Any, NamedTuple
 
+from ..scalars import flag, positive, shown
+
+MOST = 10**6
+"""Largest |m|, |l|: the squares of larger ones leave no digits for levels."""
+
 
 class SymmetryClass(NamedTuple):
     """Wave functions e^(i m phi + i l psi) f(alpha, beta) = e^(i (m - l) eta/2 + i (m + l) gamma/2) f.
@@ -39,11 +44,22 @@ def checked_class(m: Any, l: Any, single_valued: Any = True) -> SymmetryClass:
     Raises TypeError or ValueError for what is no whole number, ValueError for m + l odd where `single_valued`.
     """
     chosen = SymmetryClass(whole_quantum("m", m), whole_quantum("l", l))
-    if single_valued and (chosen.m + chosen.l) % 2:
+    for name, value in chosen._asdict().items():
+        if abs(value) > MOST:
+            raise ValueError(f"{name} must be at most {MOST} in size, got {shown(value)}")
+    if flag("single_valued", single_valued) and (chosen.m + chosen.l) % 2:
         raise ValueError(
             f"m + l must be even for single-valued wave functions on GL(2,R), got m = {m}, l = {l}; single_valued=False takes the covering"
         )
     return chosen
+
+
+def action_quantum(hbar: Any, mu: float = 1.0) -> float:
+    """Return hbar > 0, whose hbar^2/mu is within the range of floats, with room for what is made of it."""
+    quantum = positive("hbar", hbar)
+    if not (1e-100 < quantum < 1e100 and 1e-200 < quantum * (quantum / mu) < 1e200):
+        raise ValueError(f"hbar must lie between 1e-100 and 1e100, and hbar^2/mu between 1e-200 and 1e200; got {hbar!r} with mu = {mu:g}")
+    return quantum
 
 
 def whole_quantum(name: str, value: Any) -> int:
@@ -58,5 +74,5 @@ def whole_quantum(name: str, value: Any) -> int:
         number = float(value)
         if number.is_integer():
             return int(number)
-        raise ValueError(f"{name} must be a whole number, got {value!r}")
-    raise TypeError(f"{name} must be a whole number, got {value!r} ({type(value).__name__})")
+        raise ValueError(f"{name} must be a whole number, got {shown(value)}")
+    raise TypeError(f"{name} must be a whole number, got {shown(value)} ({type(value).__name__})")

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..scalars import positive, whole_numbers
 from .factors import AngleFactor
-from .symmetry import checked_class
+from .symmetry import action_quantum, checked_class
 
 
 class TopLevels(NamedTuple):
@@ -46,7 +46,7 @@ def spherical_top(I: float, *, j: ArrayLike, hbar: float = 1.0) -> TopLevels:
     Source: Martens & Slawianowski, section 4, below EQ4.10 (E_j).
     """
     twice = doubled("j", j, 0)
-    E = positive("hbar", hbar) ** 2 / (2 * positive("I", I)) * twice * (twice + 2) / 4
+    E = action_quantum(hbar) ** 2 / (2 * positive("I", I)) * twice * (twice + 2) / 4
     return TopLevels(E, (twice + 1) ** 2)
 
 
@@ -61,7 +61,7 @@ def symmetric_top(I: float, K: float, *, j: ArrayLike, l: ArrayLike, hbar: float
     """
     twice, axis = np.broadcast_arrays(doubled("j", j, 0), doubled("l", l))
     _check_projection("l", twice, axis)
-    size, double, single = positive("hbar", hbar) ** 2, positive("I", I), positive("K", K)
+    size, double, single = action_quantum(hbar) ** 2, positive("I", I), positive("K", K)
     E = size * (twice * (twice + 2) / 4 / (2 * double) + (1 / (2 * single) - 1 / (2 * double)) * (axis / 2) ** 2)
     return TopLevels(E, np.where(axis == 0, 1, 2) * (twice + 1))
 

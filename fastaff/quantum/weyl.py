@@ -10,14 +10,16 @@ from numpy.typing import ArrayLike
 from ..boundary import checked_model
 from ..charts.checks import checked
 from ..models import Body
-from ..scalars import positive
+from .elements import DENSE, Panels, panels
 from .ends import potential
-from .symmetry import checked_class
+from .symmetry import action_quantum, checked_class
 
 CHUNK = 48
 """Energies done at once: the largest arrays have CHUNK*ORDER*SCAN numbers, 3 MB."""
 ORDER = 56
 """Gauss nodes between turning points, in either direction."""
+LINES, PANELS = 24, 60
+"""Rays and circles along which narrow features are looked for, and into how many panels each direction is cut at most."""
 SCAN = 128
 """Radii on which a ray is searched for turning points, in equal steps of the logarithm."""
 
@@ -25,7 +27,8 @@ SCAN = 128
 class _Well(NamedTuple):
     """The effective potential of a class, V + (p_eta/alpha)^2/2 mu + (p_gamma/beta)^2/2 mu, on rays alpha + i beta = rho e^(i theta).
 
-    theta, low: angles, dense at both ends, and the smallest value on these rays; reach: radii within which it is below the top energy.
+    theta, low: angles, dense at both ends, and the smallest value on these rays; reach: radii within which it is below the top energy;
+    breaks: radii, and angles, at which integrals are cut where V has narrow features, and radii at which these are looked for.
     """
 
     body: Any
@@ -34,6 +37,8 @@ class _Well(NamedTuple):
     theta: np.ndarray = np.empty(0)
     low: np.ndarray = np.empty(0)
     reach: tuple[float, float] = (0.0, 0.0)
+    breaks: tuple[np.ndarray, np.ndarray] = (np.empty(0), np.empty(0))
+    scan: np.ndarray = np.empty(0)
 
     def value(self, rho: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Return it, +inf where the potential does not live."""
@@ -49,6 +54,9 @@ def _well(body: Any, p_eta: float, p_gamma: float, top: float) -> _Well:
     """Return the well of a class with its tables for energies up to `top`."""
     well = _Well(body, p_eta, p_gamma)
     rho, theta = np.geomspace(1e-4, 1e4, 800), np.pi / 4 * (1 - np.cos(np.pi * (np.arange(400) + 0.5) / 400))
+    radii, angles = _features(well, rho, theta, top)
+    theta = np.union1d(theta, angles.points.ravel()) if angles.needed > ORDER else theta
+    rho = np.union1d(rho, radii.points.ravel()) if radii.needed > ORDER else rho
     value = well.value(rho[:, None], theta)
     allowed = np.flatnonzero((value < top).any(axis=1))
     if allowed.size and allowed[-1] == rho.size - 1:
@@ -59,7 +67,30 @@ def _well(body: Any, p_eta: float, p_gamma: float, top: float) -> _Well:
     with np.errstate(all="ignore"):
         parabola = y1 - (y2 - y0) ** 2 / (8 * (y0 - 2 * y1 + y2))
     low = np.where(np.isfinite(parabola) & (y1 <= y0) & (y1 <= y2), parabola, value.min(axis=0))
-    return well._replace(theta=theta, low=low, reach=reach)
+    scan = np.geomspace(reach[0], reach[1], SCAN) if allowed.size else np.empty(0)
+    breaks = [part.edges[1:-1] if part.needed > ORDER else np.empty(0) for part in (radii, angles)]
+    if breaks[0].size and allowed.size:
+        scan = np.union1d(scan, np.clip(radii.points.ravel(), *reach))
+    return well._replace(theta=theta, low=low, reach=reach, breaks=(breaks[0], breaks[1]), scan=scan)
+
+
+def _features(well: _Well, rho: np.ndarray, theta: np.ndarray, top: float) -> tuple[Panels, Panels]:
+    """Return partitions of radii and angles that resolve the potential itself, where it is below the top energy."""
+    with np.errstate(all="ignore"):
+        V = _Well(well.body, 0.0, 0.0).value(rho[::4, None], theta[::4])
+    inside = np.isfinite(V) & (top > V)
+    if not inside.any():
+        return (Panels(np.array([0.0, 1.0]), np.zeros(1)),) * 2
+    far = float(rho[::4][np.flatnonzero(inside.any(axis=1))[-1]])
+    lo, hi = (float(theta[::4][np.flatnonzero(inside.any(axis=0))[k]]) for k in (0, -1))
+    low = float(V[inside].min())
+    spread = (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
+    plain = _Well(well.body, 0.0, 0.0)
+    rays, circles = (lo + (hi - lo) * spread)[:, None], (far * spread)[:, None]
+    return (
+        panels(lambda q: plain.value(q, rays), 0.0, far, low, top - low, DENSE >> 3, PANELS),
+        panels(lambda v: plain.value(circles, v), lo, hi, low, top - low, DENSE >> 3, PANELS),
+    )
 
 
 def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
@@ -75,8 +106,10 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
     V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = |m - l|/2, b = |m + l|/2, Delta the Laplacian of R^4. The first term is phase
     space over (2 pi hbar)^2 with the centrifugal terms of Langer, a^2 and not a^2 - 1/4: with these no term of the order 1/hbar is left,
     no perimeter; the others are of order 1, -1/12 for oscillators. What is left out is of the order hbar, and what oscillates.
-    A wall det phi = 0 must be soft on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p.
-    Quadrature errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy.
+    A wall det phi = 0 must be soft on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow
+    features of V, which are integrated as they are: waves longer than their widths see less of them than this expansion.
+    Quadrature errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow
+    features of V.
     Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys. Rev. 51, 669; the
     terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
     """
@@ -85,7 +118,7 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")
-    chosen, hbar = checked_class(m, l, False), positive("hbar", hbar)
+    chosen, hbar = checked_class(m, l, False), action_quantum(hbar, body.mu)
     given = checked("energy", energy, ())
     distinct, where = np.unique(given.ravel(), return_inverse=True)
     count = np.zeros(distinct.size)
@@ -133,13 +166,14 @@ def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
     if n.size == 0 or well.reach[1] == 0.0:
         return total
     ends = [_crossing(well, k, step, energy[n], edge) for k, step, edge in ((first, -1, 0.0), (last, 1, np.pi / 2))]
+    n, lo, hi = _cut(n, ends[0], ends[1], well.breaks[1])
     t, w = np.polynomial.legendre.leggauss(ORDER)
     half = np.pi / 2 * (1 + t)  # theta = lo + (hi - lo) sin^2(half/2): roots at the ends become analytic
-    span = (ends[1] - ends[0])[:, None]
-    rays = (ends[0][:, None] + span * np.sin(half / 2) ** 2).ravel()
+    span = (hi - lo)[:, None]
+    rays = (lo[:, None] + span * np.sin(half / 2) ** 2).ravel()
     weights = (np.pi / 4 * w * np.sin(half) * span).ravel()
     owner = np.repeat(n, ORDER)
-    ray, lo, hi = _turning(well, rays, energy[owner])
+    ray, lo, hi = _cut(*_turning(well, rays, energy[owner]), well.breaks[0])
     rho = ((hi + lo) / 2)[:, None] + ((hi - lo) / 2)[:, None] * t
     angle = rays[ray, None]
     area = weights[ray, None] * ((hi - lo) / 2)[:, None] * w * rho
@@ -150,6 +184,15 @@ def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
     for row, values in enumerate(rows):
         total[row] += np.bincount(owner[ray], (area * values).sum(axis=1), energy.size)
     return total
+
+
+def _cut(owner: np.ndarray, lo: np.ndarray, hi: np.ndarray, breaks: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return intervals (lo, hi) of owners cut at all breaks inside of them."""
+    if not breaks.size:
+        return owner, lo, hi
+    edges = np.clip(np.append(np.append(-np.inf, breaks), np.inf), lo[:, None], hi[:, None])
+    piece, place = np.nonzero(np.diff(edges, axis=1) > 0)
+    return owner[piece], edges[piece, place], edges[piece, place + 1]
 
 
 def _intervals(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,9 +220,9 @@ def _crossing(well: _Well, inside: np.ndarray, step: int, energy: np.ndarray, ed
 
 def _lowest(well: _Well, rays: np.ndarray) -> np.ndarray:
     """Return the smallest value on rays, by a scan and golden sections."""
-    rho = np.geomspace(*well.reach, SCAN)
+    rho = well.scan
     best = np.argmin(well.value(rho, rays[:, None]), axis=1)
-    left, right = rho[np.maximum(best - 1, 0)], rho[np.minimum(best + 1, SCAN - 1)]
+    left, right = rho[np.maximum(best - 1, 0)], rho[np.minimum(best + 1, rho.size - 1)]
     for _ in range(24):
         c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
         lower = well.value(c, rays) < well.value(d, rays)
@@ -189,11 +232,11 @@ def _lowest(well: _Well, rays: np.ndarray) -> np.ndarray:
 
 def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the allowed intervals of every ray: ray numbers, lower and upper radii, to rounding."""
-    rho = np.repeat(np.geomspace(*well.reach, SCAN)[None], rays.size, axis=0)
+    rho = np.repeat(well.scan[None], rays.size, axis=0)
     value = well.value(rho, rays[:, None])
     # The bottom of every ray goes into the scan, so that no narrow interval hides between two radii.
     best, index = np.argmin(value, axis=1), np.arange(rays.size)
-    left, right = rho[index, np.maximum(best - 1, 0)], rho[index, np.minimum(best + 1, SCAN - 1)]
+    left, right = rho[index, np.maximum(best - 1, 0)], rho[index, np.minimum(best + 1, rho.shape[1] - 1)]
     for _ in range(18):
         c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
         lower = well.value(c, rays) < well.value(d, rays)
@@ -205,7 +248,7 @@ def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndar
     ray, first, last = _intervals(value < energy[:, None])
     ends = []
     for inside, step in ((first, -1), (last, 1)):
-        near, far = rho[ray, inside], rho[ray, np.clip(inside + step, 0, SCAN - 1)]
+        near, far = rho[ray, inside], rho[ray, np.clip(inside + step, 0, rho.shape[1] - 1)]
         far = np.where(near == far, 0.0, far)  # nothing turns back before rho = 0
         for _ in range(34):
             middle = (near + far) / 2
