@@ -89,7 +89,8 @@ def estimated(flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase
     phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY order/(2^order - 1) of the distance is the scheme's;
     rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these grow like phase, so their share of the
     distance follows from the local errors of both. Errors never fall with time. Where the local errors are not known, as of adaptive
-    schemes, orbits count as regular: rounding errors grow like phase^(3/2).
+    schemes, orbits count as regular: rounding errors grow like phase^(3/2). No error is below that of a single step: within the first
+    step both runs may do the same.
     """
     order = flow.scheme.order
     spans = np.maximum(phase / SPAN, 1.0)
@@ -101,6 +102,7 @@ def estimated(flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase
         rounding = apart * np.minimum(share, 2.0) + noise * np.sqrt(spans)
         # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
         error = (1.0 if flow.adaptive else SAFETY * order / (2.0**order - 1)) * apart + rounding
+        error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), rounding
 
