@@ -217,7 +217,7 @@ class Pair(NamedTuple):
 
 
 RUNS = {
-    "default": {}, "coarse": {"scheme": KAHAN_LI8, "step": 0.5}, "order 2": {"scheme": LEAPFROG, "step": 1.5e-3},
+    "default": {}, "coarse": {"scheme": KAHAN_LI8, "step": 0.5}, "order 2": {"scheme": LEAPFROG, "step": 5e-4},
     "adaptive": {"scheme": DOP853, "rtol": 1e-10, "atol": 1e-10},
 }  # fmt: skip
 
