@@ -177,10 +177,10 @@ def fit_torus(
     flow, z = make_flow(body, z, scheme, step, rtol, atol, None)
     energy, own = float(energies(body, z)[0]), motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
-    if time < least and own.kinetic[0] > 0:
-        return _nothing(body, energy, {"status": float(Status.OK), "longer": least}, Verdict.UNDECIDED)
-    times, path, inside, evidence = _sampled(flow, z, time)
-    if evidence["status"] != Status.OK:
+    short = time < least and own.kinetic[0] > 0
+    times, path, inside, evidence = (None, None, 0, _path(flow, z, time, 64)[1]) if short else _sampled(flow, z, time)
+    if short or evidence["status"] != Status.OK:
+        evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
         return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
     if _resting(path):
         return _point(body, path, energy, evidence)
