@@ -46,22 +46,34 @@ def _is_number(entry: Any) -> bool:
     return isinstance(entry, (int, float, np.integer, np.floating)) and not isinstance(entry, bool)
 
 
+def _float(name: str, number: Any) -> float:
+    try:
+        return float(number)
+    except OverflowError:
+        raise ValueError(f"{name} must be within the range of floats") from None
+
+
 def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
     """Collect parameters and classes; return the source text that builds `value` from `params`."""
     name = classes.setdefault(type(value), f"Value{len(classes)}")
     arguments = []
+    declared = getattr(type(value), "__annotations__", {})
     for field, entry in zip(value._fields, value, strict=True):
-        if is_value(entry):
-            arguments.append(_walk(entry, flat, classes))
-        elif isinstance(entry, tuple) and entry and all(map(_is_number, entry)):
+        number = getattr(declared.get(field), "__forward_arg__", declared.get(field)) in (float, int, "float", "int")
+        if is_value(entry) and not number:
+            try:
+                arguments.append(_walk(entry, flat, classes))
+            except (TypeError, ValueError) as problem:
+                raise type(problem)(f"{type(value).__name__}.{field}: {problem}") from None
+        elif isinstance(entry, tuple) and entry and all(map(_is_number, entry)) and not number:
             arguments.append("(" + "".join(f"params[{len(flat) + j}], " for j in range(len(entry))) + ")")
-            flat.extend(float(number) for number in entry)
+            flat.extend(_float(f"{type(value).__name__}.{field}", part) for part in entry)
         elif _is_number(entry):
             arguments.append(f"params[{len(flat)}]")
-            flat.append(float(entry))
+            flat.append(_float(f"{type(value).__name__}.{field}", entry))
         else:
             raise TypeError(
-                f"{type(value).__name__}.{field} must be a float or a NamedTuple of floats, got {entry!r} "
+                f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got {entry!r} "
                 f"({type(entry).__name__})" + (": wrap it, one_variable(f)" if inspect.isfunction(entry) else "")
             )
     return f"{name}({', '.join(arguments) or '0.0'})"

@@ -7,6 +7,7 @@ import functools
 import hashlib
 import os
 import platform
+import stat
 import sys
 import threading
 import warnings
@@ -27,13 +28,17 @@ LANES = 128
 """Orbits in a lane block. A constant of the compiled code: a state block is a flat array whose row r
 starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
 
+GENERATED = ("blocks", "formulas")
+"""Folders of generated source text in the cache."""
+
 JIT_DISABLED = bool(config.DISABLE_JIT)
 
 
 @functools.cache
 def package_hash() -> str:
     """Hash of every source file of the package and of what compiles it: the key of the compile cache."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
+    flags = f"{config.OPT} {config.BOUNDSCHECK}"  # of the environment, NUMBA_OPT and NUMBA_BOUNDSCHECK
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()} {flags}".encode())
     root = Path(__file__).parent
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
@@ -52,22 +57,47 @@ def cache_root() -> Path:
 
 @functools.cache
 def cache_directory() -> Path | None:
-    """Writable cache folder of exactly these sources; None, after one warning, where none can be written."""
+    """Private, writable cache folder of exactly these sources; None, after one warning, where there is none.
+
+    What lies in it is executed, so it must be the user's, and neither it nor its parts may be writable by others.
+    """
     folder = cache_root() / package_hash()
+    parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        cache_root().parent.mkdir(parents=True, exist_ok=True)
+        for part in parts:
+            part.mkdir(mode=0o700, exist_ok=True)
+        refused = next(filter(None, map(who_else_writes, parts)), None)
         probe = folder / f".probe-{os.getpid()}-{threading.get_ident()}"
-        probe.touch()
-        probe.unlink()
+        if refused is None:
+            probe.touch()
+            probe.unlink()
     except OSError as problem:
-        warnings.warn(
-            f"fastaff cannot write its compile cache ({problem}); kernels are compiled anew in every process. "
-            "Set FASTAFF_CACHE_DIR to a writable folder.",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        refused = f"fastaff cannot write its compile cache ({problem})", "Set FASTAFF_CACHE_DIR to a writable folder."
+    if refused is not None:
+        warnings.warn(f"{refused[0]}; kernels are compiled anew in every process. {refused[1]}", RuntimeWarning, stacklevel=2)
         return None
     return folder
+
+
+def who_else_writes(folder: Path) -> tuple[str, str] | None:
+    """Return what is wrong with a folder of code that somebody else could write to, and what mends it; None where only this user can.
+
+    A folder for all like /tmp, where only owners may rename (sticky), will do for the folders in it. A link is followed: what counts is
+    the folder that it leads to. Windows keeps a user's folders private by itself.
+    """
+    if not hasattr(os, "getuid"):
+        return None
+    status, user = folder.stat(), os.getuid()
+    if status.st_mode & stat.S_ISVTX and status.st_uid in (0, user):
+        return None
+    said = f"fastaff does not use its compile cache, whose code it would run: the folder {folder}"
+    if status.st_uid != user:
+        return f"{said} belongs to another user (uid {status.st_uid})", "Set FASTAFF_CACHE_DIR to a folder of your own."
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        mode = stat.S_IMODE(status.st_mode)
+        return f"{said} can be written by others (mode {mode:o})", f"Empty it and run: chmod -R go-w '{folder}'"
+    return None
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ import numpy as np
 from .auto import Automatic
 from .engine import Flow
 from .motion import Motion, motion
-from .scalars import positive
+from .scalars import positive, shown
 from .schemes import RungeKutta, Splitting
 from .transformed_flow import TransformedFlow
 from .trials import SPAN, chosen_steps
@@ -54,7 +54,8 @@ def wants_accuracy(scheme: Any, step: Any, accuracy: Any) -> float | None:
     if step is not None:
         raise ValueError(f"accuracy and step exclude one another: give one of them, got accuracy={accuracy!r} and step={step!r}")
     if not fixed:
-        raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {scheme.name} has tolerances of its own")
+        name = getattr(scheme, "name", shown(scheme))
+        raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has tolerances of its own, or is no scheme")
     return value
 
 

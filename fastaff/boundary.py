@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from ._blocks import is_value, parameters
-from .models import Body, StackelBody
+from .charts import Chart
+from .models import Body, ReducedBody, StackelBody
+from .scalars import numbers, shown
 from .schemes import SCHEMES, RungeKutta, Splitting
 from .transformed import TimeTransformed
 
@@ -29,30 +31,53 @@ def checked_model(model: Any, name: str = "body") -> Any:
         raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
     if isinstance(model, (Body, StackelBody)) and not hasattr(model.potential, "slopes"):
         raise TypeError(f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}")
-    flat = parameters(model)
+    flat = _parameters(name, model)
     if not np.all(np.isfinite(flat)):
         raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
-    if isinstance(model, (Body, StackelBody)) and not model.mu > 0:
+    if isinstance(model, (Body, ReducedBody, StackelBody)) and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
+    _evaluated(name, model)
     return model
 
 
-def checked_tangent_model(model: Any) -> Any:
+def _evaluated(name: str, model: Any) -> None:
+    """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
+    n = model.degrees_of_freedom
+    q, p = np.linspace(1.3, 0.2, n), np.linspace(0.3, 1.1, n)
+    try:
+        with np.errstate(all="ignore"):
+            numbers_of = [*(getattr(model, method)(*q) for method in ("potential_energy", "margin")), model.kinetic_energy(*p)]
+            rows = model.force(*q), model.velocity(*p)
+        if [len(row) for row in rows] != [n, n] or any(np.shape(number) != () for number in (*numbers_of, *rows[0], *rows[1])):
+            raise TypeError("one number for each coordinate is needed, and one for energies and the margin")
+    except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
+        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
+
+
+def _parameters(name: str, value: Any) -> np.ndarray:
+    """Return the parameters of a model or section; where they are no numbers the message names the argument too."""
+    try:
+        return parameters(value)
+    except (TypeError, ValueError) as problem:
+        raise type(problem)(f"{name} has a wrong parameter: {problem}") from None
+
+
+def checked_tangent_model(model: Any, name: str = "body") -> Any:
     """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
-    checked_model(model)
+    checked_model(model, name)
     n = model.degrees_of_freedom
     try:
         with np.errstate(all="ignore"):
             model.tangent_force(*np.linspace(1.3, 0.2, n), *np.ones(n))
     except AttributeError as problem:
         raise TypeError(
-            f"body {type(model).__name__} has no second derivatives ({problem}): tangent vectors need tangent_force(q..., dq...) of a "
+            f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need tangent_force(q..., dq...) of a "
             "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
         ) from None
     p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
     linear = np.array(model.velocity(*(p + d))) - np.array(model.velocity(*p)) - np.array(model.velocity(*d))
     if not np.abs(linear).max() <= 1e-12 * np.abs(model.velocity(*p)).max():
-        raise ValueError(f"body {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent vectors")
+        raise ValueError(f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent vectors")
     return model
 
 
@@ -71,23 +96,31 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     return scheme
 
 
+def checked_chart(chart: Any) -> Chart:
+    """Return `chart` if it is one of GL(2,R)."""
+    if not isinstance(chart, Chart):
+        raise TypeError(f"chart must be a chart such as fastaff.ALPHA_BETA, got {shown(chart)} ({type(chart).__name__})")
+    return chart
+
+
 def checked_section(section: Any, model: Any) -> Any:
     """Return `section` if it is a section that suits the model."""
     if not is_value(section) or not hasattr(section, "value") or not hasattr(section, "direction"):
         raise TypeError(
             f"section must be a section such as AlphaTurning(direction=+1), got {section!r} ({type(section).__name__})"
         )
-    if section.direction not in (-1, 0, 1):
-        raise ValueError(f"section.direction must be -1, 0 or +1, got {section.direction!r}")
-    if not np.all(np.isfinite(parameters(section))):
+    if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
+        raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
+    if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
     rows = 2 * model.degrees_of_freedom
     normal = getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
             raise TypeError
-        section.value(*np.ones(rows))
-    except TypeError:
+        if np.shape(section.value(*np.ones(rows))) != ():
+            raise TypeError
+    except (TypeError, ValueError):
         raise ValueError(
             f"section {section!r} does not suit a {type(model).__name__}: it must take {rows} numbers, "
             "the rows of z, and depend on one of them"
@@ -99,12 +132,9 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain."""
     rows = 2 * model.degrees_of_freedom
     try:
-        given = np.asarray(z0)
-        if np.iscomplexobj(given):
-            raise TypeError
-        z = np.array(given, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be an array of real numbers, got {type(z0).__name__}") from None
+        z = np.array(numbers(name, z0), order="C")
+    except (TypeError, ValueError) as problem:
+        raise type(problem)(f"{name} must be an array of real numbers, got {type(z0).__name__}: {problem}") from None
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "

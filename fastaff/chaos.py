@@ -29,8 +29,10 @@ from .indicators import (
     judged,
 )
 from .kernels.deviations import LN10
-from .scalars import positive, real, whole
+from .recipe import recorded
+from .scalars import flag, positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .tangent import tangent_flow
 from .trials import make_flow
@@ -66,6 +68,9 @@ class ChaosMap:
     time: float
     scheme: Splitting | RungeKutta
     step: float | np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -114,6 +119,7 @@ class ChaosMap:
         return f"{counts}; {describe(self.status)}"
 
 
+@recorded
 def chaos(
     body: Any, z0: Any, *, time: float, indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), history: int = 0,
     early_stop: bool = False, deviations: Any = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
@@ -143,11 +149,11 @@ def chaos(
     chosen = _checked(indicators, checked_model(body))
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if isinstance(entry, TangentIndicator)]
-    if early_stop and len(tangent) < len(chosen):
+    if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     flow, z = (tangent_flow if tangent else make_flow)(body, z0, scheme, step, rtol, atol, threads)
     _check_scheme(chosen, flow)
-    work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=bool(early_stop), deviations=deviations)
+    work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
     passes: list[Callable[[Report | None], None]] = [work.stream] if work.streams else []
     for entry in chosen:
         for kind, own in _OWN_PASS.items():
@@ -181,18 +187,18 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
     if not isinstance(indicators, (tuple, list)) or not indicators:
         raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}")
     n = body.degrees_of_freedom
-    for entry in indicators:
+    for k, entry in enumerate(indicators):
         if not isinstance(entry, Indicator):
             hint = f": write {entry.__name__}()" if isinstance(entry, type) and issubclass(entry, Indicator) else ""
             raise TypeError(f"indicators must be values of fastaff.indicators, got {entry!r}{hint}")
         if entry.limit is not None or not hasattr(entry, "default"):
-            real(f"{type(entry).__name__}.limit", entry.limit)
-        if isinstance(entry, GALI) and not 2 <= whole("GALI.count", entry.count, 2) <= 2 * n:
+            real(f"indicators[{k}], {type(entry).__name__}.limit", entry.limit)
+        if isinstance(entry, GALI) and not 2 <= whole(f"indicators[{k}], GALI.count", entry.count, 2) <= 2 * n:
             raise ValueError(f"GALI.count must be 2 ... {2 * n} for {type(body).__name__}, got {entry.count}")
         if isinstance(entry, FrequencyDiffusion):
             checked_angles(entry.angles, body)
         if isinstance(entry, ZeroOne) and entry.samples is not None:
-            whole("ZeroOne.samples", entry.samples, 100)
+            whole(f"indicators[{k}], ZeroOne.samples", entry.samples, 100)
     names = [entry.name for entry in indicators]
     if len(set(names)) < len(names):
         raise ValueError(f"indicators must differ, got {', '.join(names)}")

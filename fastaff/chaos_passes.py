@@ -13,6 +13,7 @@ from .frequency import frequency_map
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .kernels import zero_one as kernels
 from .motion import motion
+from .scalars import fits
 from .status import Status
 
 ANGLES = 100
@@ -44,6 +45,7 @@ def zero_one(
     seen = max(MOST_SAMPLES, indicator.samples or 0) if flow.adaptive else flow.steps(time)
     stride = np.maximum(1, seen // wanted)
     counts = np.minimum(wanted, seen // stride).astype(np.int64)
+    fits("ZeroOne.samples", orbits, int(counts.max()))
     ensemble, observer = flow.ensemble(z0.copy()), observers.kinetic_samples(flow.model)
     memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, counts.max()))
     memory[3] = stride

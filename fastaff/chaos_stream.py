@@ -13,6 +13,7 @@ from .engine import Ensemble, Flow, Report
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, TangentIndicator, limit_of
 from .kernels.deviations import HALF, LAST, STRIDE, place
 from .motion import inverse_masses, natural_rates
+from .scalars import fits, number_of_steps
 from .status import Status
 from .tangent import checked_deviations
 
@@ -85,6 +86,8 @@ class ChaosRun:
         self.memory = np.zeros((self.observer.rows, self.orbits))
         if self.tangent:
             self._prepare()
+        number_of_steps(time, 1 / self.rates)
+        fits("history", self.orbits, len(chosen) + self.m + 1, slots)
         self.out = np.full((self.orbits, max(1, (self.m + 1) * slots)), np.nan)
 
     def _prepare(self) -> None:

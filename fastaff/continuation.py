@@ -14,9 +14,11 @@ from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow
 from .periodic import PeriodicOrbits, closing_matrix, packed, periodic_orbits, return_time
 from .periodic_search import joined
+from .recipe import recorded
 from .returns import Returns, least_change, onto, section_returns
 from .scalars import positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status
 from .trials import make_flow
 
@@ -52,6 +54,9 @@ class Bifurcation(NamedTuple):
     z: np.ndarray
     time: float
 
+    def __repr__(self) -> str:
+        return screen(self)
+
 
 @dataclass(frozen=True)
 class Branch:
@@ -68,7 +73,11 @@ class Branch:
     bifurcations: tuple[Bifurcation, ...]
     status: Status
 
+    def __repr__(self) -> str:
+        return screen(self)
 
+
+@recorded
 def continuation(
     model: Any, z0: Any, *, section: Any, period: int = 1, parameter: float | None = None, energy: float | None = None,
     bounds: tuple[float, float] = (-np.inf, np.inf), direction: int = 1, length: float = 0.01, longest: float = 0.1, steps: int = 100,
@@ -96,11 +105,12 @@ def continuation(
     Physica D 3, 468 (residues at bifurcations).
     """
     make, first_model = _family(model, parameter)
-    checked_section(section, checked_tangent_model(first_model))
-    if direction not in (-1, 1):
+    checked_section(section, checked_tangent_model(first_model, "model"))
+    if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
-    length, longest = positive("length", length), positive("longest", longest)
+    longest = positive("longest", longest)
+    length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
     first = periodic_orbits(
         first_model, z0, section=section, period=period, energy=energy, max_time=max_time, tolerance=tolerance, step=step,
@@ -136,7 +146,7 @@ def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
 def _bounds(bounds: Any) -> tuple[float, float]:
     try:
         low, high = map(float, bounds)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"bounds must be two numbers, got {bounds!r}") from None
     if not low < high:
         raise ValueError(f"bounds must be two increasing numbers, got {bounds!r}")

@@ -17,6 +17,7 @@ from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .models import Body, Hyperelastic, NeoHookean
 from .poincare import SectionMap, poincare_map
+from .recipe import keep
 from .sections import AlphaTurning
 from .status import Status, describe
 
@@ -102,7 +103,7 @@ def sorted_out(found: FrequencyMap) -> FrequencyMap:
     """
     nu = found.nu.copy()
     nu[1] += np.where((nu[1] > 0) & (nu[1] < nu[0]), nu[0], 0.0)
-    return replace(found, nu=nu)
+    return keep(replace(found, nu=nu), getattr(found, "call", None))
 
 
 def run(

@@ -19,7 +19,7 @@ from .boundary import FARTHEST, energies, energy_drift, escape_radii, kinetic_en
 from .kernels import crossings as crossing_kernels
 from .kernels.drive import run_adaptive, run_fixed, run_units
 from .observers import Observer
-from .scalars import whole
+from .scalars import number_of_steps, whole
 from .schemes import RungeKutta, Splitting
 from .status import Status
 
@@ -211,7 +211,7 @@ class Flow:
 
     def steps(self, time: float | np.ndarray) -> np.ndarray:
         """Return the number of steps that reach `time`, for each orbit where steps or times differ."""
-        return np.maximum(1, np.ceil(time / np.asarray(self.step) * (1 - 1e-12))).astype(np.int64)
+        return np.maximum(1, number_of_steps(time, self.step)).astype(np.int64)
 
     def fitted(self, time: float | np.ndarray, parts: int = 1) -> Flow:
         """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`."""

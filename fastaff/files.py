@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import datetime
+import functools
 import json
 import math
 import os
@@ -19,7 +20,11 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+from . import angles, auto, charts, indicators, models, schemes, sections, transformed
+from .recipe import OWN, NoData, encoded
+from .shown import screen
 from .status import summary
+from .symbolic.library import rebuild
 
 FORMAT = 1
 METADATA = "metadata"
@@ -31,6 +36,9 @@ class Saved(NamedTuple):
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
 
+    def __repr__(self) -> str:
+        return screen(self)
+
 
 def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file and return its path.
@@ -38,6 +46,7 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any dataclass of arrays; force:
     replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`); parameters: anything else
     worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the result, the rest into the metadata.
+    The call that made the result is kept with it: `recipe` reads it back.
     Returns the path written. Raises TypeError for what is no dataclass or has arrays of objects, OSError as `open` does.
 
     Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each status, scheme,
@@ -52,6 +61,10 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
             arrays[name] = value
         else:
             facts[name] = plain(value)
+    call = getattr(result, "call", None)
+    if call is not None:
+        stored = {name: _stored(f"call_{name}", entry, arrays) for name, entry in call.arguments.items()}
+        facts["call"] = {**call._asdict(), "arguments": stored}
     for name, array in arrays.items():
         if array.dtype.hasobject:
             raise TypeError(f"array {name} must hold numbers, got dtype {array.dtype}")
@@ -77,6 +90,41 @@ def load(path: Any) -> Saved:
         raise
     except Exception as problem:
         raise ValueError(f"{path} must be a file written by fastaff.files.save: {problem}") from None
+
+
+class Recipe(NamedTuple):
+    """A call read from a file: `getattr(fastaff, function)(**arguments)` makes the result again, bit for bit."""
+
+    function: str
+    arguments: dict[str, Any]
+
+    def run(self, **instead: Any) -> Any:
+        """Make the result again, with other values of the arguments given here."""
+        import fastaff
+
+        return getattr(fastaff, self.function)(**{**self.arguments, **instead})
+
+
+def recipe(path: Any, **given: Any) -> Recipe:
+    """Return the call that made the result in a file of `save`: the function, the model with its formula, z0 and every option.
+
+    Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the package and models of
+    formulas are made anew from their numbers and texts; what the file can't hold, functions and values of classes of your own, is
+    to be given by name. Nothing in the file is executed. Raises as `load`; ValueError for a file without a call, or naming what is to
+    be given.
+    """
+    arrays, metadata = load(path)
+    call = metadata.get("call")
+    if not isinstance(call, dict):
+        raise ValueError(f"{path} has no call: its result was put together by hand, or saved by an older version")
+    absent = [name for name in call["missing"] if name not in given]
+    if absent:
+        raise ValueError(f"{path} can't hold functions: give {absent[0]}, as in recipe(path, {absent[0]}=...)")
+    arguments = dict(given)
+    for name, data in call["arguments"].items():
+        if name not in given:
+            arguments[name] = _decoded(name, data, arrays)
+    return Recipe(call["function"], arguments)
 
 
 def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
@@ -122,7 +170,7 @@ def cpu_name() -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` as JSON holds it: NamedTuples by class and fields, schemes by name, infinities as text."""
+    """Return `value` as JSON holds it: values by class and fields (`recipe.encoded`), schemes by name, infinities as text."""
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, (int, np.integer)):
@@ -130,8 +178,10 @@ def plain(value: Any) -> Any:
     if isinstance(value, (float, np.floating)):
         return float(value) if math.isfinite(value) else str(float(value))
     if isinstance(value, tuple) and hasattr(value, "_fields"):
-        fields = {name: plain(entry) for name, entry in zip(value._fields, value, strict=True)}
-        return {"class": type(value).__name__, **fields}
+        try:
+            return plain(encoded(value))
+        except NoData:
+            return {"class": type(value).__name__, **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)}}
     if hasattr(value, "name") and hasattr(value, "order") and hasattr(value, "source"):
         return {"name": value.name, "order": value.order, "source": value.source}
     if isinstance(value, dict):
@@ -139,6 +189,51 @@ def plain(value: Any) -> Any:
     if isinstance(value, (list, tuple, set, np.ndarray)):
         return [plain(entry) for entry in value]
     return str(value)
+
+
+def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
+    """Return encoded data with its arrays moved to `arrays`, or to one of them that is the same, and named."""
+    if isinstance(data, np.ndarray):
+        same = [key for key, array in arrays.items() if array.dtype == data.dtype and np.array_equal(array, data)]
+        key = same[0] if same else name
+        arrays[key] = arrays.get(key, data)
+        return {"array": key}
+    if isinstance(data, dict):
+        return {key: _stored(f"{name}_{key}", entry, arrays) for key, entry in data.items()}
+    if isinstance(data, list):
+        return [_stored(f"{name}_{k}", entry, arrays) for k, entry in enumerate(data)]
+    return data
+
+
+def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
+    """Return the value that `encoded` data describes; lists become tuples."""
+    if isinstance(data, list):
+        return tuple(_decoded(f"{name}[{k}]", entry, arrays) for k, entry in enumerate(data))
+    if not isinstance(data, dict):
+        return data
+    if "array" in data:
+        return arrays[data["array"]]
+    if "float" in data:
+        return float(data["float"])
+    if "scheme" in data:
+        return schemes.scheme_named(data["scheme"])
+    if "chart" in data:
+        return charts.CHARTS[data["chart"]]
+    fields = {key: _decoded(f"{name}.{key}", entry, arrays) for key, entry in data.items() if key not in ("class", "formula", "module")}
+    if "formula" in data:
+        return rebuild(_decoded(name, data["formula"], arrays), tuple(fields.values()))
+    if "module" in data or data["class"] not in _classes():
+        kind = ".".join(filter(None, [data.get("module"), data["class"]]))
+        raise ValueError(f"{name} has the class {kind}, which is not the package's: give {name.partition('.')[0]}=... with its value")
+    return _classes()[data["class"]](**fields)
+
+
+@functools.cache
+def _classes() -> dict[str, type]:
+    """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and schemes."""
+    modules = (models, models.functions, sections, angles, indicators, schemes, transformed, auto)
+    found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
+    return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 
 
 def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

@@ -41,7 +41,7 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     """
     written, length = _written(text)
     values = _values(parameters, VARIABLES)
-    pair = isinstance(mu, (tuple, list, np.ndarray))
+    pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
     inertia = _inertia(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
     cls: Any = _class(request, values, length)
@@ -114,7 +114,7 @@ def _coordinates(coordinates: Any) -> tuple[str, ...]:
 
 
 def _masses(masses: Any, count: int) -> tuple[float, ...]:
-    if not isinstance(masses, (Sequence, np.ndarray)) or isinstance(masses, str):
+    if not isinstance(masses, (Sequence, np.ndarray)) or isinstance(masses, str) or (isinstance(masses, np.ndarray) and masses.ndim != 1):
         raise TypeError(f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})")
     if len(masses) != count:
         raise ValueError(f"masses must be {count} positive numbers, one for each coordinate, got {len(masses)}")

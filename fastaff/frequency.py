@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +14,10 @@ from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drif
 from .kernels.rotation import PER_ANGLE, SHARED, WEIGHTS
 from .motion import typical_rate
 from .naff import naff
+from .recipe import recorded
 from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .trials import make_flow
 
@@ -52,6 +55,9 @@ class FrequencyMap:
     scheme: Splitting | RungeKutta
     step: float | np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def omega(self) -> np.ndarray:
         """Angular frequencies 2 pi nu, in radians per unit time."""
@@ -66,6 +72,7 @@ class FrequencyMap:
         return describe(self.status)
 
 
+@recorded
 def frequency_map(
     body: Any, z0: Any, *, time: float, method: str = "birkhoff", angles: Any = None, fallback: float = 1e-9,
     step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
@@ -90,9 +97,9 @@ def frequency_map(
     (weighted averages); the paper's nu = dE/dJ.
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
-    if isinstance(fallback, bool) or not (isinstance(fallback, (int, float)) and fallback > 0):
+    if isinstance(fallback, bool) or not (isinstance(fallback, (int, float, np.number)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
     angles = checked_angles(angles, checked_model(body))
     flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=1e-11)
@@ -104,7 +111,7 @@ def frequency_map(
             work.naff(np.ones(work.nu.shape, bool))
         else:
             work.birkhoff()
-            if np.isfinite(fallback):
+            if fallback < math.inf:
                 work.naff((work.error > fallback * np.abs(work.nu).max(axis=0)) & work.reached)
     except KeyboardInterrupt:
         interrupted = True

@@ -12,12 +12,18 @@ import numpy as np
 from .allowed import Function, crossings, extrema
 from .boundary import checked_model, checked_section, energies
 from .models import Body
-from .scalars import real
+from .recipe import recorded
+from .scalars import an_array, fits, numbers, real, shown
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from .shown import screen
 
 
 class NotReached(ValueError):
     """Raised where an energy surface has no point on what was asked for: the energy is below the minimum there."""
+
+
+ARRAYS = 32
+"""Arrays of the size of a grid that lifting it takes at a time."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +41,20 @@ class Grid:
     names: tuple[str, str]
     energy: float
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     def spread(self, values: Any) -> np.ndarray:
         """Return values (orbits,) as a masked (n1, n2) array in which forbidden cells are masked."""
-        array = np.ma.masked_all(self.forbidden.size, dtype=np.asarray(values).dtype)
+        given = an_array("values", values)
+        if given.shape not in ((), self.cell.shape) or given.dtype.kind not in "biufc":
+            raise ValueError(f"values must be numbers of shape {self.cell.shape}, one for each orbit, got {given.dtype} {given.shape}")
+        array = np.ma.masked_all(self.forbidden.size, dtype=given.dtype)
         array[self.cell] = values
         return array.reshape(self.forbidden.shape)
 
 
+@recorded
 def energy_grid(
     body: Any, *, energy: float, section: Any, axes: Sequence[Any], p_eta: float = 0.0, p_gamma: float = 0.0
 ) -> Grid:
@@ -65,6 +78,7 @@ def energy_grid(
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     first, second = _axes(axes)
+    fits("axes", first.size, second.size, ARRAYS)
     u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
     z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
     if not found.any():
@@ -122,9 +136,9 @@ def lift_sheets(
 
 def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
     try:
-        first, second = (np.atleast_1d(np.asarray(axis, dtype=np.float64)) for axis in axes)
+        first, second = (np.atleast_1d(numbers("axes", axis)).astype(np.float64) for axis in axes)
     except (TypeError, ValueError):
-        raise TypeError(f"axes must be two arrays of numbers, got {axes!r}") from None
+        raise TypeError(f"axes must be two arrays of numbers, got {shown(axes)}") from None
     for axis in (first, second):
         if axis.ndim != 1 or axis.size == 0 or not np.isfinite(axis).all():
             raise ValueError(f"axes must be two non-empty, finite, one-dimensional arrays, got {axes!r}")

@@ -349,4 +349,5 @@ def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarr
     """
     if indicator.limit is None:
         return indicator.default(n, phase)
-    return np.full(phase.shape, indicator.limit * time / math.log(10) if indicator.rate else indicator.limit)
+    limit = float(indicator.limit)
+    return np.full(phase.shape, limit * time / math.log(10) if indicator.rate else limit)

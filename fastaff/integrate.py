@@ -13,8 +13,10 @@ from .accuracy import halved, planned, planned_alike, refined, until, wants_accu
 from .auto import Automatic
 from .boundary import energy_drift
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
-from .scalars import positive, whole
+from .recipe import recorded
+from .scalars import fits, positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .transformed import TimeTransformed, lowered
 from .transformed_flow import TransformedFlow, chosen_scheme, flow_over
@@ -51,6 +53,9 @@ class Orbits:
     scheme: Splitting | RungeKutta | TimeTransformed
     step: float | np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     def raise_if_failed(self) -> None:
         """Raise OrbitError unless every orbit is OK."""
         raise_if_failed(self.status)
@@ -60,6 +65,7 @@ class Orbits:
         return describe(self.status)
 
 
+@recorded
 def integrate(
     body: Any, z0: Any, *, time: float, accuracy: float | None = None, step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, samples: int = 0, rtol: float = 1e-12,
@@ -238,6 +244,7 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
 def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
     """Run to the end; return the samples (count, 2n, orbits), NaN where not reached, and whether it was interrupted."""
     rows, orbits = ensemble.z.shape
+    fits("samples", orbits, count, rows)
     observer, (memory, out) = observers.nothing(), no_memory(ensemble)
     if count:
         observer = observers.samples(rows)

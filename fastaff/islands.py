@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .kernels.rotation import SHARPNESS
-from .scalars import positive, whole
+from .scalars import an_array, fits, numbers, positive, whole
 from .scatter import scattered
+from .shown import screen
 from .status import Status, raise_if_failed
 
 SAFETY = 3.0
@@ -56,6 +57,9 @@ class Rotation(NamedTuple):
     counts: np.ndarray
     status: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
 
 @dataclass(frozen=True)
 class Islands:
@@ -76,6 +80,9 @@ class Islands:
     inner: np.ndarray
     inner_error: np.ndarray
     status: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
         """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods first."""
@@ -138,6 +145,7 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)
     turning = _rotation(points, counts, _centres(centre, points, counts))
     orbits = counts.size
+    fits("max_period", orbits, max_period, 4)
     kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
     for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
         kind[o] = Kind.CHAOTIC if scattered(points[o, : counts[o]]) else Kind.UNDECIDED
@@ -176,12 +184,14 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
 
 def _checked(points: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return points (orbits, crossings, 2), NaN from the first that is not finite, and how many there are."""
-    array = np.asarray(points)
+    array = an_array("points", points)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"points must be an array of real numbers, got {type(points).__name__} of {array.dtype}")
     if array.ndim not in (2, 3) or array.shape[-1] != 2 or array.shape[-2] == 0:
         raise ValueError(f"points must have shape (crossings, 2) or (orbits, crossings, 2), got {array.shape}")
     array = array.astype(np.float64).reshape(-1, *array.shape[-2:])
+    if array.shape[1] == 1:  # a slot for the image of the only crossing
+        array = np.concatenate([array, np.full_like(array, np.nan)], axis=1)
     missing = ~np.isfinite(array).all(axis=2)
     counts = np.where(np.any(missing, axis=1), np.argmax(missing, axis=1), array.shape[1])
     array[np.arange(array.shape[1]) >= counts[:, None]] = np.nan
@@ -192,7 +202,7 @@ def _centres(centre: Any, points: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Return a centre (orbits, 2) for each orbit."""
     if centre is None:
         return _mean(points, counts)
-    given = np.asarray(centre, dtype=np.float64)
+    given = numbers("centre", centre)
     if given.shape not in ((2,), (len(points), 2)) or not np.isfinite(given).all():
         raise ValueError(f"centre must be a finite point (2,) or one for each of {len(points)} orbits (orbits, 2), got {centre!r}")
     return np.broadcast_to(given, (len(points), 2)).copy()
@@ -250,7 +260,7 @@ def _displacements(theta: np.ndarray) -> np.ndarray:
     gaps = np.diff(ring, axis=1)
     widest = np.fmax.reduce(gaps, axis=1, initial=0.0)
     around = 2 * np.pi - (np.fmax.reduce(ring, axis=1) - ring[:, 0])
-    edge = np.fmax.reduce(np.where(gaps >= np.maximum(widest, around)[:, None], ring[:, :-1], -np.inf), axis=1)
+    edge = np.fmax.reduce(np.where(gaps >= np.maximum(widest, around)[:, None], ring[:, :-1], -np.inf), axis=1, initial=-np.inf)
     start = np.where(start <= edge[:, None], start + 2 * np.pi, start)
     order = np.argsort(start, axis=1)
     walk = np.take_along_axis(image, order, axis=1)

@@ -14,6 +14,9 @@ import numpy as np
 
 from fastaff.kernels.lines import Window, find_lines, workspace
 
+from .scalars import an_array, positive, whole
+from .shown import screen
+
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
 MAX_ORDER = 12
 SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so that squares stay finite
@@ -34,6 +37,9 @@ class Lines(NamedTuple):
     """(..., lines) error bars of nu, about two standard deviations; inf where a line is missing."""
     residual: np.ndarray
     """(...) root mean square of what the lines leave, weighted by the squared window."""
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     @property
     def omega(self) -> np.ndarray:
@@ -180,21 +186,18 @@ def _window(samples: int, order: int) -> Window:
 
 def _checked(signal, dt, lines, window_order) -> tuple[np.ndarray, float, int, int]:
     """Return the arguments of `naff` in their own types, or raise."""
-    array = np.asarray(signal)
+    array = an_array("signal", signal)
     if array.dtype.kind not in "fiuc":
         raise TypeError(f"signal must be a real or complex array, got dtype {array.dtype}")
     if array.ndim == 0:
         raise ValueError("signal must have shape (..., samples), got a scalar")
     if isinstance(dt, bool) or not isinstance(dt, Real):
         raise TypeError(f"dt must be a real number, got {dt!r}")
-    if not 0 < float(dt) < math.inf:
-        raise ValueError(f"dt must be positive and finite, got {dt}")
+    dt = positive("dt", dt)
     for name, value in (("lines", lines), ("window_order", window_order)):
         if isinstance(value, bool) or not isinstance(value, Integral):
             raise TypeError(f"{name} must be an integer, got {value!r}")
-    lines, order, samples = int(lines), int(window_order), array.shape[-1]
-    if lines < 1:
-        raise ValueError(f"lines must be at least 1, got {lines}")
+    lines, order, samples = whole("lines", lines, 1), int(window_order), array.shape[-1]
     if not 0 <= order <= MAX_ORDER:
         raise ValueError(f"window_order must be from 0 to {MAX_ORDER}, got {order}")
     if samples < 4 * (lines + order):

@@ -12,6 +12,7 @@ from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow, Interrupted
 from .motion import typical_rate
+from .recipe import recorded
 from .returns import (
     Returns,
     each,
@@ -23,8 +24,9 @@ from .returns import (
     section_returns,
     vector_field,
 )
-from .scalars import positive, whole
+from .scalars import an_array, positive, shown, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .trials import make_flow, with_one_step
 
@@ -79,6 +81,9 @@ class PeriodicOrbits:
     scheme: Splitting | RungeKutta
     step: float | np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def multipliers(self) -> np.ndarray:
         """The eigenvalues (2n - 2, orbits) of the reduced monodromy: without the two 1 of the flow and the energy."""
@@ -128,7 +133,11 @@ class PeriodicOrbits:
 
     def take(self, which: Any) -> PeriodicOrbits:
         """Return the orbits `which`: numbers or a mask (orbits,)."""
-        which = np.atleast_1d(which)
+        which = np.atleast_1d(an_array("which", which))
+        if not (which.dtype == bool and which.shape == self.status.shape) and not (
+            which.dtype.kind in "iu" and which.ndim == 1 and np.all((which >= -self.status.size) & (which < self.status.size))
+        ):
+            raise ValueError(f"which must be numbers of {self.status.size} orbits or a mask, got {shown(which)}")
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
         for name in ("period", "points", "time", "energy", "monodromy", "reduced", "residual", "iterations", "status"):
             kept[name] = kept[name][which]
@@ -164,6 +173,7 @@ class PeriodicOrbits:
         return "; ".join([describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))])
 
 
+@recorded
 def periodic_orbits(
     model: Any, z0: Any, *, section: Any, period: int = 1, energy: Any = None, max_time: float | None = None,
     tolerance: float = 1e-12, iterations: int = 40, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
@@ -190,7 +200,7 @@ def periodic_orbits(
     Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183
     (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
     """
-    checked_section(section, checked_tangent_model(model))
+    checked_section(section, checked_tangent_model(model, "model"))
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     flow, z, energy = checked_guesses(model, z0, energy, scheme, step, rtol, atol, threads)

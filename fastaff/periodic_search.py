@@ -10,6 +10,7 @@ import numpy as np
 from .boundary import checked_section, checked_tangent_model
 from .periodic import PeriodicOrbits, checked_guesses, periodic_orbits, return_time
 from .poincare import SectionMap, poincare_map
+from .recipe import recorded
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 
@@ -54,6 +55,7 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     return candidates[chosen].T
 
 
+@recorded
 def find_periodic_orbits(
     model: Any, z0: Any, *, section: Any, max_period: int, energy: float | None = None, most: int = 100, apart: float = 0.02,
     crossings: int | None = None, max_time: float | None = None, tolerance: float = 1e-12, iterations: int = 40, step: float | None = None,
@@ -74,7 +76,7 @@ def find_periodic_orbits(
     Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
     Source: as `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
     """
-    checked_section(section, checked_tangent_model(model))
+    checked_section(section, checked_tangent_model(model, "model"))
     longest = whole("max_period", max_period, 1)
     given = isinstance(z0, SectionMap)
     if given and z0.points.shape[2] != 2 * model.degrees_of_freedom:

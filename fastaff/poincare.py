@@ -10,13 +10,15 @@ import numpy as np
 from . import observers
 from .accuracy import Plan, halved, planned, planned_alike, refined, wants_accuracy
 from .auto import Automatic
-from .boundary import checked_model, checked_section, energy_drift
+from .boundary import checked_chart, checked_model, checked_section, energy_drift
 from .charts import Chart
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error
 from .kernels import crossings as kernels
 from .motion import Motion, motion
-from .scalars import positive, whole
+from .recipe import recorded
+from .scalars import fits, positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .transformed import TimeTransformed, lowered, transformed_section
 from .transformed_flow import TransformedFlow, chosen_scheme, flow_over
@@ -70,13 +72,14 @@ class SectionMap:
     time_error: np.ndarray
     point_error: np.ndarray
     accurate_until: np.ndarray
+    __repr__ = screen
 
     def coordinates(self, chart: Chart) -> np.ndarray:
         """Return the crossings in a chart of GL(2,R): (8, orbits, crossings), coordinates and momenta, NaN past counts."""
         z = np.moveaxis(self.points, -1, 0)
         kept = np.isfinite(self.times)
         converted = np.full(z.shape, np.nan)
-        converted[:, kept] = chart.from_planes(z[:, kept])
+        converted[:, kept] = checked_chart(chart).from_planes(z[:, kept])
         return converted
 
     def raise_if_failed(self) -> None:
@@ -88,6 +91,7 @@ class SectionMap:
         return describe(self.status)
 
 
+@recorded
 def poincare_map(
     body: Any, z0: Any, *, section: Any, crossings: int, max_time: float, accuracy: float | None = None,
     step: float | np.ndarray | None = None,
@@ -138,10 +142,9 @@ def _mapped(flow, z, section, wanted, max_time, tolerance, report) -> tuple[Sect
     asked = section
     if isinstance(flow, TransformedFlow):
         section = transformed_section(section, flow.model.degrees_of_freedom - 1)
-    ensemble = flow.ensemble(z)
-    rows, orbits = z.shape
-    width = kernels.RECORD + rows
-    slots = wanted + SPARE
+    ensemble, (rows, orbits) = flow.ensemble(z), z.shape
+    width, slots = kernels.RECORD + rows, wanted + SPARE
+    fits("crossings", orbits, slots, width)
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
     start_crossings(flow, memory, section, ensemble)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .engine import Interrupted
+from .recipe import keep
 from .status import Status, summary
 
 EXIT_INTERRUPTED = 130
@@ -101,7 +102,7 @@ def begun(partial: Any, z0: np.ndarray) -> tuple[Any, dict[str, Any]]:
     rows = np.flatnonzero((partial.status != Status.INTERRUPTED) | (partial.counts > 0))
     values = {entry.name: getattr(partial, entry.name) for entry in fields(partial)}
     cut = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
-    return replace(partial, **cut), {"z0": z0[:, rows], "begun": rows}
+    return keep(replace(partial, **cut), getattr(partial, "call", None)), {"z0": z0[:, rows], "begun": rows}
 
 
 @contextlib.contextmanager

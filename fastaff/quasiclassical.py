@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .recipe import recorded
 from .scalars import positive, real, whole, whole_numbers
+from .shown import screen
 from .tori import energy_of_actions
 
 BOHR_SOMMERFELD = (0, 0)
@@ -38,6 +40,9 @@ class QuasiclassicalLevels:
     hbar: float
     status: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     def degeneracies(self, *, tolerance: float = 1e-9) -> tuple[np.ndarray, np.ndarray]:
         """Return the distinct energies, relative `tolerance` apart, and how many of the levels each has.
 
@@ -50,6 +55,7 @@ class QuasiclassicalLevels:
         return E[first], np.diff(np.append(np.flatnonzero(first), E.size))
 
 
+@recorded
 def quasiclassical_levels(
     body: Any, *, n: ArrayLike, m: ArrayLike, l: ArrayLike, maslov: tuple[int, int] = EBK, hbar: float = 1.0,
     single_valued: bool = True, chart: Any = None, near: ArrayLike | None = None,
@@ -90,6 +96,7 @@ def quasiclassical_levels(
     return QuasiclassicalLevels(result.names, result.energy, *numbers, h * result.nu[:2], pair, float(hbar), result.status)
 
 
+@recorded
 def quasiclassical_levels_below(
     body: Any, energy: float, *, maslov: tuple[int, int] = EBK, hbar: float = 1.0, single_valued: bool = True, chart: Any = None
 ) -> QuasiclassicalLevels:

@@ -13,7 +13,8 @@ import numpy as np
 from ._jit import LANES
 from .engine import Report, checked_threads, launch
 from .kernels.resonance import relations
-from .scalars import positive, real, whole
+from .scalars import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
+from .shown import screen
 from .status import Status, describe
 
 MAX_ORDER = 50
@@ -44,6 +45,9 @@ class Resonances:
     accidental: np.ndarray
     status: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def dimension(self) -> np.ndarray:
         """Dimension n - rank of the torus that an orbit fills densely: 1 is a periodic orbit, 0 a point of rest."""
@@ -60,11 +64,14 @@ class Resonances:
 
     def label(self, orbit: Any = ()) -> str:
         """Say the module of one orbit (an index, or a tuple of them) in words, such as `nu_alpha - nu_beta = 0`."""
-        outcome = Status(int(self.status[orbit]))
+        where = orbit if isinstance(orbit, tuple) else (orbit,)
+        if len(where) != self.status.ndim:
+            raise ValueError(f"orbit must be an index of {self.status.ndim} numbers, got {shown(orbit)}")
+        where = tuple(whole("orbit", k, -size, size - 1) for k, size in zip(where, self.status.shape, strict=True))
+        outcome = Status(int(self.status[where]))
         if outcome != Status.OK:
             return f"{outcome.name}: {outcome.sentence}"
-        where = orbit if isinstance(orbit, tuple) else (orbit,)
-        basis = self.basis[(slice(None), slice(None), *where)][: int(self.rank[orbit])]
+        basis = self.basis[(slice(None), slice(None), *where)][: int(self.rank[where])]
         return ", ".join(equation(k, self.names) for k in basis) or f"no resonance up to order {self.max_order}"
 
     def summary(self) -> str:
@@ -131,6 +138,7 @@ def resonances(
     Source: Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
     Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
     """
+    reporter(report)
     if hasattr(nu, "nu") and hasattr(nu, "names"):  # a result that carries its names
         names = nu.names if names is None else names
         if errors is None and np.shape(nu.error) == np.shape(nu.nu):
@@ -182,11 +190,8 @@ def widths(nu: np.ndarray, tolerance: float, errors: np.ndarray) -> np.ndarray:
 def checked_frequencies(nu: Any, errors: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return nu and its errors (n, ...) as float64 of one shape, or raise."""
     try:
-        array = np.asarray(nu)
-        if array.dtype.kind not in "fiu":
-            raise TypeError
-        array = array.astype(np.float64)
-        spread = np.zeros(array.shape) if errors is None else np.asarray(errors, dtype=np.float64)
+        array = numbers("nu", nu).astype(np.float64)
+        spread = np.zeros(array.shape) if errors is None else numbers("errors", errors)
     except (TypeError, ValueError):
         raise TypeError(f"nu and errors must be arrays of real numbers, got {type(nu).__name__}, {type(errors).__name__}") from None
     if array.ndim == 0 or not 2 <= array.shape[0] <= 4:
@@ -200,10 +205,10 @@ def checked_frequencies(nu: Any, errors: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _names(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
     """Return names, by default 1 to n."""
-    chosen = tuple(str(i + 1) for i in range(n)) if names is None else names
-    if isinstance(chosen, str) or not all(isinstance(name, str) for name in chosen) or len(chosen) != n:
+    chosen = tuple(str(i + 1) for i in range(n)) if names is None else texts("names", names)
+    if len(chosen) != n:
         raise ValueError(f"names must be {n} names, one for each frequency, got {names!r}")
-    return tuple(chosen)
+    return chosen
 
 
 def _by_order(basis: np.ndarray, rank: np.ndarray) -> np.ndarray:
@@ -249,6 +254,9 @@ class DiffusionHistogram(NamedTuple):
     orbits: int
     missing: int
 
+    def __repr__(self) -> str:
+        return screen(self)
+
 
 def diffusion_histogram(
     diffusion: Any, *, threshold: float = -6.0, bin_width: float = 0.25, status: Any = None
@@ -262,13 +270,18 @@ def diffusion_histogram(
     Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
     """
     threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
-    values = np.asarray(diffusion, dtype=np.float64)
+    values = numbers("diffusion", diffusion)
     kept = np.isfinite(values)
     if status is not None:
+        status = an_array("status", status)
         if np.shape(status) != values.shape:
             raise ValueError(f"status must have the shape {values.shape} of diffusion, got {np.shape(status)}")
-        kept = kept & (np.asarray(status) == Status.OK)
+        kept = kept & (status == Status.OK)
     missing, values = int(values.size - np.count_nonzero(kept)), values[kept]
+    bins = float(np.ptp(values) / bin_width) if values.size else 1.0
+    if not (bins < MOST and np.abs(values).max(initial=abs(threshold)) / bin_width < MOST):
+        raise ValueError(f"bin_width must be wider for values up to {np.abs(values).max(initial=0.0):.6g}, got {bin_width}")
+    fits("bin_width", int(bins) + 1, 2)
     cell = np.floor(values / bin_width).astype(np.int64)
     low = int(cell.min()) if cell.size else math.floor(threshold / bin_width)
     counts = np.bincount(cell - low, minlength=1)

@@ -13,6 +13,8 @@ from .boundary import energies, energy_scale
 from .engine import Flow
 from .kernels import crossings as kernels
 from .poincare import SPARE, follow_crossings, start_crossings
+from .scalars import fits
+from .shown import screen
 from .status import Status
 
 COMPLEX_STEP = 1e-100
@@ -32,11 +34,15 @@ class Returns(NamedTuple):
     monodromy: np.ndarray
     status: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
 
 def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: float) -> Returns:
     """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each."""
     rows, orbits = z.shape
     n = rows // 2
+    fits("period", orbits, period + SPARE, kernels.RECORD + rows * (1 + rows))
     found = Returns(
         np.full((orbits, period, rows), np.nan), np.full(orbits, np.nan), np.full((orbits, rows, rows), np.nan),
         np.full(orbits, int(Status.NONFINITE)),
@@ -101,6 +107,7 @@ def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
     return section.value(*rows) + np.zeros(z.shape[1])
 
 
+@np.errstate(all="ignore")
 def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Move z (2n, orbits) the shortest way to the section, and to the energy (orbits,) unless None; return it and which arrived."""
     z = z.copy()

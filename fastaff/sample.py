@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .allowed import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .grid import NotReached, checked_surface, lift_sheets, planes, radial, room
+from .grid import ARRAYS, NotReached, checked_surface, lift_sheets, planes, radial, room
 from .models import Body
-from .scalars import whole
+from .recipe import recorded
+from .scalars import fits, shown, span, whole
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from .shown import screen
 
 
 class Edge(NamedTuple):
@@ -39,7 +41,11 @@ class Sample:
     names: tuple[str, str]
     energy: float
 
+    def __repr__(self) -> str:
+        return screen(self)
 
+
+@recorded
 def energy_sample(
     body: Any, *, energy: float, section: Any, orbits: int, seed: Any = 0, p_eta: float = 0.0, p_gamma: float = 0.0, axes: Any = None
 ) -> Sample:
@@ -59,11 +65,18 @@ def energy_sample(
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     count = whole("orbits", orbits, 1)
+    fits("orbits", ARRAYS, count)
+    try:
+        np.random.default_rng(seed)
+    except (TypeError, ValueError) as problem:
+        raise type(problem)(f"seed must be one of numpy.random.default_rng, got {shown(seed)}: {problem}") from None
     if axes is None:
         parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
         boxes = [((part.low, part.high), (-part.top, part.top)) for part in parts]
     else:
-        (u0, u1), (v0, v1) = axes
+        if not isinstance(axes, (tuple, list, np.ndarray)) or len(axes) != 2:
+            raise TypeError(f"axes must be two ranges (low, high), got {shown(axes)}")
+        (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(axes))
         boxes = [((u0, u1), (v0, v1))]
     if isinstance(section, AreaEquals):  # |P| is below |p| times the length of the section over that of beta
         boxes = [((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1)) for (u0, u1), (v0, v1) in boxes]

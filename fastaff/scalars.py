@@ -27,7 +27,7 @@ def positive(name: str, value: Any) -> float:
 def real(name: str, value: Any) -> float:
     """Return `value` as a finite float."""
     try:
-        if isinstance(value, (bool, np.bool_, str, bytes, complex)) or np.ndim(value) != 0:
+        if isinstance(value, (bool, np.bool_, str, bytes, complex, np.ma.MaskedArray)) or np.ndim(value) != 0:
             raise TypeError
         number = float(value)
     except OverflowError:
@@ -54,6 +54,14 @@ def whole(name: str, value: Any, least: int, most: int = MOST) -> int:
     return number
 
 
+def number_of_steps(time: Any, step: Any) -> np.ndarray:
+    """Return how many steps `time` takes, as floats; ValueError for more than 2**53."""
+    wanted = np.ceil(time / np.asarray(step) * (1 - 1e-12))
+    if not np.all(wanted < MOST):
+        raise ValueError(f"time (or max_time) needs {np.max(wanted):.3g} steps of {np.min(step):.3g}: no run comes to its end")
+    return wanted
+
+
 def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
     """Return whole numbers as an array of integers; whole floats are converted, all else and an empty array refused."""
     numbers = an_array(name, value)
@@ -65,7 +73,9 @@ def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
 
 
 def an_array(name: str, value: Any) -> np.ndarray:
-    """Return `value` as an array of whatever numbers; ValueError for rows of different lengths and too many dimensions."""
+    """Return `value` as an array of whatever entries; ValueError for masked ones, rows of different lengths, too many dimensions."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(f"{name} must have no masked entries, whose values mean nothing; got {shown(value)}")
     try:
         return np.asarray(value)
     except (ValueError, OverflowError) as problem:
@@ -82,7 +92,7 @@ def numbers(name: str, value: Any) -> np.ndarray:
 
 def reals(name: str, value: Any) -> tuple[float, ...]:
     """Return a sequence of finite numbers as a tuple of floats."""
-    if not isinstance(value, (tuple, list, np.ndarray)):
+    if not isinstance(value, (tuple, list, np.ndarray)) or (isinstance(value, np.ndarray) and value.ndim == 0):
         raise TypeError(f"{name} must be a tuple of numbers, got {shown(value)} ({type(value).__name__})")
     return tuple(real(f"{name}[{k}]", entry) for k, entry in enumerate(value))
 
@@ -146,7 +156,11 @@ def free_memory() -> int:
     for limit, used in (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes")):
         with contextlib.suppress(OSError, ValueError):
             group = Path("/sys/fs/cgroup")
-            known.append(max(0, int((group / limit).read_text()) - int((group / used).read_text())))
+            taken = int((group / used).read_text())
+            with contextlib.suppress(OSError, ValueError, StopIteration):  # files in memory give way
+                rows = (group / used).with_name("memory.stat").read_text().splitlines()
+                taken -= next(int(row.split()[1]) for row in rows if row.startswith(("inactive_file", "total_inactive_file")))
+            known.append(max(0, int((group / limit).read_text()) - taken))
     if not known:
         with contextlib.suppress(OSError, ValueError, AttributeError):
             known.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))

@@ -15,8 +15,10 @@ from .chaos import ChaosMap, chaos
 from .engine import Interrupted, Report
 from .grid import NotReached
 from .indicators import MEGNO, SALI, Indicator
-from .scalars import positive
+from .recipe import recorded
+from .scalars import function, positive, shown, texts
 from .schemes import KAHAN_LI8, VERNER9, RungeKutta, Splitting
+from .shown import screen
 from .status import Status
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
@@ -51,6 +53,9 @@ class ChaosScan:
     energy_error: np.ndarray
     done: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def failed(self) -> np.ndarray:
         """Orbits of each case that failed."""
@@ -76,6 +81,7 @@ class ChaosScan:
 
         Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
         """
+        sigmas = positive("sigmas", sigmas)
         n, p = (self.chaotic + self.regular).astype(float), self.fraction
         with np.errstate(all="ignore"):
             width = sigmas / (1 + sigmas**2 / n) * np.sqrt(p * (1 - p) / n + sigmas**2 / (4 * n * n))
@@ -105,6 +111,7 @@ def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
         return np.where(whole > 0, part / whole, np.nan)
 
 
+@recorded
 def chaotic_fraction(
     make: Callable[..., tuple[Any, Any]], axes: Sequence[Any], *, time: float | Callable[[Any, np.ndarray], float],
     names: Sequence[str] = (), indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), early_stop: bool = False, step: float | None = None,
@@ -126,9 +133,12 @@ def chaotic_fraction(
     Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
     """
     values = tuple(_axis(k, axis) for k, axis in enumerate(_listed(axes)))
-    names = tuple(names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
+    function("make", make)
+    names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
     if len(names) != len(values):
         raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
+    if not isinstance(indicators, (tuple, list)) or not indicators or not all(isinstance(entry, Indicator) for entry in indicators):
+        raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
     if second is not None and not (isinstance(second, RungeKutta) and second.adaptive):
         raise TypeError(f"second must be an adaptive scheme such as fastaff.VERNER9, or None, got {second!r}")
     if not callable(time):
@@ -160,8 +170,8 @@ def _listed(axes: Any) -> list[Any]:
 def _axis(k: int, axis: Any) -> np.ndarray:
     try:
         values = np.array(axis, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"axes[{k}] must be an array of numbers, got {axis!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"axes[{k}] must be an array of numbers, got {shown(axis)}") from None
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
         raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {axis!r}")
     return values

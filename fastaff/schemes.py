@@ -20,15 +20,21 @@ from fractions import Fraction
 from itertools import chain
 from math import isfinite
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from fastaff import _dop853, _verner98
 
+from .scalars import flag, reals, shown, text, whole
+
 __all__ = [
     "BLANES_MOAN6", "DOP853", "KAHAN_LI8", "LEAPFROG", "RK4", "SCHEMES", "SOFRONIOU_SPALETTA10", "VERNER9",
     "YOSHIDA4", "RungeKutta", "Scheme", "Splitting", "compose", "scheme_named", "triple_jump",
 ]
+
+MOST_ORDER = 40
+"""An order beyond all that there is; its quadrature conditions are still well posed."""
 
 Weights = tuple[float, ...]
 Rows = tuple[Weights, ...]
@@ -42,6 +48,25 @@ def _require(condition: bool, scheme: str, fault: str) -> None:
 def _agree(found: float | np.ndarray, expected: float | np.ndarray, weights: Weights) -> bool:
     """Whether sums over `weights` agree with what is expected up to rounding."""
     return bool(np.all(np.abs(found - expected) <= 1e-14*max(1.0, sum(map(abs, weights)))))
+
+
+def _label(scheme: "Splitting | RungeKutta") -> None:
+    """Check what a scheme says of itself."""
+    text("name", scheme.name), text("source", scheme.source), whole("order", scheme.order, 1, MOST_ORDER)
+
+
+def _rows(name: str, value: Any) -> Rows:
+    """Return a tuple of rows of numbers."""
+    if not isinstance(value, (tuple, list)):
+        raise TypeError(f"{name} must be a tuple of rows of numbers, got {shown(value)} ({type(value).__name__})")
+    return tuple(reals(f"{name}[{k}]", row) for k, row in enumerate(value))
+
+
+def _shown(scheme: "Splitting | RungeKutta") -> str:
+    """Name a scheme of the package as code does, others with what they are; the coefficients are attributes."""
+    if SCHEMES.get(scheme.name) == scheme:
+        return scheme.name
+    return f"{type(scheme).__name__}(name={scheme.name!r}, order={scheme.order}, stages={scheme.stages})"
 
 
 def _moments(weights: Weights, nodes: np.ndarray, order: int) -> np.ndarray:
@@ -70,8 +95,14 @@ class Splitting:
     kick: Weights
     nystrom: bool = False
 
+    def __repr__(self) -> str:
+        return _shown(self)
+
     def __post_init__(self) -> None:
-        _require(self.order >= 1, self.name, f"order must be positive, got {self.order}")
+        _label(self)
+        flag("nystrom", self.nystrom)
+        for what in ("drift", "kick"):
+            object.__setattr__(self, what, reals(what, getattr(self, what)))
         _require(len(self.drift) == len(self.kick) + 1 >= 2, self.name,
                  f"needs one drift more than kicks, got {len(self.drift)} drifts and {len(self.kick)} kicks")
         _require(all(map(isfinite, (*self.drift, *self.kick))), self.name, "coefficients must be finite")
@@ -172,10 +203,20 @@ class RungeKutta:
     dense: Rows = ()
     dense_order: int = 0
 
+    def __repr__(self) -> str:
+        return _shown(self)
+
     def __post_init__(self) -> None:
+        _label(self)
+        for what in ("b", "c", "extra_c"):
+            object.__setattr__(self, what, reals(what, getattr(self, what)))
+        for what in ("a", "errors", "extra_a", "dense"):
+            object.__setattr__(self, what, _rows(what, getattr(self, what)))
+        orders = reals("error_orders", self.error_orders)
+        object.__setattr__(self, "error_orders", tuple(whole("error_orders", int(p), 1, MOST_ORDER) for p in orders))
+        whole("dense_order", self.dense_order, 0, MOST_ORDER)
         rows, every = (*self.a, *self.extra_a), self.stages + len(self.extra_c)
         for condition, fault in (
-            (self.order >= 1, f"order must be positive, got {self.order}"),
             (len(self.a) == self.stages == len(self.c), "a, b and c must have one row or entry per stage"),
             (len(rows) == every, "extra_a and extra_c must have one row or entry per extra slope"),
             (all(len(row) == i for i, row in enumerate(rows)), "row i of a must have i entries (explicit)"),
@@ -349,9 +390,11 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType({
 
 
 def scheme_named(name: str) -> Scheme:
-    """Return the scheme of that name, in capitals or not. Raises ValueError that lists the names."""
+    """Return the scheme of that name, in capitals or not. Raises ValueError that lists the names, TypeError for what is no name."""
+    if not isinstance(name, str):
+        raise TypeError(f"name must be the name of a scheme, one of {', '.join(SCHEMES)}, got {name!r} ({type(name).__name__})")
     if (scheme := SCHEMES.get(name.upper())) is not None:
         return scheme
     near = difflib.get_close_matches(name.upper(), SCHEMES, n=1)
     hint = f" Did you mean {near[0]}?" if near else ""
-    raise ValueError(f"scheme must be one of {', '.join(SCHEMES)}, got {name!r}.{hint}")
+    raise ValueError(f"name of a scheme must be one of {', '.join(SCHEMES)}, got {name!r}.{hint}")

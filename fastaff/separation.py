@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ._blocks import function_block, is_value, parameters
 from .boundary import checked_model, phase_points
 from .models import Body, SeparableElliptic, StackelBody, Zero
+from .scalars import shown
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,8 @@ def separate(body: Any, chart: Any = None) -> Separated:
             "(a potential joins one by a property alpha_beta, r_vartheta or elliptic); for other bodies use fit_torus"
         )
     wanted = getattr(chart, "name", chart)
+    if chart is not None and not isinstance(wanted, str):
+        raise TypeError(f"chart must be a chart such as fastaff.ALPHA_BETA, or its name, got {shown(chart)} ({type(chart).__name__})")
     chosen = [family for family in possible if chart is None or family.chart == wanted]
     if not chosen:
         raise ValueError(

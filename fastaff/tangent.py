@@ -10,8 +10,10 @@ import numpy as np
 from . import observers
 from .boundary import checked_tangent_model
 from .engine import Flow, Interrupted, Report, energy_error, mark_drift, no_memory
+from .recipe import recorded
 from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .trials import make_flow
 
@@ -32,6 +34,9 @@ class TangentMap:
     scheme: Splitting | RungeKutta
     step: float | np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def matrix(self) -> np.ndarray:
         """The vectors as columns, (orbits, 2n, count): the monodromy matrix where the deviations were the unit vectors."""
@@ -46,6 +51,7 @@ class TangentMap:
         return describe(self.status)
 
 
+@recorded
 def tangent_map(
     body: Any, z0: Any, *, time: float, deviations: Any = None, step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6,

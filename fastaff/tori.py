@@ -14,7 +14,10 @@ from .engine import Report, checked_threads, launch
 from .kernels import closed_tori, torus_points
 from .kernels import tori as quadrature
 from .models import Barriers, Oscillator, Spring, Zero
+from .recipe import recorded
+from .scalars import numbers
 from .separation import Separated, separate
+from .shown import screen
 from .status import Status, describe, raise_if_failed
 
 TURN = 2 * np.pi
@@ -90,6 +93,7 @@ class Tori:
         return describe(self.status)
 
 
+@recorded
 def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None) -> Tori:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 
@@ -205,7 +209,11 @@ class EnergyOfActions:
     nu: np.ndarray
     status: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
 
+
+@recorded
 def energy_of_actions(
     body: Any, J: ArrayLike, *, chart: Any = None, near: ArrayLike | None = None, threads: int | None = None
 ) -> EnergyOfActions:
@@ -232,7 +240,7 @@ def energy_of_actions(
 
 def _rows(name: str, given: ArrayLike) -> np.ndarray:
     try:
-        rows = np.array(given, dtype=np.float64)
+        rows = numbers(name, given)
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be an array of real numbers, got {type(given).__name__}") from None
     if rows.ndim not in (1, 2) or rows.shape[0] != 4 or rows.size == 0:

@@ -17,8 +17,10 @@ from .engine import Flow, mark_drift
 from .fourier_torus import Samples, Series, fit, grow, weights, window
 from .lattice import determinant, first_basis, inverse, quotient, relations
 from .motion import motion
-from .scalars import positive, whole
+from .recipe import recorded
+from .scalars import numbers, positive, whole
 from .schemes import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
+from .shown import screen
 from .status import Status
 from .torus_lines import signals
 from .trials import make_flow
@@ -59,8 +61,7 @@ class TorusFit:
     """The torus of an orbit as a Fourier series: z(theta) = Re sum_k z_k exp(2 pi i k . theta), one k of each pair +-k.
 
     names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,), the integrals of
-    p dq over the cycles
-    (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t);
+    p dq over the cycles (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t);
     k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual: largest |nu . dz/dtheta - X(z)| over
     points of the torus, relative to the largest |X|; prediction_error: largest distance between the orbit and
     evaluate(theta0 + nu t) after the fitted time, relative to the size of the orbit; verdict; dimension d of the torus;
@@ -83,6 +84,7 @@ class TorusFit:
     evidence: Mapping[str, float]
     energy: float
     body: Any
+    __repr__ = screen
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
@@ -101,7 +103,7 @@ class TorusFit:
 
     def evaluate(self, theta: Any) -> np.ndarray:
         """Return the phase points (2n, ...) at angles theta (d, ...) in cycles. Raises ValueError for another shape."""
-        theta = np.asarray(theta, dtype=float)
+        theta = numbers("theta", theta)
         if theta.ndim < 1 or len(theta) != self.dimension:
             raise ValueError(f"theta must have shape ({self.dimension}, ...), got {theta.shape}")
         flat = theta.reshape(self.dimension, int(np.prod(theta.shape[1:])))
@@ -112,8 +114,8 @@ class TorusFit:
 
         Raises ValueError for another matrix.
         """
-        given = np.asarray(M)
-        if given.shape != (self.dimension,) * 2 or not np.array_equal(given, np.rint(given)) or abs(determinant(given)) != 1:
+        given = numbers("M", M)
+        if given.shape != (self.dimension,) * 2 or not np.all(np.abs(given) < 2**53) or (given % 1).any() or abs(determinant(given)) != 1:
             raise ValueError(f"M must be an integer matrix {(self.dimension,) * 2} of determinant +-1, got {M!r}")
         M = given.astype(int)
         back = inverse(M)
@@ -142,6 +144,7 @@ class TorusFit:
         return text
 
 
+@recorded
 def fit_torus(
     body: Any, z0: Any, *, time: float, tolerance: float = 1e-6, step: float | None = None,
     scheme: Splitting | RungeKutta = SOFRONIOU_SPALETTA10, rtol: float = 1e-12, atol: float = 1e-12,

@@ -82,6 +82,9 @@ class TimeTransformed:
     splitting: Splitting = KAHAN_LI8
     rate: Any = None
 
+    def __repr__(self) -> str:
+        return f"TimeTransformed({self.splitting!r}{'' if self.rate is None else f', {self.rate!r}'})"
+
     def __post_init__(self) -> None:
         if not isinstance(self.splitting, Splitting):
             raise TypeError(f"splitting must be a Splitting such as KAHAN_LI8, got {self.splitting!r} ({type(self.splitting).__name__})")

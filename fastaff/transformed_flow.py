@@ -17,7 +17,7 @@ from .kernels import levels as kernels
 from .kernels.crossings import LOCATED, NOTHING, RECORD
 from .motion import typical_rate
 from .observers import Observer
-from .scalars import positive
+from .scalars import fits, positive
 from .schemes import DOP853
 from .sections import Linear
 from .status import Status
@@ -134,6 +134,7 @@ class TransformedFlow:
         """
         rows, orbits = ensemble.z.shape
         width = RECORD + rows
+        fits("samples", orbits, count, width)
         observer = _levels(self.row, count, rows)
         memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * width), np.nan)
         memory[kernels.MEMORY :] = ensemble.z

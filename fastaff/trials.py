@@ -13,7 +13,7 @@ from .auto import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from .boundary import checked_model, checked_scheme, energies, energy_drift, phase_points
 from .engine import Flow, checked_threads, no_memory
 from .motion import Motion, motion, typical_rate
-from .scalars import positive
+from .scalars import numbers, positive, shown
 from .schemes import DOP853, RungeKutta, Splitting
 from .status import Status
 
@@ -124,14 +124,14 @@ def _states(flow: Flow, z: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 def checked_step(step: Any, orbits: int) -> float | np.ndarray:
     """Return `step` as a positive number, or as a fresh array of one for each orbit."""
-    if np.ndim(step) == 0:
+    if not isinstance(step, (list, tuple, np.ndarray)) or (isinstance(step, np.ndarray) and step.ndim == 0):
         return positive("step", step)
     try:
-        steps = np.array(step, dtype=np.float64)
+        steps = np.array(numbers("step", step))
     except (TypeError, ValueError):
         raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
     if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
-        raise ValueError(f"step must be a positive number, or one for each of the {orbits} orbits; got shape {steps.shape}")
+        raise ValueError(f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape {steps.shape}")
     return steps
 
 

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .resonance import MAX_ORDER, checked_frequencies, vectors, widths
-from .scalars import real, whole
+from .scalars import an_array, numbers, real, shown, span, whole
+from .shown import screen
 
 
 class WebLine(NamedTuple):
@@ -22,6 +23,9 @@ class WebLine(NamedTuple):
     order: int
     lines: tuple[np.ndarray, ...]
     locked: np.ndarray | None
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     @property
     def length(self) -> float:
@@ -90,9 +94,7 @@ def ratio_web(
     None. Raises ValueError or TypeError for wrong input. Exact to rounding.
     Source: Laskar 1993, Physica D 67, 257.
     """
-    box = np.array([[real(name, end) for end in ends] for name, ends in (("x", x), ("y", y))])
-    if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
-        raise ValueError(f"x and y must be ranges (low, high), got {x!r}, {y!r}")
+    box = np.array([span("x", x), span("y", y)])
     found = []
     for vector in _chosen(resonances, 3, max_order):
         if not vector[:2].any():
@@ -123,7 +125,9 @@ def _segment(k: np.ndarray, box: np.ndarray) -> np.ndarray | None:
 
 def _axes(axes: Sequence[Any] | None, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the two coordinates of a grid."""
-    chosen = [np.asarray(a, dtype=np.float64) for a in (axes if axes is not None else [np.arange(m) for m in shape])]
+    if axes is not None and not isinstance(axes, (list, tuple, np.ndarray)):
+        raise TypeError(f"axes must be two increasing arrays of {shape[0]} and {shape[1]} coordinates, got {shown(axes)}")
+    chosen = [numbers("axes", a) for a in (axes if axes is not None else [np.arange(m) for m in shape])]
     if len(chosen) != 2 or any(a.shape != (m,) or not (np.diff(a) > 0).all() for a, m in zip(chosen, shape, strict=True)):
         raise ValueError(f"axes must be two increasing arrays of {shape[0]} and {shape[1]} coordinates, got {axes!r}")
     return chosen[0], chosen[1]
@@ -135,7 +139,7 @@ def _chosen(resonances: Any, n: int, max_order: int) -> np.ndarray:
         if whole("max_order", max_order, 1) > MAX_ORDER:
             raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
         return vectors(n, max_order)
-    k = np.asarray(resonances)
+    k = an_array("resonances", resonances)
     if k.dtype.kind not in "iu" or k.ndim != 2 or k.shape[1] != n or not k.any(axis=1).all():
         raise ValueError(f"resonances must be integer vectors (m, {n}), none of them zero, got {resonances!r}")
     return k[np.argsort(np.abs(k).sum(axis=1), kind="stable")].astype(np.int64)

@@ -13,7 +13,7 @@ import fastaff
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 LAYERS = {
-    "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0, "elementary": 0,
+    "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0, "shown": 0, "recipe": 0, "elementary": 0,
     "models": 1, "charts": 1, "kinematics": 1, "geometry": 1, "schemes": 1, "_dop853": 1, "_verner98": 1, "sections": 1, "angles": 1,
     "indicators": 1, "transformed": 1, "auto": 1,
     "kernels": 2, "observers": 2.3, "allowed": 2.5,

@@ -210,6 +210,7 @@ def test_frequency_map_command(tmp_path):
     assert cli.main([*run, "--out", str(tmp_path / "f")]) == 0
     arrays, metadata = files.load(tmp_path / "f.npz")
     assert metadata["names"] == ["r", "vartheta", "phi", "psi"]
+    assert files.recipe(tmp_path / "f.npz").run().nu.tobytes() == arrays["nu"].tobytes()
     # The paper's nu_r = sqrt(C/mu)/pi; about 50 periods fit in the time, enough for 8 digits.
     np.testing.assert_allclose(arrays["nu"][0], 1 / np.pi, rtol=1e-8)
     assert (tmp_path / "f.png").exists()
@@ -303,6 +304,9 @@ def test_systems_of_a_formula(tmp_path, capsys):
         max_time=200.0, step=0.02,
     )  # fmt: skip
     np.testing.assert_allclose(files.load(tmp_path / "s.npz").arrays["points"], named.points, rtol=1e-8, atol=1e-8)
+    recipe = files.recipe(tmp_path / "s.npz")  # the formula's text, z0 and every option are in the file
+    assert recipe.arguments["body"].formula == own[1]
+    assert recipe.run().points.tobytes() == files.load(tmp_path / "s.npz").arrays["points"].tobytes()
     assert cli.main(["chaos-map", *own, *run, "--time", "20", "--section", "v=0"]) == 0
     capsys.readouterr()
     assert cli.main(["poincare", *own, *run, "--section", "x=0"]) == 2

@@ -4,6 +4,7 @@ Numba stamps a cached function with the content of its own file only; an edit an
 without a word. The folders start as copies of this process's cache, so the engine itself is not compiled again.
 """
 
+import hashlib
 import os
 import re
 import shutil
@@ -39,6 +40,7 @@ def seed():
 def cache(seed, tmp_path):
     """A copy of the cache for one test."""
     folder = tmp_path / "cache"
+    folder.mkdir(mode=0o700)
     shutil.copytree(seed, folder / seed.name, ignore=shutil.ignore_patterns(".probe*", "*.tmp"))
     return folder
 
@@ -341,6 +343,76 @@ def test_an_unwritable_folder_costs_one_warning_and_no_numbers(cache, tmp_path):
     assert err.count("RuntimeWarning") == 1
     assert "fastaff cannot write its compile cache" in err
     assert "Set FASTAFF_CACHE_DIR" in err
+
+
+@pytest.fixture
+def private(monkeypatch, tmp_path):
+    """The cache folder of this process for a root, found anew."""
+    if not hasattr(os, "getuid"):
+        pytest.skip("folders have no owners and modes here")
+
+    def directory(root):
+        monkeypatch.setenv("FASTAFF_CACHE_DIR", str(root))
+        return _jit.cache_directory.__wrapped__()
+
+    return directory
+
+
+def test_the_folder_is_made_for_its_owner_alone(private, tmp_path):
+    """Whatever the umask is; parts of the folder too."""
+    before = os.umask(0)
+    try:
+        folder = private(tmp_path / "new" / "cache")
+    finally:
+        os.umask(before)
+    made = [folder.parent, folder, *folder.iterdir()]
+    assert len(made) == 4
+    assert {path.stat().st_mode & 0o777 for path in made} == {0o700}
+
+
+@pytest.mark.parametrize("mode", [0o775, 0o707, 0o722, 0o777])
+@pytest.mark.parametrize("part", ["root", "hash", "blocks", "formulas"])
+def test_a_folder_that_others_can_write_is_refused(private, tmp_path, mode, part):
+    folder = private(tmp_path / "cache")
+    open_to_all = {"root": folder.parent, "hash": folder}.get(part, folder / part)
+    open_to_all.chmod(mode)
+    with pytest.warns(RuntimeWarning, match=r"can be written by others \(mode \d+\); kernels are compiled.*chmod -R go-w") as caught:
+        assert private(tmp_path / "cache") is None
+    assert len(caught) == 1
+    assert str(open_to_all) in str(caught[0].message)
+    open_to_all.chmod(mode & ~0o022)
+    assert private(tmp_path / "cache") == folder
+
+
+def test_a_folder_of_another_user_is_refused(private, tmp_path, monkeypatch):
+    folder = private(tmp_path / "cache")
+    monkeypatch.setattr(os, "getuid", lambda: folder.stat().st_uid + 1)
+    with pytest.warns(RuntimeWarning, match=r"belongs to another user \(uid \d+\).*FASTAFF_CACHE_DIR"):
+        assert private(tmp_path / "cache") is None
+
+
+def test_a_sticky_folder_for_all_will_do_for_the_folders_in_it(private, tmp_path):
+    (tmp_path / "common").mkdir()
+    (tmp_path / "common").chmod(0o1777)
+    folder = private(tmp_path / "common")
+    assert folder.parent == tmp_path / "common"
+    folder.chmod(0o777)
+    with pytest.warns(RuntimeWarning, match="can be written by others"):
+        assert private(tmp_path / "common") is None
+
+
+def test_a_refused_folder_costs_one_warning_and_no_code_is_run_from_it(cache, tmp_path):
+    """A planted formula raises when executed: a process whose folder others can write must not see it."""
+    code = "from fastaff import hamiltonian; print(hamiltonian('k*x**2/2', coordinates='x', k=2.0).force(3.0))"
+    expected, _ = python(code, cache)
+    planted = [path for path in cache.rglob("formulas/*.py") if "k*x" in path.read_text()]
+    body = "raise SystemExit('planted')\n"
+    key = planted[0].stem
+    planted[0].write_text(f"# {key} {hashlib.sha256(body.encode()).hexdigest()}\n{body}")
+    planted[0].parent.parent.chmod(0o777)
+    out, err = python(code, cache)
+    assert out == expected
+    assert err.count("RuntimeWarning") == 1
 
 
 def test_the_folder_is_the_users(tmp_path):

@@ -284,7 +284,7 @@ def test_other_wrong_input():
     with pytest.raises(ValueError, match="same length"):
         spectrum_table(Body(Harmonic()), m=[0, 1], l=[0], levels=1)
     found = spectrum(Body(Harmonic()), m=0, l=0, levels=2)
-    with pytest.raises(IndexError, match="levels 2"):
+    with pytest.raises(ValueError, match="levels 2"):
         found.state(2)
 
 

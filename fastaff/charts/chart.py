@@ -33,6 +33,9 @@ class Chart(NamedTuple):
     form: Callable[[Array, Array, Array, Array], Form]
     singular: str
 
+    def __repr__(self) -> str:
+        return f"<Chart {self.name}: {', '.join(self.names)}>"
+
     @property
     def momenta(self) -> tuple[str, ...]:
         """The names of the four conjugate momenta."""

@@ -23,7 +23,7 @@ def doctor() -> int:
     facts = files.provenance()
     folder = cache_directory()
     size = sum(f.stat().st_size for f in cache_root().rglob("*") if f.is_file()) / 2**20 if folder else 0.0
-    writable = "writable" if folder else "NOT WRITABLE (set FASTAFF_CACHE_DIR)"
+    writable = "writable" if folder else "NOT USED: not writable, or writable by others (set FASTAFF_CACHE_DIR)"
     rows = [
         ("fastaff", f"{facts['fastaff']}, {Path(fastaff.__file__).parent}"),
         ("Python", f"{facts['python']}, {sys.executable}"),

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..engine import Interrupted
-from ..scalars import function, reporter, whole
+from ..recipe import recorded
+from ..scalars import an_array, function, numbers, reporter, text, whole
+from ..shown import screen
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
 from .symmetry import SymmetryClass, checked_class
@@ -22,6 +24,9 @@ class Curve(NamedTuple):
     column: int
     label: tuple[int, ...]
     E: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,9 @@ class LevelDiagram:
     labels: np.ndarray | None
     names: tuple[str, str] | None
     hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     @property
     def top(self) -> float:
@@ -65,6 +73,7 @@ class LevelDiagram:
         return found
 
 
+@recorded
 def level_diagram(
     make: Callable[[float], Any], values: ArrayLike, *, m: int | Sequence[int], l: int | Sequence[int], levels: int,
     name: str = "parameter", hbar: float = 1.0, single_valued: bool = True, chart: Any = None, tolerance: float = 1e-10,
@@ -80,7 +89,8 @@ def level_diagram(
     Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
     Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it is conserved).
     """
-    points = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    text("name", name), function("make", make)
+    points = np.atleast_1d(numbers("values", values))
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
         raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
     function("make", make), reporter(report)
@@ -99,6 +109,7 @@ def level_diagram(
     return diagram_of(name, points, rows)
 
 
+@recorded
 def class_diagram(
     body: Any, *, m: int | Sequence[int], l: int | Sequence[int], levels: int, hbar: float = 1.0, single_valued: bool = True,
     chart: Any = None, tolerance: float = 1e-10,
@@ -110,7 +121,7 @@ def class_diagram(
     Returns LevelDiagram of one column, whose values are the sequence. Raises as `spectrum`.
     Source: as `spectrum`.
     """
-    if (np.ndim(m) == 1) == (np.ndim(l) == 1):
+    if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
         raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")
     name = "m" if np.ndim(m) == 1 else "l"
     chosen = _classes(m, l, single_valued)
@@ -121,7 +132,7 @@ def class_diagram(
 
 def _classes(m: Any, l: Any, single_valued: bool) -> list[SymmetryClass]:
     """Return the classes of two numbers, or sequences of one length; a number goes with each of a sequence."""
-    spins, vorticities = (np.atleast_1d(np.asarray(given, object)) for given in (m, l))
+    spins, vorticities = (np.atleast_1d(np.asarray(an_array(of, given), object)) for of, given in (("m", m), ("l", l)))
     if spins.ndim != 1 or vorticities.ndim != 1 or not spins.size or not vorticities.size:
         raise ValueError(f"m and l must be whole numbers or non-empty sequences of them, got m = {m!r}, l = {l!r}")
     if spins.size != vorticities.size and 1 not in (spins.size, vorticities.size):

@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike
 
 from ..models.functions import Barriers, Oscillator, Spring
 from ..quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels
+from ..recipe import recorded
 from ..scalars import fits, flag, positive, real, whole, whole_numbers
 from ..separation import Family, separate
+from ..shown import screen
 from .symmetry import action_quantum
 
 
@@ -128,6 +130,9 @@ class ExactLevels:
     constant_names: tuple[str, str]
     hbar: float
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def case(self) -> np.ndarray:
         """The paper's case of each level (levels,): 1 for |m| > |l|, 2 for |m| < |l|, 3 for |m| = |l| (below EQ5.1).
@@ -137,6 +142,7 @@ class ExactLevels:
         return np.where(np.abs(self.m) > np.abs(self.l), 1, np.where(np.abs(self.m) < np.abs(self.l), 2, 3))
 
 
+@recorded
 def exact_levels(
     body: Any, *, n: ArrayLike, m: ArrayLike, l: ArrayLike, hbar: float = 1.0, chart: Any = None, single_valued: bool = True
 ) -> ExactLevels:
@@ -174,6 +180,7 @@ def _levels(model: SolvableBody, n: np.ndarray, m: np.ndarray, l: np.ndarray) ->
     return ExactLevels(model.family.coordinates, model.energy(n, m, l), n, m, l, model.constants(n, m, l), names, model.hbar)
 
 
+@recorded
 def exact_levels_below(body: Any, energy: float, *, hbar: float = 1.0, chart: Any = None, single_valued: bool = True) -> ExactLevels:
     """Compute all exact levels of a solvable body below an energy, in ascending order.
 
@@ -240,8 +247,12 @@ class Multiplets:
     levels: ExactLevels
     first: np.ndarray
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     def members(self, k: int) -> np.ndarray:
         """Return the quantum numbers (degeneracy, 4) of multiplet k, columns n1, n2, m, l."""
+        k = whole("k", k, 0, self.first.size - 2)
         inside = slice(*self.first[[k, k + 1]])
         return np.column_stack([*self.levels.n[:, inside], self.levels.m[inside], self.levels.l[inside]])
 
@@ -251,6 +262,7 @@ class Multiplets:
         return sorted(set(zip((n1 + n2).tolist(), np.abs(m + l).tolist(), np.abs(m - l).tolist(), strict=True)))
 
 
+@recorded
 def multiplets(
     body: Any, *, below: float | None = None, count: int | None = None, hbar: float = 1.0, chart: Any = None,
     single_valued: bool = True, tolerance: float = 1e-12,
@@ -303,6 +315,9 @@ class Quantizations(NamedTuple):
     bohr_sommerfeld: QuasiclassicalLevels
     ebk: QuasiclassicalLevels
     exact: ExactLevels
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     @property
     def E(self) -> np.ndarray:

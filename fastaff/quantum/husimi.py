@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..charts import ALPHA_BETA
 from ..charts.checks import checked
 from ..scalars import positive
+from ..shown import screen
 from .factors import PlaneFactor
 from .states import State
 
@@ -33,6 +34,9 @@ class Husimi:
     momenta: tuple[int, int]
     widths: tuple[float, float]
     hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     @property
     def norm(self) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..scalars import whole
+from ..shown import screen
 from .states import Shape, State
 from .symmetry import SymmetryClass
 
@@ -34,10 +35,13 @@ class Levels:
     method: str
     describe: Callable[[int], tuple[Shape, dict[str, int], dict[str, float]]] = field(repr=False)
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     def state(self, k: int) -> State:
-        """Return the wave function of level k, counted from 0; raises IndexError, TypeError or ValueError for what is no level."""
+        """Return the wave function of level k, counted from 0; raises TypeError or ValueError for what is no level."""
         if whole("k", k, 0) >= self.E.size:
-            raise IndexError(f"k must be below the number of levels {self.E.size}, got {k}")
+            raise ValueError(f"k must be below the number of levels {self.E.size}, got {k}")
         shape, numbers, constants = self.describe(int(k))
         return State(SymmetryClass(self.m, self.l), shape, numbers, float(self.E[k]), constants, self.hbar)
 

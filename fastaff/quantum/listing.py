@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from ..engine import Interrupted
-from ..scalars import real, reporter, whole
+from ..recipe import recorded
+from ..scalars import real, reporter, shown, whole
+from ..shown import screen
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
 from .symmetry import SymmetryClass
@@ -50,6 +52,9 @@ class LevelList:
     complete_below: float
     method: str
 
+    def __repr__(self) -> str:
+        return screen(self)
+
     @property
     def degeneracy(self) -> np.ndarray:
         """How many levels each multiplet has (multiplets,)."""
@@ -62,6 +67,7 @@ class LevelList:
 
     def members(self, multiplet: int) -> slice:
         """Return which levels make up a multiplet, as a slice of the arrays."""
+        multiplet = whole("multiplet", multiplet, 0, self.first.size - 2)
         return slice(*self.first[[multiplet, multiplet + 1]])
 
     def upto(self, levels: int) -> LevelList:
@@ -81,8 +87,10 @@ def level_list(classes: Sequence[Levels], *, complete_below: float = -math.inf) 
     Formula: neighbours are one multiplet where E differs by no more than the sum of their errors (and 64 roundings).
     Source: none; the errors are those of `Levels`.
     """
-    if not all(isinstance(found, Levels) for found in classes):
-        raise TypeError(f"classes must be Levels, got {sorted({type(found).__name__ for found in classes})}")
+    if not isinstance(classes, (list, tuple)) or not all(isinstance(found, Levels) for found in classes):
+        raise TypeError(f"classes must be a list of Levels, got {shown(classes)}")
+    if not (isinstance(complete_below, float) and complete_below == -math.inf):
+        complete_below = real("complete_below", complete_below)
     if not classes or len({(found.hbar, found.names) for found in classes}) > 1:
         got = sorted({f"hbar = {found.hbar:g}, {found.names}" for found in classes})
         raise ValueError(f"classes must be one or more Levels of the same hbar and quantum numbers, got {got}")
@@ -105,6 +113,7 @@ def _first(E: np.ndarray, error: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.flatnonzero(apart) + 1, [E.size]]) if E.size else np.zeros(1, np.int64)
 
 
+@recorded
 def all_levels(
     body: Any, *, below: float | None = None, count: int | None = None, hbar: float = 1.0, single_valued: bool = True, chart: Any = None,
     tolerance: float = 1e-10, report: Callable[[float], None] | None = None,

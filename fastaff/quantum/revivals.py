@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..quasiclassical import EBK
 from ..scalars import whole, whole_numbers
 from ..separation import separate
+from ..shown import screen
 from ..tori import energy_of_actions
 from .number_packets import labelled_levels
 from .operators import FIRST, OFFSETS
@@ -27,6 +28,9 @@ class TimeScales(NamedTuple):
     slope: np.ndarray
     curvature: np.ndarray
     hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     @property
     def period(self) -> np.ndarray:
@@ -47,6 +51,9 @@ class Revivals(NamedTuple):
 
     quantum: TimeScales
     classical: TimeScales
+
+    def __repr__(self) -> str:
+        return screen(self)
 
 
 def revivals(

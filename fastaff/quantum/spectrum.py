@@ -10,6 +10,7 @@ import numpy as np
 from ..boundary import checked_model
 from ..charts import ALPHA_BETA, R_VARTHETA
 from ..models import Body, StackelBody
+from ..recipe import recorded
 from ..scalars import fits, positive, whole
 from ..separation import FAMILIES, separate
 from .interruptible import interruptible
@@ -20,6 +21,7 @@ from .states import Product
 from .symmetry import SymmetryClass, action_quantum, checked_class
 
 
+@recorded
 def spectrum(
     body: Any, *, m: int, l: int, levels: int, hbar: float = 1.0, single_valued: bool = True, chart: Any = None, tolerance: float = 1e-10
 ) -> Levels:

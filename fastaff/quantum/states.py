@@ -22,6 +22,7 @@ from ..charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
 from ..charts.checks import checked
 from ..kernels.quantum_factors import plane_radii, turn_planes
 from ..scalars import fits, whole
+from ..shown import screen
 from .factors import Factor
 from .symmetry import SymmetryClass
 
@@ -162,6 +163,9 @@ class State:
     energy: float
     constants: dict[str, float]
     hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
 
     def __post_init__(self) -> None:
         invariants_of(self.chart, (ALPHA_BETA, R_VARTHETA))

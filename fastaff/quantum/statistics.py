@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..charts.checks import checked
-from ..scalars import real, whole
+from ..scalars import MOST, an_array, function, numbers, real, shown, whole
 
 POISSON_RATIO = 2 * math.log(2) - 1
 """Mean ratio of spacings of independent levels, 0.38629. Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111."""
@@ -45,9 +45,9 @@ def _share(name: str, value: Any) -> float:
 
 
 def _spacings(s: ArrayLike) -> np.ndarray:
-    spacings = np.asarray(s, float)
-    if not np.all(spacings >= 0):
-        raise ValueError(f"s must be at least 0 and no NaN, got {spacings.min():.6g} to {spacings.max():.6g}")
+    spacings = numbers("s", s)
+    if not np.all((spacings >= 0) & (spacings <= MOST)):
+        raise ValueError(f"s must be at least 0 and at most 2**53, in mean spacings, and no NaN, got {shown(s)}")
     return spacings
 
 
@@ -168,13 +168,13 @@ class MeanRatio(NamedTuple):
     ratios: int
 
 
-def checked_levels(levels: Any, least: int = 3) -> np.ndarray:
+def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndarray:
     """Return levels (n,) if they are finite, ascending, and at least `least`; raises ValueError or TypeError."""
-    E = checked("levels", levels, ())
+    E = checked(name, levels, ())
     if E.ndim != 1 or E.size < least:
-        raise ValueError(f"levels must be (n,) with n >= {least}, got shape {E.shape}")
+        raise ValueError(f"{name} must be (n,) with n >= {least}, got shape {E.shape}")
     if np.any(np.diff(E) < 0):
-        raise ValueError(f"levels must ascend; level {int(np.argmax(np.diff(E) < 0)) + 1} is below the one before")
+        raise ValueError(f"{name} must ascend; level {int(np.argmax(np.diff(E) < 0)) + 1} is below the one before")
     return E
 
 
@@ -214,7 +214,7 @@ def unfold(levels: ArrayLike, count: Callable[[np.ndarray], ArrayLike]) -> np.nd
     Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
     """
     E = checked_levels(levels, 1)
-    x = checked("count(levels)", count(E), ())
+    x = checked("count(levels)", function("count", count)(E), ())
     if x.shape != E.shape:
         raise ValueError(f"count must return one number for each level, got shape {x.shape} for {E.shape}")
     fall = np.flatnonzero((np.diff(x) <= 0) & (np.diff(E) > 0))
@@ -231,7 +231,8 @@ def count_deviation(levels: ArrayLike, count: Callable[[np.ndarray], ArrayLike])
     many 1 higher, and a drift tells of a wrong count. Raises ValueError or TypeError for wrong input.
     Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
     """
-    return np.arange(np.size(levels)) + 0.5 - unfold(levels, count)
+    smooth = unfold(levels, count)
+    return np.arange(smooth.size) + 0.5 - smooth
 
 
 def spacing_ratios(levels: ArrayLike) -> np.ndarray:
@@ -242,7 +243,11 @@ def spacing_ratios(levels: ArrayLike) -> np.ndarray:
     than 3 levels, not ascending, not finite, degenerate (spacings below 1e-9 of the mean).
     Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
     """
-    s = _simple(checked_levels(levels))
+    return _ratios("levels", levels)
+
+
+def _ratios(name: str, levels: ArrayLike) -> np.ndarray:
+    s = _simple(checked_levels(levels, name=name))
     return np.minimum(s[1:], s[:-1]) / np.maximum(s[1:], s[:-1])
 
 
@@ -255,9 +260,9 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     The error has the variance of a ratio and its covariance with the next, which shares a spacing with it.
     Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
     """
-    if not isinstance(spectra, (list, tuple)) or not spectra or np.ndim(spectra[0]) != 1:
+    if not isinstance(spectra, (list, tuple)) or not spectra or np.ndim(an_array("spectra[0]", spectra[0])) != 1:
         raise TypeError("spectra must be a list of level arrays, such as [levels]")
-    parts = [spacing_ratios(levels) for levels in spectra]
+    parts = [_ratios(f"spectra[{k}]", levels) for k, levels in enumerate(spectra)]
     r = np.concatenate(parts)
     away = [part - r.mean() for part in parts]
     variance, next_to = sum(float(d @ d) for d in away), sum(float(d[1:] @ d[:-1]) for d in away)
@@ -278,7 +283,11 @@ def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> Spa
     s = checked("spacings", spacings, ())
     if s.ndim != 1 or s.size < 2 or np.any(s <= 0):
         raise ValueError(f"spacings must be (n,) with n >= 2 and positive, got shape {s.shape}, least {s.min(initial=np.inf):.3g}")
+    if s.max() > MOST:
+        raise ValueError(f"spacings must be in mean spacings, at most 2**53, got {s.max():.3g}")
     parameter = np.linspace(0.0, 1.0, 401)
+    if not hasattr(function("law", law)(0.5), "density"):
+        raise TypeError(f"law must be a law of spacings such as BerryRobnik or Brody, got {shown(law)}")
     with np.errstate(divide="ignore"):
         likelihood = np.array([np.log(law(float(q)).density(s)).sum() for q in parameter])
     best = int(np.argmax(likelihood))
@@ -294,7 +303,7 @@ def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
     Raises ValueError or TypeError for wrong input.
     Source: Mehta 2004, Random Matrices, section 16.1.
     """
-    x, spans = checked_levels(unfolded, 5), checked("lengths", lengths, ())
+    x, spans = checked_levels(unfolded, 5, "unfolded"), checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):
         raise ValueError(f"lengths must be positive and below a fifth of the sequence, {(x[-1] - x[0]) / 5:.3g}, got {lengths!r}")
     out = np.empty(spans.shape)

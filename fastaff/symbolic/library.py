@@ -91,6 +91,7 @@ def _load(request: Request, key: str, derive: Any) -> type:
     cls: Any = next(getattr(module, n) for n in ("FormulaPotential", "FormulaBody", "FormulaHamiltonian") if hasattr(module, n))
     cls.__repr__ = _repr
     cls.__reduce__ = functools.partialmethod(_reduce, request)
+    cls._request = tuple(request)
     return cls
 
 

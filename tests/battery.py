@@ -1,0 +1,443 @@
+"""Every public callable with arguments that work, and the values that replace each of them in turn.
+
+A new public name needs a row in CALLS, or one in CONTAINERS where it only holds what it is given. Calls are small: what is tested is
+what they refuse, and that what they accept comes to an end.
+"""
+
+import re
+import signal
+import threading
+import time
+import warnings
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache, partial
+from inspect import Parameter, isclass, isfunction, signature
+
+import numpy as np
+
+import fastaff as fa
+
+SECONDS = 30.0
+"""Seconds of the processor that an accepted input may take, with the compilation of its kernels."""
+
+HH, BODY, HARMONIC, WALLED = fa.HenonHeiles(), fa.Body(fa.Hyperelastic()), fa.Body(fa.Harmonic()), fa.Body(fa.NeoHookean())
+RNG = np.random.default_rng(16)
+Z4 = np.array([[0.0, 0.0], [0.1, -0.1], [0.3, 0.28], [0.05, 0.1]])
+Z8 = np.array([[1.2, 1.3], [0.1, 0.0], [0.4, 0.3], [0.0, 0.1], [0.1, 0.2], [0.6, 0.5], [0.1, 0.0], [0.2, 0.3]])
+X = fa.Linear((1.0, 0.0, 0.0, 0.0))
+TURN = fa.AlphaTurning()
+J, PHASE = np.array([0.5, 0.6, 0.3, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
+RING = np.exp(0.7j * np.arange(64))
+POINTS = np.stack([RING.real + 2.0, RING.imag], axis=-1)
+LEVELS = np.cumsum(RNG.exponential(size=60))
+FIXED = {"step": 0.1, "threads": 1}
+REAL_TIME = {"time": 2.0, **FIXED}
+
+
+def own_body(K):
+    return fa.Body(fa.NeoHookean(K=K))
+
+
+def own_case(lam, *_):
+    return fa.HenonHeiles(lam), Z4
+
+
+def own_harmonic(C):
+    return fa.Body(fa.Harmonic(C))
+
+
+def gauss(alpha, beta):
+    return np.exp(-((alpha - 1.0) ** 2) - (beta - 0.5) ** 2)
+
+
+def staircase(E):
+    return 0.5 * np.asarray(E)
+
+
+def square(x):
+    return x * x
+
+
+def double(x):
+    return 2.0 * x
+
+
+def judged(make, **given):
+    """An indicator at work: it is checked where it is used."""
+    return fa.chaos(HH, Z4, indicators=(make(**given),), **{**REAL_TIME, "time": 10.0})
+
+
+def cut_by(make, body=BODY, z0=Z8, **given):
+    """A section at work."""
+    return fa.poincare_map(body, z0, section=make(**given), crossings=1, max_time=3.0, **FIXED)
+
+
+def moved(make, z0=Z8, **given):
+    """A model at work, alone or as the potential of a body."""
+    model = make(**given)
+    return fa.integrate(model if hasattr(model, "velocity") else fa.Body(model), z0, **REAL_TIME)
+
+
+def slowed(make, **given):
+    """A rate of fictitious time at work."""
+    return fa.integrate(WALLED, Z8, scheme=fa.TimeTransformed(rate=make(**given)), **REAL_TIME)
+
+
+@cache
+def result(name):
+    """A result whose methods take arguments."""
+    grid = {"energy": 0.1, "section": X, "axes": ([-0.2, 0.0, 0.1], [-0.1, 0.1])}
+    makers = {
+        "packet": lambda: fa.number_packet(HARMONIC, n=(3, 2), m=0, l=0, width=(1.0, 0.0)),
+        "state": lambda: fa.wavefunction(HARMONIC, m=1, l=1, n=(1, 0)),
+        "cut": lambda: fa.poincare_map(BODY, Z8, section=TURN, crossings=2, max_time=30.0, **FIXED),
+        "guessable": lambda: fa.poincare_map(HH, result("grid").z0, section=X, crossings=4, max_time=60.0, **FIXED),
+        "grid": lambda: fa.energy_grid(HH, **grid),
+        "all": lambda: fa.all_levels(HARMONIC, count=5),
+        "levels": lambda: fa.spectrum(HARMONIC, m=0, l=0, levels=2),
+        "multiplets": lambda: fa.multiplets(HARMONIC, count=4),
+        "quasiclassical": lambda: fa.quasiclassical_levels(HARMONIC, n=(0, 0), m=0, l=0),
+        "resonances": lambda: fa.resonances(frequencies(), max_order=4, threads=1),
+        "fit": lambda: fa.fit_torus(HH, Z4[:, 0], time=60.0, step=0.1),
+        "scan": lambda: fa.chaotic_fraction(own_case, ([1.0],), **REAL_TIME),
+        "orbits": lambda: fa.periodic_orbits(HH, CLOSED, section=X, energy=0.1, max_time=20.0, **FIXED),
+    }
+    return makers[name]()
+
+
+def method(owner, name):
+    """A method of such a result."""
+
+    def call(**given):
+        return getattr(result(owner), name)(**given)
+
+    return call
+
+
+def frequencies():
+    return np.array([[0.31, 0.25, 0.2], [0.21, 0.125, 0.3]])
+
+
+CLOSED = np.array([0.0, 0.0, 0.3, 0.31])
+Q = {"m": 0, "l": 0}
+NQ = {"n": (0, 0), **Q}
+
+# name: (callable, arguments that work); arguments that are left out keep their defaults and are replaced in turn too
+CALLS = {
+    "AlphaEquals": (partial(cut_by, fa.AlphaEquals), {"constant": 1.2}),
+    "AlphaTurning": (partial(cut_by, fa.AlphaTurning), {}),
+    "AreaEquals": (partial(cut_by, fa.AreaEquals), {}),
+    "BetaEquals": (partial(cut_by, fa.BetaEquals), {"constant": 0.5}),
+    "BetaTurning": (partial(cut_by, fa.BetaTurning), {}),
+    "Linear": (partial(cut_by, fa.Linear, HH, Z4), {"normal": (1.0, 0.0, 0.0, 0.0)}),
+    "Algebraic": (partial(slowed, fa.Algebraic), {"kappa": 1.0}),
+    "Exponential": (partial(slowed, fa.Exponential), {"kappa": 1.0}),
+    "Logistic": (partial(slowed, fa.Logistic), {"kappa": 1.0}),
+    "Anharmonic": (partial(moved, fa.Anharmonic), {}),
+    "Harmonic": (partial(moved, fa.Harmonic), {}),
+    "HeavyTop": (partial(moved, fa.HeavyTop), {}),
+    "HenonHeiles": (partial(moved, fa.HenonHeiles, Z4), {}),
+    "Hyperelastic": (partial(moved, fa.Hyperelastic), {}),
+    "NeoHookean": (partial(moved, fa.NeoHookean), {}),
+    "Body": (partial(moved, fa.Body), {"potential": fa.Hyperelastic()}),
+    "ReducedBody": (partial(moved, fa.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])), {"potential": fa.Hyperelastic()}),
+    "SeparableAlphaBeta": (partial(moved, fa.SeparableAlphaBeta), {"V_alpha": fa.Zero(), "V_beta": fa.Zero()}),
+    "SeparableElliptic": (partial(moved, fa.SeparableElliptic), {"V_kappa": fa.Zero(), "V_lambda": fa.Zero()}),
+    "SeparableRVartheta": (partial(moved, fa.SeparableRVartheta), {"V_r": fa.Zero(), "V_vartheta": fa.Zero()}),
+    "StackelBody": (
+        partial(moved, fa.StackelBody),
+        {"potential": fa.SeparableAlphaBeta(fa.Zero(), fa.Zero()), "V_eta": fa.Zero(), "V_gamma": fa.Zero()},
+    ),
+    "Zero": (partial(moved, lambda: fa.SeparableAlphaBeta(fa.Zero(), fa.Zero())), {}),
+    "Automatic": (lambda **given: fa.integrate(HH, Z4, time=2.0, threads=1, scheme=fa.Automatic(**given)), {}),
+    "BerryRobnik": (fa.BerryRobnik, {"chaotic": 0.5}),
+    "BerryRobnik.cumulative": (fa.BerryRobnik(0.5).cumulative, {"s": [0.5, 1.0]}),
+    "BerryRobnik.density": (fa.BerryRobnik(0.5).density, {"s": [0.5, 1.0]}),
+    "BirkhoffDigits": (partial(judged, fa.BirkhoffDigits), {}),
+    "Brody": (fa.Brody, {"repulsion": 0.5}),
+    "Brody.cumulative": (fa.Brody(0.5).cumulative, {"s": [0.5, 1.0]}),
+    "Brody.density": (fa.Brody(0.5).density, {"s": [0.5, 1.0]}),
+    "FLI": (partial(judged, fa.FLI), {}),
+    "FrequencyDiffusion": (partial(judged, fa.FrequencyDiffusion), {}),
+    "GALI": (partial(judged, fa.GALI), {"count": 2}),
+    "Lyapunov": (partial(judged, fa.Lyapunov), {}),
+    "LyapunovSpectrum": (partial(judged, fa.LyapunovSpectrum), {}),
+    "MEGNO": (partial(judged, fa.MEGNO), {}),
+    "OFLI": (partial(judged, fa.OFLI), {}),
+    "ReversibilityError": (partial(judged, fa.ReversibilityError), {}),
+    "SALI": (partial(judged, fa.SALI), {}),
+    "ZeroOne": (partial(judged, fa.ZeroOne), {}),
+    "RungeKutta": (fa.RungeKutta, {"name": "e", "order": 1, "source": "Euler 1768", "a": ((),), "b": (1.0,), "c": (0.0,)}),
+    "Splitting": (fa.Splitting, {"name": "s", "order": 2, "source": "Strang 1968", "drift": (0.5, 0.5), "kick": (1.0,)}),
+    "TimeTransformed": (lambda **given: fa.integrate(WALLED, Z8, scheme=fa.TimeTransformed(**given), **REAL_TIME), {}),
+    "all_levels": (fa.all_levels, {"body": HARMONIC, "count": 5}),
+    "chaos": (fa.chaos, {"body": HH, "z0": Z4, **REAL_TIME}),
+    "chaotic_fraction": (fa.chaotic_fraction, {"make": own_case, "axes": ([1.0],), **REAL_TIME}),
+    "class_diagram": (fa.class_diagram, {"body": HARMONIC, "m": [0, 2], "l": 0, "levels": 2}),
+    "coherent_packet": (fa.coherent_packet, {"body": HARMONIC, "z0": Z8[:, 0], "width": 0.7, "levels": 12, "missing": 0.5}),
+    "constants_of_motion": (fa.constants_of_motion, {"body": BODY, "z": Z8}),
+    "continuation": (
+        fa.continuation, {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "steps": 1, "max_time": 20.0, "length": 1e-3, **FIXED}
+    ),
+    "count_deviation": (fa.count_deviation, {"levels": LEVELS, "count": staircase}),
+    "diffusion_histogram": (fa.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
+    "energy_grid": (fa.energy_grid, {"body": HH, "energy": 0.1, "section": X, "axes": ([0.0, 0.1], [0.0, 0.1])}),
+    "energy_of_actions": (fa.energy_of_actions, {"body": HARMONIC, "J": J, "threads": 1}),
+    "energy_sample": (fa.energy_sample, {"body": HH, "energy": 0.1, "section": X, "orbits": 3}),
+    "exact_levels": (fa.exact_levels, {"body": HARMONIC, **NQ}),
+    "exact_levels_below": (fa.exact_levels_below, {"body": HARMONIC, "energy": 4.0}),
+    "find_periodic_orbits": (
+        fa.find_periodic_orbits, {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED}
+    ),
+    "fit_spacings": (fa.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.Brody}),
+    "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
+    "formula": (fa.formula, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),
+    "frequency_map": (fa.frequency_map, {"body": HH, "z0": Z4, **REAL_TIME, "time": 20.0}),
+    "from_action_angle": (fa.from_action_angle, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
+    "from_matrix": (fa.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
+    "hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "masses": (1.0, 2.0), "k": 1.0}),
+    "husimi": (fa.husimi, {"state": lambda: result("state")}),
+    "integrate": (fa.integrate, {"body": HH, "z0": Z4, **REAL_TIME}),
+    "islands": (fa.islands, {"points": POINTS, "max_period": 4}),
+    "level_diagram": (fa.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "levels": 2}),
+    "level_list": (fa.level_list, {"classes": lambda: [result("levels")]}),
+    "mean_spacing_ratio": (fa.mean_spacing_ratio, {"spectra": [LEVELS]}),
+    "multiplets": (fa.multiplets, {"body": HARMONIC, "count": 4}),
+    "naff": (fa.naff, {"signal": RING, "dt": 0.1, "lines": 2}),
+    "number_packet": (fa.number_packet, {"body": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
+    "number_variance": (fa.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
+    "one_variable": (fa.one_variable, {"value": square, "slope": double}),
+    "periodic_guesses": (fa.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
+    "periodic_orbits": (fa.periodic_orbits, {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED}),
+    "poincare_map": (fa.poincare_map, {"body": HH, "z0": Z4, "section": X, "crossings": 2, "max_time": 30.0, **FIXED}),
+    "polynomial_count": (fa.polynomial_count, {"levels": LEVELS}),
+    "projected_packet": (fa.projected_packet, {"body": HARMONIC, "function": gauss, **Q, "levels": 10, "missing": 0.9}),
+    "quantizations": (fa.quantizations, {"body": HARMONIC, **NQ}),
+    "quasiclassical_levels": (fa.quasiclassical_levels, {"body": HARMONIC, **NQ}),
+    "quasiclassical_levels_below": (fa.quasiclassical_levels_below, {"body": HARMONIC, "energy": 4.0}),
+    "ratio_web": (fa.ratio_web, {"x": (0.5, 1.5), "y": (0.5, 1.5), "max_order": 3}),
+    "reduced": (fa.reduced, {"body": BODY, "p_eta": 0.1, "p_gamma": 0.2}),
+    "resonances": (fa.resonances, {"nu": frequencies(), "max_order": 4, "threads": 1}),
+    "revivals": (fa.revivals, {"body": HARMONIC, "n": (3, 2), **Q}),
+    "rotation_number": (fa.rotation_number, {"points": POINTS}),
+    "scheme_named": (fa.scheme_named, {"name": "KAHAN_LI8"}),
+    "spacing_ratios": (fa.spacing_ratios, {"levels": LEVELS}),
+    "spectrum": (fa.spectrum, {"body": HARMONIC, **Q, "levels": 2}),
+    "spectrum_table": (fa.spectrum_table, {"body": HARMONIC, "m": [0], "l": [0], "levels": 2}),
+    "tangent_map": (fa.tangent_map, {"body": HH, "z0": Z4, **REAL_TIME}),
+    "to_matrix": (fa.to_matrix, {"z": Z8}),
+    "tori": (fa.tori, {"body": BODY, "z0": Z8, "threads": 1}),
+    "unfold": (fa.unfold, {"levels": LEVELS, "count": staircase}),
+    "wavefunction": (fa.wavefunction, {"body": HARMONIC, **Q, "n": (0, 0)}),
+    "web": (fa.web, {"nu": np.array(np.meshgrid([0.2, 0.3, 0.4], [0.21, 0.33, 0.4])), "max_order": 3}),
+    "weyl_count": (fa.weyl_count, {"body": HARMONIC, "energy": [3.0], **Q}),
+    "ChaosScan.interval": (method("scan", "interval"), {}),
+    "Grid.spread": (method("grid", "spread"), {"values": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}),
+    "LevelList.members": (method("all", "members"), {"multiplet": 0}),
+    "LevelList.upto": (method("all", "upto"), {"levels": 2}),
+    "Levels.state": (method("levels", "state"), {"k": 0}),
+    "Multiplets.labels": (method("multiplets", "labels"), {"k": 0}),
+    "Multiplets.members": (method("multiplets", "members"), {"k": 0}),
+    "Packet.amplitude": (method("packet", "amplitude"), {"x": [1.0], "y": [0.5]}),
+    "Packet.at": (method("packet", "at"), {"q": [1.0, 0.5, 0.1, 0.2]}),
+    "Packet.autocorrelation": (method("packet", "autocorrelation"), {"time": [0.0, 1.0]}),
+    "Packet.density": (method("packet", "density"), {"x": [1.0], "y": [0.5]}),
+    "Packet.evolved": (method("packet", "evolved"), {"time": 1.0}),
+    "Packet.expectation": (method("packet", "expectation"), {"function": gauss}),
+    "Packet.planes": (method("packet", "planes"), {"planes": [1.0, 0.5, 0.1, 0.2]}),
+    "PeriodicOrbits.take": (method("orbits", "take"), {"which": [0]}),
+    "QuasiclassicalLevels.degeneracies": (method("quasiclassical", "degeneracies"), {}),
+    "Resonances.label": (method("resonances", "label"), {"orbit": 0}),
+    "SectionMap.coordinates": (method("cut", "coordinates"), {"chart": fa.ALPHA_BETA}),
+    "State.amplitude": (method("state", "amplitude"), {"x": [1.0], "y": [0.5]}),
+    "State.at": (method("state", "at"), {"q": [1.0, 0.5, 0.1, 0.2]}),
+    "State.density": (method("state", "density"), {"x": [1.0], "y": [0.5]}),
+    "State.expectation": (method("state", "expectation"), {"function": gauss}),
+    "State.norm": (method("state", "norm"), {}),
+    "State.overlap": (method("state", "overlap"), {"other": lambda: result("state")}),
+    "State.planes": (method("state", "planes"), {"planes": [1.0, 0.5, 0.1, 0.2]}),
+    "TorusFit.evaluate": (method("fit", "evaluate"), {"theta": [[0.1], [0.2]]}),
+    "TorusFit.in_basis": (method("fit", "in_basis"), {"M": np.eye(2, dtype=int)}),
+    "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
+}  # fmt: skip
+
+CONTAINERS = {
+    "Bifurcation", "Branch", "ChaosMap", "ChaosScan", "EnergyOfActions", "ExactLevels", "FrequencyMap", "Grid", "Husimi", "Islands",
+    "LevelDiagram", "LevelList", "Levels", "Lines", "MeanRatio", "Multiplets", "Orbits", "Packet", "PeriodicOrbits", "Quantizations",
+    "QuasiclassicalLevels", "Resonances", "Revivals", "Rotation", "Sample", "SectionMap", "SpacingFit", "State", "TangentMap",
+    "TimeScales", "Tori", "TorusFit", "WebLine",
+    "Character", "Event", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status", "Verdict",
+}  # fmt: skip
+"""Results, which hold what a function put there, enumerations and exceptions."""
+
+FORMULAS = {"value", "slopes", "curvatures", "margin", "slope", "curvature", "at", "velocity", "force", "tangent_force", "kinetic_energy",
+            "potential_energy", "squares", "from_planes", "to_planes"}  # fmt: skip
+"""Methods of models and sections: arithmetic that kernels compile, without checks."""
+
+
+def discovered():
+    """Names of the public functions and classes, and of their methods that take arguments."""
+    for name in fa.__all__:
+        entry = getattr(fa, name)
+        if not (isfunction(entry) or isclass(entry)):
+            continue
+        if name not in CONTAINERS:
+            yield name
+        if isclass(entry):
+            hidden = FORMULAS if hasattr(entry, "_fields") else {"choose", "vectors", "default", "calm"}
+            for method, function in vars(entry).items():
+                public = isfunction(function) and not method.startswith("_") and method not in hidden
+                if public and len(signature(function).parameters) > 1:
+                    yield f"{name}.{method}"
+
+
+def arguments(name):
+    """Names of the arguments of a call."""
+    taken, given = CALLS[name]
+    while isinstance(taken, partial):
+        taken = taken.args[0]
+    if getattr(taken, "__name__", "") == "call":
+        owner, _, method = name.partition(".")
+        taken = getattr(getattr(fa, owner), method)
+    elif getattr(taken, "__name__", "") == "<lambda>":
+        taken = getattr(fa, name)
+    kinds = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
+    found = [p.name for p in signature(taken).parameters.values() if p.kind not in kinds and p.name != "self"]
+    return list(dict.fromkeys([*found, *given]))
+
+
+# --- values -------------------------------------------------------------------------------------------------------
+
+
+class Thing:
+    """Nothing in particular."""
+
+    def __repr__(self):
+        return "Thing()"
+
+
+def _nested(depth):
+    found = (1.0,)
+    for _ in range(depth):
+        found = (found,)
+    return found
+
+
+VALUES = {
+    "none": None, "empty text": "", "text": "x", "nan text": "nan", "bytes": b"1", "object": Thing(), "class": int, "function": square,
+    "builtin": len, "complex": 1j, "true": True, "false": False, "nan": np.nan, "inf": np.inf, "-inf": -np.inf, "0": 0, "-1": -1,
+    "1": 1, "7": 7, "0.0": 0.0, "2.7": 2.7, "-2.7": -2.7, "1e-300": 1e-300, "1e-18": 1e-18, "1e18": 1e18, "1e300": 1e300,
+    "-1e300": -1e300, "10**6": 10**6, "10**12": 10**12, "10**18": 10**18, "-10**18": -(10**18), "2**63": 2**63, "2**64": 2**64,
+    "10**400": 10**400, "float16": np.float16(0.5), "longdouble": np.longdouble(1) / 3, "fraction": Fraction(1, 3),
+    "decimal": Decimal("0.3"), "date": np.datetime64("2020-01-01"), "[]": [], "()": (), "{}": {}, "set": {1.0, 2.0}, "range": range(3),
+    "pair": (1.0, 2.0), "nested pair": ((1.0, 2.0), (3.0, 4.0)), "ragged": [[1.0, 2.0], [3.0]], "deep": _nested(40),
+    "deeper": _nested(100), "list of text": ["a", "b"], "list of none": [None, None], "list of big": [10**400, 1],
+    "dictionary": {"x": 1.0}, "empty array": np.zeros(0), "no orbits": np.zeros((8, 0)), "no rows": np.zeros((0, 8)),
+    "cube": np.ones((3, 3, 3)), "many dimensions": np.ones((1,) * 12), "objects": np.array([1, None, "a"], object),
+    "masked": np.ma.masked_array([1.0, 2.0], [True, False]), "structured": np.zeros(2, [("a", float)]),
+    "array of text": np.array(["a", "b"]), "scalar array": np.array(0.5), "generator": (i for i in ()), "body": BODY,
+    "bare potential": fa.Hyperelastic(), "ball": HH, "body of nan": fa.Body(fa.Hyperelastic(np.nan)),
+    "body of text": fa.Body(fa.Hyperelastic("x")), "body of none": fa.Body(None), "body of a number": fa.Body(1.0),
+    "body of big": fa.Body(fa.Hyperelastic(10**400)), "body of a tuple": fa.Body(fa.Hyperelastic((1.0, 2.0))),
+    "body of mu 0": fa.Body(fa.Hyperelastic(), 0.0), "body of mu 1e300": fa.Body(fa.Hyperelastic(), 1e300), "body class": fa.Body,
+    "body of 1e300": fa.Body(fa.Hyperelastic(1e300)), "scheme": fa.RK4, "transformed": fa.TimeTransformed(), "automatic": fa.AUTO,
+    "section": TURN, "nested section": fa.Linear(((1.0, 0.0), 0.0, 0.0, 0.0)), "tuple section": fa.AlphaEquals((1.0, 2.0)),
+    "section of text": fa.AlphaEquals("1"), "section of a wrong direction": fa.Linear((1.0, 0, 0, 0), 0.0, "up"),
+    "section of a tuple direction": fa.AlphaTurning((1, 2)), "indicator": fa.MEGNO(), "indicators": (fa.MEGNO("x"),),
+    "indicator twice": (fa.SALI(), fa.SALI()), "chart": fa.ALPHA_BETA, "status": fa.Status.OK,
+}  # fmt: skip
+"""What may take the place of any argument."""
+
+
+def like(value):
+    """What may take the place of an array: its shape or kind or numbers wrong, or right in an unusual form."""
+    if callable(value):
+        return {}
+    try:
+        array = np.asarray(value, float) if not np.iscomplexobj(value) else np.asarray(value)
+    except (TypeError, ValueError, OverflowError):
+        return {}
+    if array.ndim == 0 or array.size == 0:
+        return {}
+    changed = {
+        "a nan": np.where(np.arange(array.size).reshape(array.shape) == 0, np.nan, array), "infinite": np.full(array.shape, np.inf),
+        "1e300 each": np.full(array.shape, 1e300), "1e-300 each": np.full(array.shape, 1e-300), "zeros": np.zeros(array.shape),
+        "negative": -array, "complex each": array * 1j, "booleans": array != 0, "texts": array.astype(str),
+        "objects each": array.astype(object), "one less": array[:-1], "twice": np.concatenate([array, array]),
+        "doubled": np.stack([array, array]), "single": array.astype(np.complex64 if np.iscomplexobj(array) else np.float32),
+        "as list": array.tolist(), "masked array": np.ma.masked_array(array, array == array.max(initial=0.5)),
+        "backwards": array[::-1], "big integers": np.full(array.shape, 2**62), "in columns": np.asfortranarray(array),
+        "bytes each": array.astype("S8"), "10**400 each": np.full(array.shape, 10**400, object).tolist(),
+    }  # fmt: skip
+    if array.ndim > 1:
+        changed["transposed"] = array.T
+    return {f"argument with {name}" if not name.startswith("as") else name: entry for name, entry in changed.items()}
+
+
+def inputs():
+    """Every input: (name of the call, argument, name of the value)."""
+    for name, (_, given) in CALLS.items():
+        for argument in arguments(name):
+            for value in (*VALUES, *like(given.get(argument))):
+                yield name, argument, value
+
+
+def base(name):
+    """The arguments that work; results among them are made when they are needed."""
+    return {key: value() if getattr(value, "__name__", "") == "<lambda>" else value for key, value in CALLS[name][1].items()}
+
+
+# --- judgement ----------------------------------------------------------------------------------------------------
+
+LONG = {
+    "time", "max_time", "step", "steps", "samples", "history", "crossings", "orbits", "levels", "count", "below", "energy", "n", "period",
+    "max_period", "axes", "accuracy", "tolerance", "order", "deviations",
+}  # fmt: skip
+"""Arguments that a user may make as long as he likes: such a run must only stop when it is told to."""
+FUNCTIONS = {"report", "make", "law", "count", "function", "time", "value", "slope", "curvature"}
+"""Arguments that are functions: what a given one raises is its own."""
+
+
+class TooLong(BaseException):
+    """The call took longer than it may."""
+
+
+def _ring(*_):
+    raise TooLong
+
+
+def outcome(name, argument, value):
+    """Call with one argument replaced; return "accepted", "refused", or what is wrong in words.
+
+    A refusal names the argument, or another one of the call that it does not go with.
+    """
+    function, given = CALLS[name][0], base(name)
+    names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), argument})
+    given[argument] = VALUES[value] if value in VALUES else like(given[argument])[value]
+    own = argument in FUNCTIONS and callable(given[argument])
+    first = [given.pop("text")] if name in ("formula", "hamiltonian") else []
+    timed = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
+    before = signal.signal(signal.SIGPROF, _ring) if timed else None
+    if timed:
+        signal.setitimer(signal.ITIMER_PROF, 0.5 if argument in LONG else SECONDS)
+    began = time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            repr(function(*first, **given))
+        return "accepted"
+    except TooLong:
+        took = time.process_time() - began
+        return "accepted" if argument in LONG and took < SECONDS else f"took more than {SECONDS:g} s"
+    except (TypeError, ValueError) as problem:
+        text = str(problem)
+        if not re.search(rf"(?<![a-zA-Z])({names})(?![a-rt-zA-Z])", text) and not own:
+            return f"{type(problem).__name__} without the name {argument!r}: {text[:200]}"
+        return "refused" if len(text) < 3000 else f"a message of {len(text)} characters"
+    except Exception as problem:
+        return "refused" if own else f"{type(problem).__name__}: {str(problem)[:200]}"
+    finally:
+        if timed:
+            signal.setitimer(signal.ITIMER_PROF, 0)
+            signal.signal(signal.SIGPROF, before)

@@ -1,0 +1,130 @@
+"""Whatever is handed in to a public callable is taken, or refused by a ValueError or TypeError that names the argument."""
+
+import random
+import signal
+from collections import defaultdict
+
+import battery
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff import scalars
+
+EACH = 16
+"""Inputs of each callable in the default suite: 2000 in all."""
+MANY = 90
+"""The same in the slow one: 11,000 in all, others than those."""
+
+OF = defaultdict(list)
+for _name, *_what in battery.inputs():
+    OF[_name].append(tuple(_what))
+
+
+def judged(name, count, seed):
+    """The inputs of a callable, drawn by a seed, that had another outcome than they may have."""
+    chosen = random.Random(f"{seed} {name}").sample(OF[name], min(count, len(OF[name])))
+    outcomes = {(argument, value): battery.outcome(name, argument, value) for argument, value in chosen}
+    return {what: said for what, said in outcomes.items() if said not in ("accepted", "refused")}
+
+
+def test_every_public_callable_is_in_the_battery():
+    assert set(battery.discovered()) <= set(battery.CALLS)
+    assert sum(map(len, OF.values())) > 40_000
+
+
+@pytest.mark.parametrize("name", battery.CALLS)
+def test_the_calls_that_work_do(name):
+    """All kernels run here: CI does it again with NUMBA_BOUNDSCHECK=1."""
+    given = battery.base(name)
+    first = [given.pop("text")] if name in ("formula", "hamiltonian") else []
+    battery.CALLS[name][0](*first, **given)
+
+
+@pytest.mark.parametrize("name", battery.CALLS)
+def test_inputs(name):
+    assert judged(name, EACH, 1) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", battery.CALLS)
+def test_many_inputs(name):
+    assert judged(name, MANY, 2) == {}
+
+
+# --- what can't fit -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "argument"),
+    [("integrate", "samples"), ("poincare_map", "crossings"), ("chaos", "history"), ("islands", "max_period"), ("energy_sample", "orbits")],
+)
+@pytest.mark.parametrize("value", [10**10, 10**15])
+def test_sizes_that_cannot_fit_are_refused_with_the_bytes(name, argument, value):
+    function, _ = battery.CALLS[name]
+    with pytest.raises(ValueError, match=rf"{argument} asks for \S+ [KMGTPE]iB of memory .*\S+ [KMG]iB are free"):
+        function(**{**battery.base(name), argument: value})
+
+
+def test_the_least_array_that_does_not_fit(monkeypatch):
+    monkeypatch.setattr(scalars, "free_memory", lambda: 8 * 2**20)
+    scalars.fits("n", 2**10, 2**10)
+    with pytest.raises(ValueError, match=r"^n asks for 8.008 MiB of memory \(an array of 1024 x 1025\), 8 MiB are free$"):
+        scalars.fits("n", 2**10, 2**10 + 1)
+    with pytest.raises(ValueError, match="EiB of memory"):
+        scalars.fits("n", *[2**53] * 5)
+
+
+def test_memory_that_is_free():
+    """What the system tells, between a megabyte and a petabyte; an array of a tenth of it can be made (not touched)."""
+    free = scalars.free_memory()
+    assert 2**20 < free < 2**50
+    np.empty(free // 80)
+
+
+@pytest.mark.parametrize("T", [1e17, 1e18, 1e300])
+@pytest.mark.parametrize("name", ["integrate", "poincare_map", "frequency_map", "chaos", "tangent_map"])
+def test_times_that_no_run_comes_to_the_end_of(name, T):
+    """More steps than 2**53."""
+    function, _ = battery.CALLS[name]
+    argument = "max_time" if name == "poincare_map" else "time"
+    with pytest.raises(ValueError, match=r"needs \S+ steps of \S+: no run comes to its end"):
+        function(**{**battery.base(name), argument: T})
+
+
+@pytest.mark.parametrize("name", ["integrate", "poincare_map", "frequency_map", "chaos", "tangent_map", "resonances", "tori"])
+@pytest.mark.parametrize("value", [1, "x", (), {}])
+def test_a_report_is_a_function(name, value):
+    function, _ = battery.CALLS[name]
+    with pytest.raises(TypeError, match="report must be a function of the fraction that is done, or None, got"):
+        function(**{**battery.base(name), "report": value})
+
+
+def test_long_arguments_make_short_messages():
+    with pytest.raises(TypeError) as caught:
+        fa.integrate(battery.HH, battery.Z4, time=list(range(10**5)))
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers here")
+def test_the_battery_notices_what_it_looks_for(monkeypatch):
+    """Messages without the name, other exceptions, warnings and calls that take long are told from refusals."""
+
+    def call(kind):
+        if kind == 1:
+            raise ValueError("something is wrong")
+        if kind == 7:
+            raise ValueError("kind must not be 7")
+        if kind == 2.7:
+            np.log(np.zeros(1))
+        if kind is None:
+            while True:
+                pass
+        return {}[kind]
+
+    monkeypatch.setitem(battery.CALLS, "call", (call, {"kind": 0}))
+    monkeypatch.setattr(battery, "SECONDS", 0.1)
+    said = {value: battery.outcome("call", "kind", value) for value in ("1", "7", "2.7", "none", "0")}
+    assert said["7"] == "refused"
+    for value, part in {"1": "without the name 'kind'", "2.7": "RuntimeWarning", "none": "took more than", "0": "KeyError"}.items():
+        assert part in said[value]
