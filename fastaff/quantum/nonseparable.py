@@ -306,7 +306,7 @@ def _solve_elements(
     vartheta = angles.shared(angle_of(angles.lo, angles.hi, angles.below))
 
     def V(q):
-        return np.minimum(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
+        return _cut_off(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
 
     near, tiny = rho.edges[0], 1e-6 * rho.edges[-1]
     e_lo = _inner_exponent(near, tiny, (turning * (4 / tiny**2) + diags(V(tiny))).toarray()) if near == 0 else 1.0
@@ -356,11 +356,16 @@ def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth
     return (between | tail) & below.any(axis=0)
 
 
+def _cut_off(U: np.ndarray, highest: float) -> np.ndarray:
+    """Return U, no more than `highest`; raises ValueError where it is infinite."""
+    if not np.all(np.isfinite(U)):
+        raise ValueError("the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta inside")
+    return np.minimum(U, highest)
+
+
 def _angular_matrices(problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf) -> np.ndarray:
     """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
     vartheta = 2 * np.arctan2(np.sqrt(1 - angular.x[0]), np.sqrt(1 + angular.x[0]))
     U = sampled(lambda q: problem.U(q, vartheta), rho[:, None] + 0 * vartheta)
-    if not np.all(np.isfinite(U)):
-        raise ValueError("the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta inside")
-    values, U = angular.values[0], np.minimum(U, highest)
+    values, U = angular.values[0], _cut_off(U, highest)
     return free * (4 / rho**2)[:, None, None] + (values * (angular.weight[0] * U)[..., None]).mT @ values

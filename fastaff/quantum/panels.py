@@ -98,7 +98,8 @@ def panels(V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: flo
     while True:
         inner = sampled(V, (left[:, None] + width * chebyshev(FEWEST)[0]).ravel())
         inner = inner.reshape(*inner.shape[:-1], left.size, ORDER)
-        miss, part = _misses(inner, seen, low, scale)
+        with np.errstate(invalid="ignore", over="ignore"):
+            miss, part = _misses(inner, seen, low, scale)
         at_end = (left == lo) | (left >= hi - 1.5 * width) & (width <= SPAN * (hi - lo))
         missed = np.where((part > MISS) & ~at_end, miss, 0.0)
         rough = (missed > 0) | (part > MISS) & (width > SPAN * (hi - lo))
@@ -137,11 +138,10 @@ def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tu
 
 
 def _largest(V: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    with np.errstate(invalid="ignore", over="ignore"):
-        V -= seen
-        np.abs(V, out=V)
-        miss = V.max(axis=-1)
-        V /= np.abs(seen - low) + scale
-        part = V.max(axis=-1)
+    V -= seen
+    np.abs(V, out=V)
+    miss = V.max(axis=-1)
+    V /= np.abs(seen - low) + scale
+    part = V.max(axis=-1)
     sizes = (np.where(np.isnan(x), np.inf, x).reshape(-1, seen.shape[-2]).max(axis=0) for x in (miss, part))
     return next(sizes), next(sizes)
