@@ -30,8 +30,8 @@ from fastaff import (
     wavefunction,
 )
 from fastaff.models import Oscillator
-from fastaff.quantum.elements import panels
 from fastaff.quantum.operators import class_matrices, oscillator_matrices
+from fastaff.quantum.panels import panels
 from fastaff.quantum.separable import angular, radial
 from fastaff.quantum.tops import spherical_top
 from fastaff.quantum.weyl import _integrals, _well

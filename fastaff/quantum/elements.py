@@ -1,155 +1,21 @@
 """Spectral elements for Sturm-Liouville problems whose potential has narrow features (layer L3).
 
-An interval is halved until on every panel the potential is the polynomial through a few of its points, seen at many others. Where a
-global basis would need too many functions, the panels become elements with a nodal basis (Gauss-Lobatto, Gauss-Radau with the
-exponents at the ends of the interval): V is diagonal in it, the matrix banded.
+Where a global basis would need too many functions, panels that resolve the potential become elements with a nodal basis (Gauss-Lobatto,
+Gauss-Radau with the exponents at the ends of the interval): V is diagonal in it, the matrix banded.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .ends import sampled
+from .panels import barycentric
 from .solvers import Interval, gauss_jacobi, interval_rule
 
-ORDER = 12
-"""Points whose polynomial is held against a potential on a panel."""
-DENSE = 1 << 15
-"""Points of an interval at which a potential of one variable is looked at: half a step sees a Gaussian of 4e-6 of the interval."""
-FEWEST = 48
-"""Points at which a panel is looked at, however short it is."""
-MISS = 1e-8
-"""Distance of a potential from its polynomial, relative to |V| and to the energies of the levels, below which a panel resolves it."""
-SHORTEST = 2.0**-30
-"""Shortest panel, relative to the interval; what is not resolved there counts as error."""
-SPAN = 2.0**-13
-"""Panels at the ends of an interval are not cut below this part of it: singular ends are in the exponents of the basis."""
 POINTS = 1 << 14
 """Points at which functions are evaluated at once."""
-WAVES = 7.0
-"""Phase of the shortest wave over one element."""
-
-
-class Panels(NamedTuple):
-    """Edges (panels + 1,) of a partition of an interval, and what a potential differs from its polynomial by on each panel (panels,)."""
-
-    edges: np.ndarray
-    missed: np.ndarray
-
-    @property
-    def needed(self) -> int:
-        """Nodes that a global Gauss rule takes to be as dense as the panels' own points, away from the ends.
-
-        n of its nodes are pi sqrt(d d')/n apart at distances d, d' from the ends; panels graded to a singular end do not count.
-        """
-        lo, hi, h = self.edges[:-1], self.edges[1:], np.diff(self.edges)
-        d, other = lo - self.edges[0], self.edges[-1] - hi
-        inside = np.minimum(d, other) > 4 * h
-        dense = np.pi * np.sqrt((d + h / 2) * (other + h / 2)) * ORDER / (2 * h)
-        return int(dense[inside].max()) if inside.any() else 0
-
-    @property
-    def points(self) -> np.ndarray:
-        """Return some points (panels, ORDER) of every panel."""
-        return self.edges[:-1, None] + np.diff(self.edges)[:, None] * _chebyshev(FEWEST)[0]
-
-    def cut(self, phases: np.ndarray) -> Panels:
-        """Return the partition, of at least two, with panels cut where the phases (panels,) of waves over them are above WAVES."""
-        pieces = np.clip(np.ceil(phases / WAVES), 1 + (phases.size == 1), 10_000).astype(int)
-        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(self.edges[:-1], self.edges[1:], pieces, strict=True)]
-        return Panels(np.append(np.concatenate(parts), self.edges[-1]), np.repeat(self.missed, pieces))
-
-
-def merged(first: Panels, second: Panels) -> Panels:
-    """Return the common refinement of two partitions of an interval by halves."""
-    edges = np.union1d(first.edges, second.edges)
-    middle = (edges[1:] + edges[:-1]) / 2
-    missed = [part.missed[np.searchsorted(part.edges, middle) - 1] for part in (first, second)]
-    return Panels(edges, np.maximum(*missed))
-
-
-@lru_cache(maxsize=64)
-def _chebyshev(points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return ORDER Chebyshev points in (0, 1) and the matrix (points, ORDER) from values there to values in the middles of equal parts."""
-    k = np.arange(ORDER) + 0.5
-    nodes = (1 - np.cos(np.pi * k / ORDER)) / 2
-    weights = (-1.0) ** np.arange(ORDER) * np.sin(np.pi * k / ORDER)
-    return nodes, _barycentric(nodes, weights, (np.arange(points) + 0.5) / points)
-
-
-def _barycentric(nodes: np.ndarray, weights: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the values (points, nodes) of the cardinal polynomials of `nodes` with barycentric weights."""
-    distance = at[:, None] - nodes
-    hit = distance == 0
-    terms = weights / np.where(hit, 1.0, distance)
-    struck = hit.any(axis=1)
-    terms[struck] = hit[struck]
-    return terms / terms.sum(axis=1, keepdims=True)
-
-
-def panels(V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: float, scale: float, dense: int, most: int) -> Panels:
-    """Return a partition of (lo, hi) on which V is resolved, or of `most` panels.
-
-    V(points) -> (..., points), rows of potentials at once; low, scale: the bottom, and the energy of the levels above it; dense: a power
-    of 2, at how many points in equal steps V is looked at to begin with.
-    """
-    left, width, depth = np.array([lo]), hi - lo, 0
-    seen = sampled(V, lo + width * (np.arange(dense) + 0.5) / dense)[..., None, :]
-    done: list[tuple[np.ndarray, np.ndarray]] = []
-    while True:
-        inner = sampled(V, (left[:, None] + width * _chebyshev(FEWEST)[0]).ravel())
-        inner = inner.reshape(*inner.shape[:-1], left.size, ORDER)
-        miss, part = _misses(inner, seen, low, scale)
-        at_end = (left == lo) | (left >= hi - 1.5 * width) & (width <= SPAN * (hi - lo))
-        missed = np.where((part > MISS) & ~at_end, miss, 0.0)
-        rough = (missed > 0) | (part > MISS) & (width > SPAN * (hi - lo))
-        rough &= width > SHORTEST * (hi - lo)
-        if sum(row.size for row, _ in done) + left.size + rough.sum() > most:
-            rough[:] = False
-        done.append((left[~rough], missed[~rough]))
-        if not rough.any():
-            break
-        depth, width = depth + 1, width / 2
-        left = np.stack([left[rough], left[rough] + width], axis=1).ravel()
-        seen = seen[..., rough, :]
-        if seen.shape[-1] >= 2 * FEWEST:
-            seen = seen.reshape(*seen.shape[:-2], left.size, -1)
-        else:
-            seen = sampled(V, (left[:, None] + width * (np.arange(FEWEST) + 0.5) / FEWEST).ravel())
-            seen = seen.reshape(*seen.shape[:-1], left.size, FEWEST)
-    edges, missed = (np.concatenate(rows) for rows in zip(*done, strict=True))
-    order = np.argsort(edges)
-    return Panels(np.append(edges[order], hi), missed[order])
-
-
-def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what V misses on panels by, at most, and relative to it: values inner (..., panels, ORDER), seen (..., panels, points).
-
-    By a few of the points first, and by all where these find nothing.
-    """
-    points, few = seen.shape[-1], seen[..., :: max(seen.shape[-1] // 1024, 1)]
-    if few.shape[-1] < points:
-        miss, part = _largest(inner @ _chebyshev(points)[1][:: points // few.shape[-1]].T, few, low, scale)
-        rest = part <= MISS
-        if rest.any():
-            miss[rest], part[rest] = _largest(inner[..., rest, :] @ _chebyshev(points)[1].T, seen[..., rest, :], low, scale)
-        return miss, part
-    return _largest(inner @ _chebyshev(points)[1].T, seen, low, scale)
-
-
-def _largest(V: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    with np.errstate(invalid="ignore", over="ignore"):
-        V -= seen
-        np.abs(V, out=V)
-        miss = V.max(axis=-1)
-        V /= np.abs(seen - low) + scale
-        part = V.max(axis=-1)
-    sizes = (np.where(np.isnan(x), np.inf, x).reshape(-1, seen.shape[-2]).max(axis=0) for x in (miss, part))
-    return next(sizes), next(sizes)
 
 
 class Elements(NamedTuple):
@@ -244,7 +110,7 @@ class Elements(NamedTuple):
                 continue
             h = self.edges[k + 1] - self.edges[k]
             t = 2 * (place[here] - (self.edges[k] - self.lo)) / h - 1
-            local = _barycentric(self.t[k], _weights(self.t[k]), np.clip(t, -1, 1))
+            local = barycentric(self.t[k], _weights(self.t[k]), np.clip(t, -1, 1))
             first, last = k == 0, k == elements - 1
             with np.errstate(divide="ignore", under="ignore"):
                 front = np.ones(here.size)

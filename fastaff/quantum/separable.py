@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.functions import Barriers, Oscillator, Spring, Zero
-from .elements import DENSE, ElementFunction, Elements, Panels, elements, first_signs, left_over, panels, solve
+from .elements import ElementFunction, Elements, elements, first_signs, left_over, solve
 from .ends import NoGroundState, Well, exponent, reach, sampled, well
 from .factors import AngleFactor, PlaneFactor, RadialFactor
+from .panels import DENSE, Panels, panels
 from .solvers import Basis, Interval, IntervalFunction, basis
 
 LARGEST = 1200

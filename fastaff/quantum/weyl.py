@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from ..boundary import checked_model
 from ..charts.checks import checked
 from ..models import Body
-from .elements import DENSE, Panels, panels
 from .ends import potential
+from .panels import DENSE, Panels, panels
 from .symmetry import action_quantum, checked_class
 
 CHUNK = 48
