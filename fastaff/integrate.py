@@ -35,7 +35,7 @@ class Orbits:
 
     z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,);
     samples (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
-    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic orbits; NaN
+    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic orbits; None
     where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the largest kinetic energy met,
     the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed step, one for each orbit (orbits,) where it was
     chosen (in its own time for a `TimeTransformed` scheme, whose rate the scheme holds), or inf for an adaptive scheme.
@@ -45,9 +45,9 @@ class Orbits:
     t: np.ndarray
     times: np.ndarray
     samples: np.ndarray
-    error: np.ndarray
-    sample_error: np.ndarray
-    accurate_until: np.ndarray
+    error: np.ndarray | None
+    sample_error: np.ndarray | None
+    accurate_until: np.ndarray | None
     energy_error: np.ndarray
     status: np.ndarray
     scheme: Splitting | RungeKutta | TimeTransformed
@@ -134,9 +134,8 @@ class _Plain:
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, without estimates of errors."""
-        unknown = np.full(self.ensemble.z.shape, np.nan)
-        errors = (unknown, np.full(self.samples.shape, np.nan), unknown[0])
-        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.flow.step)
+        unknown = (None, None, None)
+        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, self.flow.step)
 
 
 class _Run(NamedTuple):

@@ -56,7 +56,7 @@ class SectionMap:
     |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step, one for each orbit
     where it was chosen, or inf for an adaptive scheme. time_error (orbits, crossings) and point_error (orbits, crossings, 2n): the
     estimated errors of both, inf where a run with another step has no such crossing; accurate_until (orbits,): the time up to
-    which they stay below the accuracy; NaN where a step or tolerances were given.
+    which they stay below the accuracy; None where a step or tolerances were given.
     An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded the tolerance.
     """
 
@@ -69,9 +69,9 @@ class SectionMap:
     section: Any
     scheme: Splitting | RungeKutta | TimeTransformed
     step: float | np.ndarray
-    time_error: np.ndarray
-    point_error: np.ndarray
-    accurate_until: np.ndarray
+    time_error: np.ndarray | None = None
+    point_error: np.ndarray | None = None
+    accurate_until: np.ndarray | None = None
     __repr__ = screen
 
     def coordinates(self, chart: Chart) -> np.ndarray:
@@ -128,8 +128,7 @@ def poincare_map(
     if goal is not None:
         result, interrupted = _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
     else:
-        found, _, interrupted = _mapped(flow, z, section, wanted, max_time, tolerance, report)
-        result = _without_errors(found)
+        result, _, interrupted = _mapped(flow, z, section, wanted, max_time, tolerance, report)
     if interrupted:
         stopped = Interrupted("poincare_map")
         stopped.partial = result
@@ -162,14 +161,6 @@ def _mapped(flow, z, section, wanted, max_time, tolerance, report) -> tuple[Sect
     return result, ensemble.time, interrupted
 
 
-def _without_errors(found: SectionMap) -> SectionMap:
-    """Return crossings that were followed with a step or tolerances of the user's: their errors are not known."""
-    return replace(
-        found, time_error=np.full(found.times.shape, np.nan), point_error=np.full(found.points.shape, np.nan),
-        accurate_until=np.full(len(found.times), np.nan),
-    )  # fmt: skip
-
-
 class _Crossings(NamedTuple):
     """Orbits after a run: their map, the times they reached, and how slanting (orbits, crossings) they cross; see `slants`."""
 
@@ -179,7 +170,7 @@ class _Crossings(NamedTuple):
 
     def of(self, orbits: np.ndarray) -> _Crossings:
         """Return those of some of the orbits."""
-        changed = {name: getattr(self.found, name)[orbits] for name in PER_ORBIT}
+        changed = {name: entry[orbits] for name in PER_ORBIT if (entry := getattr(self.found, name)) is not None}
         return _Crossings(replace(self.found, **changed), self.reached[orbits], self.slant[orbits])
 
 
@@ -226,13 +217,14 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
 
     def take(where: np.ndarray, part: SectionMap) -> None:
         for name in PER_ORBIT:
-            getattr(result, name)[where] = getattr(part, name)
+            if getattr(part, name) is not None:
+                getattr(result, name)[where] = getattr(part, name)
 
     def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
         part, reached, interrupted = _mapped(
             refined(flow, step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report
         )
-        part = replace(_without_errors(part), step=np.full(len(step), np.inf) if flow.adaptive else step)
+        part = replace(part, step=np.full(len(step), np.inf) if flow.adaptive else step)
         if interrupted:
             take(orbits, part)
             raise KeyboardInterrupt
@@ -396,5 +388,5 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     residual = np.zeros(orbits)
     np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
     return SectionMap(
-        points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step, times, points, times[:, 0]
+        points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step
     )
