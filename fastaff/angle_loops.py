@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .angles import AlphaBeta, RVartheta
 from .fundamental import SPANS, weight_at, windows
 
 
@@ -42,6 +43,7 @@ class Layout:
         self.kept += [4 * i + part for i in self.planes for part in range(4)]
         self.clocked = [i for i, clock in enumerate(getattr(angles, "clocks", [0] * len(planes))) if clock]
         self.body = bool(self.planes)
+        self.separate = isinstance(angles, (AlphaBeta, RVartheta))
 
     def signals(self, samples: np.ndarray) -> np.ndarray:
         """Return the signals (orbits, rows, samples) of samples (orbits, samples, 2n)."""

@@ -119,7 +119,7 @@ def frequency_map(
     no other's; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is damped below 2e-12 once
     d*time > 9.6. A body that separates has loops of its own, in a clock of its own (`angles`).
     NAFF: the line of that loop, fitted with the strongest others.
-    Errors: 3 times the largest difference of the value over windows of unequal lengths and starts from that over the whole; 3 times the
+    Errors: 5 times the largest difference of the value over windows of unequal lengths and starts from that over the whole; 5 times the
     change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step is halved (for a Runge-Kutta scheme,
     whose error grows, times their ratio; tolerances a hundredth for an adaptive one), which for a splitting is taken off the value too;
     what the window leaves of the line itself; and rounding.

@@ -11,7 +11,7 @@ from .fundamental import Loops, Modes, damping, fastest, line_rates, modes, turn
 from .lattice import box
 
 METHODS = ("birkhoff", "naff")
-SAFETY = 3.0
+SAFETY = 5.0
 """Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors (bench/test_frequency.py)."""
 
 LINES_DENSE = 0.8
@@ -97,7 +97,7 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     basis = np.zeros((len(centre), n, n), np.int64)
     basis[:, :m, :m] = found.combination
     if layout.body:
-        chosen, basis[:, :m, :m] = _own_angles(chosen, rates.of(slice(m, 2 * m)), found, time)
+        chosen, basis[:, :m, :m] = _own_angles(chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time)
         planes = rates.of(slice(2 * m, None))
         near = np.where(planes.error * time < 3, planes.nu, 0.0)
         planes = _with_lines(planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback)
@@ -185,10 +185,10 @@ def _with_lines(
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
 
 
-def _own_angles(lattice: _Rates, own: _Rates, found: Modes, time: float) -> tuple[_Rates, np.ndarray]:
+def _own_angles(lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: float) -> tuple[_Rates, np.ndarray]:
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading lines' integers.
 
-    An incomplete lattice has no say against angles that turn steadily.
+    An incomplete lattice has no say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
     k = box([REACH] * m)
@@ -201,13 +201,14 @@ def _own_angles(lattice: _Rates, own: _Rates, found: Modes, time: float) -> tupl
         vectors[:, j] = k[within.argmax(axis=1)]
         matched &= within.any(axis=1) & (own.error[:, j] * time < SAME)
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
-    steady = (found.rank < m) & (own.error * time < SAME).all(axis=1)
+    steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
+    kept = basis | steady | separate
     through = _Rates(
         np.einsum("oij,oj->oi", vectors, lattice.nu),
         np.where(basis[:, None], np.einsum("oij,oj->oi", np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
         np.ones_like(own.method), np.einsum("oij,oj->oi", vectors, lattice.step), np.einsum("oij,ojh->oih", vectors, lattice.halves),
     )  # fmt: skip
-    chosen = own.better(through).where((basis | steady)[:, None], lattice)
+    chosen = own.better(through).where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
     inverse = np.zeros_like(vectors)
     inverse[basis] = np.rint(np.linalg.inv(vectors[basis].astype(float))).astype(np.int64)
