@@ -11,15 +11,16 @@ import numpy as np
 from . import observers
 from ._jit import LANES
 from .angle_loops import Layout, Plain
-from .auto import natural_rate
 from .boundary import checked_model
-from .engine import Ensemble, Flow, Interrupted, Report, energy_error, make_flow, mark_drift
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from .fundamental import fastest
 from .models import Body
+from .motion import natural_rates
 from .readings import METHODS, Samples, read
 from .scalars import positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
+from .trials import make_flow
 
 BUDGET = 1 << 27
 """Bytes of samples in memory at once."""
@@ -34,11 +35,11 @@ DENSE = 0.25
 MANY_TURNS = 30
 """Turns from which frequencies that change between the halves are evidence of chaos, ..."""
 
-CHANGED = 0.1
+CHANGED = 0.3
 """... where they change by so many cycles over a half."""
 
 
-class Motion(IntEnum):
+class FrequencyKind(IntEnum):
     """What the frequencies of an orbit say of it."""
 
     INDEPENDENT = 0
@@ -54,7 +55,7 @@ class FrequencyMap:
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which covers the
     averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits), an index into METHODS: which
     method gave the value;
-    motion (orbits,) of `Motion`: INDEPENDENT, all n frequencies of a torus; DEPENDENT, only `rank` (orbits,) of them are independent
+    kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus; DEPENDENT, only `rank` (orbits,) of them are independent
     (a resonance, a mode at rest), the other rows show the leading line of their coordinate; IRREGULAR, they change from one half
     to the other: chaotic; UNDECIDED, the time is too short to tell.
     leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with
@@ -62,6 +63,7 @@ class FrequencyMap:
     those of the coordinates' own lines; a singular basis tells that the leading lines are locked.
     diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over nu_eta and nu_gamma, whose
     angles are well defined on every orbit; energy_error, status (orbits,).
+    step: what was used, one for each orbit where they were chosen for them.
     For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them.
     """
 
@@ -76,8 +78,8 @@ class FrequencyMap:
     nu_gamma: np.ndarray | None
     time: float
     scheme: Splitting | RungeKutta
-    step: float
-    motion: np.ndarray
+    step: float | np.ndarray
+    kind: np.ndarray
     rank: np.ndarray
     leading: np.ndarray
     leading_error: np.ndarray
@@ -135,7 +137,7 @@ def frequency_map(
     if isinstance(fallback, bool) or not (isinstance(fallback, (int, float)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
     angles = checked_angles(angles, checked_model(body))
-    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads)
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=1e-11)
     work = _Work(flow, angles, z, time, 0.0 if method == "naff" else float(fallback), report)
     interrupted = False
     try:
@@ -195,6 +197,7 @@ class _Work:
         self.rank = np.zeros(self.orbits, np.int64)
         self.basis = np.zeros((self.n, self.n, self.orbits), np.int64)
         self.reached = np.zeros(self.orbits, bool)
+        self.used = np.full(self.orbits, np.nan)
         self.done = 0
 
     def run(self) -> None:
@@ -210,11 +213,13 @@ class _Work:
 
     def _steps(self) -> np.ndarray:
         """Return the number of steps (or samples, for an adaptive scheme) of each orbit: a multiple of what pilots take."""
-        if self.flow.adaptive:
-            interval = self.flow.step if np.isfinite(self.flow.step) else 1 / (16 * natural_rate(self.flow.model, self.z0))
-            steps = np.full(self.orbits, max(64, int(self.time / interval)))
+        if self.flow.adaptive and not np.isfinite(self.flow.step):
+            interval = 1 / (16 * natural_rates(self.flow.model, self.z0, self.flow.threads))
+            # By powers of 2: orbits of equal numbers are sampled together.
+            steps = 2 ** np.ceil(np.log2(np.maximum(64, self.time / interval))).astype(np.int64)
         else:
-            steps = np.full(self.orbits, max(32, self.flow.steps(self.time)))
+            steps = np.maximum(64 if self.flow.adaptive else 32, self.flow.steps(self.time))
+        steps = np.broadcast_to(steps, self.orbits)
         share = _share(steps)
         unit = np.where(share > 1, 8 * share, 1)
         return unit * -(-steps // unit)
@@ -223,7 +228,7 @@ class _Work:
         """Find the frequencies of these orbits, which take so many steps."""
         share = int(_share(np.array(steps)))
         time, count = self.time / share, steps // share
-        pilot, _ = self._sample(self._finer(), self.z0[:, orbits], time, count)
+        pilot, _ = self._sample(self._finer().of(orbits), self.z0[:, orbits], time, count)
         with np.errstate(all="ignore"):
             rate = fastest(self.layout.signals(pilot), time / count)
         allowed = DENSE / np.maximum(rate, 1e-300) / (self.time / steps)
@@ -231,10 +236,10 @@ class _Work:
         every = np.where(np.isfinite(pilot).all(axis=(1, 2)) & (share > 1), every, 1)
         for d in np.unique(every):
             own = np.flatnonzero(every == d)
-            samples, run = self._sample(self.flow, self.z0[:, orbits[own]], self.time, steps // int(d))
             part = orbits[own]
-            for name in ("z", "status", "count", "time"):
-                getattr(self.ensemble, name)[..., part] = getattr(run, name)
+            samples, run = self._sample(self.flow.of(part), self.z0[:, part], self.time, steps // int(d))
+            self.ensemble.take(part, run)
+            self.used[part] = self.time / steps
             fine = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)) & np.isfinite(samples).all(axis=(1, 2))
             kept = np.flatnonzero(fine)
             interval = self.time * int(d) / steps
@@ -282,7 +287,7 @@ class _Work:
         sound = np.array(self.angles.planes) if self.layout.body else np.ones(self.n, bool)
         change = np.abs(halves[0] - halves[1])
         diffusion = np.where(self.reached, np.log10(change[sound].max(axis=0) + 1e-18), 0.0)
-        motion = self._motion(change)
+        kind = self._kind(change)
         eta = gamma = None
         if names[-2:] == ("eta", "gamma"):
             eta, gamma = nu[-2], nu[-1]
@@ -290,17 +295,18 @@ class _Work:
             nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
             error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
             method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
+        step = self.flow.step if self.flow.adaptive else self.used if np.ndim(self.flow.step) else float(np.nanmax(self.used, initial=0.0))
         return FrequencyMap(
-            names, nu, error, diffusion, method, energy, ensemble.status, eta, gamma, self.time, self.flow.scheme, self.flow.step,
-            motion, self.rank, leading, leading_error, basis,
+            names, nu, error, diffusion, method, energy, ensemble.status, eta, gamma, self.time, self.flow.scheme, step,
+            kind, self.rank, leading, leading_error, basis,
         )  # fmt: skip
 
-    def _motion(self, change: np.ndarray) -> np.ndarray:
+    def _kind(self, change: np.ndarray) -> np.ndarray:
         """Return what the frequencies and their change (n, orbits) between the halves say of each orbit."""
         m = self.layout.m
         turns = self.time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
         changed = (self.time / 2 * change[:m].max(axis=0, initial=0.0) > CHANGED) | (self.rank == 0)
-        motion = np.where(self.rank < self.n, Motion.DEPENDENT, Motion.INDEPENDENT)
-        motion[changed] = Motion.IRREGULAR
-        motion[(turns < MANY_TURNS) | ~self.reached] = Motion.UNDECIDED
-        return motion
+        kind = np.where(self.rank < self.n, FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
+        kind[changed] = FrequencyKind.IRREGULAR
+        kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
+        return kind
