@@ -101,7 +101,7 @@ class FrequencyMap:
 
 def frequency_map(
     body: Any, z0: Any, *, time: float, method: str = "birkhoff", angles: Any = None, fallback: float = 1e-9,
-    step: float | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
+    step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
     energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
 ) -> FrequencyMap:  # fmt: skip
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.

@@ -291,9 +291,9 @@ class FrequencyDiffusion:
         """Tell where the frequencies agree to a third of what is chaos."""
         return value < limit - 0.5
 
-    def default(self, n: int, phase: float) -> float:
+    def default(self, n: int, phase: Any) -> Any:
         """Return the limit that follows from the phase x."""
-        return math.log10(0.6 * 2 * math.pi / phase)
+        return np.log10(0.6 * 2 * math.pi / phase)
 
 
 @dataclass(frozen=True)
