@@ -91,7 +91,7 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     own = own._replace(error=np.where(sound & found.moving, own.error, np.inf))
     chosen = _with_lines(own, s, loops, centre, stride, dt, fallback)
     line = own._replace(nu=centre, error=np.where(centre > 0, found.spread, np.inf), method=np.ones_like(own.method))
-    chosen = chosen.better(line)
+    chosen = chosen.better(line) if np.isfinite(fallback) else chosen.where(np.isfinite(chosen.error), line)
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(centre), n, n), np.int64)
@@ -206,7 +206,7 @@ def _own_angles(lattice: _Rates, own: _Rates, found: Modes, separate: bool, time
     through = _Rates(
         np.einsum("oij,oj->oi", vectors, lattice.nu),
         np.where(basis[:, None], np.einsum("oij,oj->oi", np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
-        np.ones_like(own.method), np.einsum("oij,oj->oi", vectors, lattice.step), np.einsum("oij,ojh->oih", vectors, lattice.halves),
+        np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2), np.einsum("oij,oj->oi", vectors, lattice.step), np.einsum("oij,ojh->oih", vectors, lattice.halves),
     )  # fmt: skip
     chosen = own.better(through).where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
