@@ -206,7 +206,8 @@ def _own_angles(lattice: _Rates, own: _Rates, found: Modes, separate: bool, time
     through = _Rates(
         np.einsum("oij,oj->oi", vectors, lattice.nu),
         np.where(basis[:, None], np.einsum("oij,oj->oi", np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
-        np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2), np.einsum("oij,oj->oi", vectors, lattice.step), np.einsum("oij,ojh->oih", vectors, lattice.halves),
+        np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
+        np.einsum("oij,oj->oi", vectors, lattice.step), np.einsum("oij,ojh->oih", vectors, lattice.halves),
     )  # fmt: skip
     chosen = own.better(through).where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
