@@ -12,16 +12,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .fundamental import SPANS, damping
 from .kernels.rotation import SHARPNESS
 from .scalars import an_array, fits, numbers, positive, whole
 from .scatter import scattered
 from .shown import screen
 from .status import Status, raise_if_failed
 
-SAFETY = 3.0
-"""Factor of error estimates over the difference of half-windows, as for frequency maps."""
+SAFETY = 5.0
+"""Factor of error estimates over the differences between windows, as for frequency maps."""
 
 ROUNDING = 1e-14
+HARMONICS = 16
+"""Harmonics of a curve whose slow beats count in the error of its rotation number."""
+
 STILL = 1e-9
 """Relative size of an island below which it is a periodic orbit."""
 
@@ -45,8 +49,9 @@ class Rotation(NamedTuple):
     """Rotation numbers of section orbits: arrays over orbits.
 
     rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
-    error: 3 |difference of the two halves| and rounding; digits: -log10 of the difference of the two halves, for the rotation
-    number or for the relative mean squared radius, whichever is fewer; centre (orbits, 2); counts of points; status: OK or
+    error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m can do that are
+    too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation number or for the relative mean
+    squared radius, whichever is fewer; centre (orbits, 2); counts of points; status: OK or
     TOO_FEW_CROSSINGS, where error is inf.
     """
 
@@ -227,10 +232,10 @@ def _mean(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
     return _total(weight[..., None] * np.nan_to_num(values))
 
 
-def _three_means(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the averages (3, orbits) of values (orbits, slots) over the whole, the first half and the second half."""
-    clean, none = np.nan_to_num(values), np.zeros_like(counts)
-    windows = ((none, counts), (none, counts // 2), (counts - counts // 2, counts))
+def _means(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the averages (spans, orbits) of values (orbits, slots) over SPANS of the counts: the whole, the halves, uneven windows."""
+    clean = np.nan_to_num(values)
+    windows = [(np.rint(begin * counts), np.rint(end * counts)) for begin, end in SPANS]
     return np.array([_total(_weights(values.shape[1], *window) * clean) for window in windows])
 
 
@@ -239,14 +244,25 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
     dx, dy = np.moveaxis(points - centre[:, None], -1, 0)
     enough = counts >= LEAST
     steps = np.where(enough, counts - 1, LEAST)
-    turns = _three_means(_displacements(np.arctan2(dy, dx)) / (2 * np.pi), steps)
-    radius = _three_means(dx * dx + dy * dy, np.where(enough, counts, LEAST))
+    turns = _means(_displacements(np.arctan2(dy, dx)) / (2 * np.pi), steps)
+    radius = _means(dx * dx + dy * dy, np.where(enough, counts, LEAST))
     difference = np.abs(turns[1] - turns[2])
+    uneven = np.abs(turns[1:] - turns[0]).max(axis=0)
     spread = np.abs(radius[1] - radius[2]) / np.where(radius[0] > 0, radius[0], 1.0)
     digits = np.where(enough, -np.log10(np.maximum(np.maximum(difference, spread), 1e-16)), 0.0)
     rotation = np.where(enough, turns[0] - np.ceil(turns[0] - 0.5), 0.0)
-    error = np.where(enough, SAFETY * difference + ROUNDING, np.inf)
+    error = np.where(enough, SAFETY * uneven + _unresolved(turns[0], steps) + ROUNDING, np.inf)
     return Rotation(rotation, error, digits, centre, counts, np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS))
+
+
+def _unresolved(rotation: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around between the m.
+
+    The displacement varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of their slow beats.
+    """
+    m = np.arange(1, HARMONICS + 1)[:, None]
+    beat = np.abs(m * rotation - np.rint(m * rotation))
+    return (4.0 * 0.5**m * beat / m * damping(beat * steps)).sum(axis=0)
 
 
 def _displacements(theta: np.ndarray) -> np.ndarray:

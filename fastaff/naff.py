@@ -149,10 +149,11 @@ class _Scratch:
         np.multiply(signals, self.window.weight, out=transforms)
         np.fft.fft(transforms, axis=-1, out=transforms)
         find_lines(signals, transforms, self.window, self.work, *result)
-        for row in np.flatnonzero(exponent):
-            amplitude = result.amplitude[row].view(np.float64)
-            amplitude[:] = np.ldexp(amplitude, exponent[row])
-            result.residual[row] = np.ldexp(result.residual[row], exponent[row])
+        with np.errstate(over="ignore"):  # an amplitude may exceed what a float holds by the root of 2
+            for row in np.flatnonzero(exponent):
+                amplitude = result.amplitude[row].view(np.float64)
+                amplitude[:] = np.ldexp(amplitude, exponent[row])
+                result.residual[row] = np.ldexp(result.residual[row], exponent[row])
 
 
 @functools.lru_cache(maxsize=8)

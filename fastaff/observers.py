@@ -54,16 +54,6 @@ class _Crossings(NamedTuple):
     direction: float
 
 
-class _Signals(NamedTuple):
-    angles: Any
-
-
-class _Rotation(NamedTuple):
-    angles: Any
-    model: Any
-    time: float
-
-
 class _Deviations(NamedTuple):
     model: Any
     signs: tuple[float, ...]
@@ -108,48 +98,6 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int =
         f"    return detect(value.direction, value.wanted, {rows}, lanes, orbit, fresh, t, z, memory, out, done)\n"
     )
     return Observer(value, body, (("detect", crossing_kernels.detect),), crossing_kernels.MEMORY + rows)
-
-
-def _with_signals(angles: Any, action: str, names: tuple, rows: int) -> Observer:
-    """Return an observer that evaluates the signals of the angles into memory, then acts on them."""
-    n = len(angles.names)
-    signals = _coordinates(4 * n, "memory")
-    body = (
-        f"    for i in range(lanes):\n        {signals} = value.angles.signals({_coordinates(2 * n)})\n"
-        f"    {action}\n    return 0\n"
-    )
-    return Observer(_Signals(angles), body, names, rows)
-
-
-def extents(angles: Any) -> Observer:
-    """Keep the smallest and largest value of each signal of the angles."""
-    signals = 4 * len(angles.names)
-    action = f"widen({signals}, lanes, fresh, memory)"
-    return _with_signals(angles, action, (("widen", rotation_kernels.widen),), 3 * signals)
-
-
-def signal_samples(angles: Any) -> Observer:
-    """Keep the signals of the angles at each observation."""
-    rows = 4 * len(angles.names)
-    action = f"sample({rows}, lanes, orbit, fresh, memory, memory, out)"
-    return _with_signals(angles, action, (("sample", rotation_kernels.sample),), rows + 1)
-
-
-def rotation(angles: Any, model: Any, time: float) -> Observer:
-    """Keep the weighted Birkhoff sums of the angles' rates over `time` and its halves."""
-    n = len(angles.names)
-    p, q, v, f = _coordinates(2 * n).split(", ")[n:], _coordinates(n), _letters("v", n), _letters("f", n)
-    body = (
-        "    for i in range(lanes):\n"
-        f"        {v}, = value.model.velocity({', '.join(p)})\n"
-        f"        {f}, = value.model.force({q})\n"
-        f"        {_coordinates(8 * n + 2, 'memory')} = value.angles.rates({_coordinates(2 * n)}, {v}, {f})\n"
-        f"    rotate(value.time, {angles.clocks}, lanes, fresh, t, memory)\n"
-        "    return 0\n"
-    )
-    value = _Rotation(angles, model, time)
-    rows = 8 * n + 2 + rotation_kernels.SHARED + rotation_kernels.WEIGHTS + rotation_kernels.PER_ANGLE * n
-    return Observer(value, body, (("rotate", rotation_kernels.rotate),), rows)
 
 
 def deviations(

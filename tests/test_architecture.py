@@ -21,6 +21,7 @@ LAYERS = {
     "separation": 2.6, "symbolic": 2.6, "formula": 2.6, "transformed_flow": 2.6,
     "integrate": 3, "tangent": 3, "chaos_passes": 3, "chaos_stream": 3, "poincare": 3, "frequency": 3, "grid": 3, "sample": 3, "naff": 3,
     "chaos": 3, "scan": 3, "tori": 3, "resonance": 3, "quantum": 3.6,
+    "fundamental": 3, "angle_loops": 3, "readings": 3,
     "web": 3, "scatter": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,
     "returns": 3.1, "periodic": 3.2, "periodic_search": 3.3, "continuation": 3.4,
     "jobs": 4, "files": 4,

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic, observers
-from fastaff.angles import RVartheta
 from fastaff.kernels.crossings import RECORD
 from fastaff.poincare import start_crossings
 from fastaff.trials import make_flow
@@ -35,9 +34,9 @@ def section_memory(section, z0):
     return observer, memory
 
 
-def test_a_section_that_is_soon_full_and_ranges_that_never_end(z0):
+def test_a_section_that_is_soon_full_and_averages_that_never_end(z0):
     section, first = section_memory(AlphaTurning(), z0)
-    ranges = observers.extents(RVartheta())
+    ranges = observers.averages(BODY, 0, TIME)
     second = np.zeros((ranges.rows, ORBITS))
     both = observers.together(section, ranges, WIDTH)
     memory = np.concatenate([first, second, np.zeros((3, ORBITS))])

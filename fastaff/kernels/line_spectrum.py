@@ -90,6 +90,7 @@ def strongest_bin(spectrum, lanes):
     samples = spectrum.shape[1]
     best, where = lanes[0], lanes[1]
     best[:] = -1.0
+    where[:] = 0.0  # of a spectrum of NaN no bin is the strongest
     for start in range(0, samples, LANES):
         row = float(start)
         re, im = spectrum[0, start : start + LANES], spectrum[1, start : start + LANES]

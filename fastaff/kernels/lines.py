@@ -126,7 +126,7 @@ def collect(signal, window, work, lines):
             fitted = m
             continue
         u[0, m], a[0, m] = first_guess(work.spectrum, k, order)
-        if abs(a[0, m]) <= 2 * EPS * (1.0 + high) * top:
+        if not abs(a[0, m]) > 2 * EPS * (1.0 + high) * top or not abs(a[0, m]) < math.inf:
             break
         top, high = max(top, abs(a[0, m])), max(high, abs(u[0, m]))
         a[2, m] = 0.0

@@ -1,0 +1,251 @@
+"""Independent frequencies of any system: chains against eigenvalues, pendulums against elliptic integrals, tori; errors that cover."""
+
+import itertools
+
+import numpy as np
+import pytest
+from naive import frequencies, states
+
+from fastaff import (
+    DOP853,
+    LEAPFROG,
+    MEGNO,
+    SALI,
+    Anharmonic,
+    Body,
+    FrequencyDiffusion,
+    Harmonic,
+    HenonHeiles,
+    Hyperelastic,
+    chaos,
+    fit_torus,
+    frequency_map,
+    hamiltonian,
+    naff,
+    resonances,
+    rotation_number,
+)
+from fastaff.frequency import FrequencyKind
+
+LETTERS = "abcdef"
+
+
+def chain(n, seed):
+    """A linear system of random couplings and masses, and its frequencies."""
+    rng = np.random.default_rng(seed)
+    M = rng.normal(size=(n, n))
+    K, mass = M @ M.T / n + 0.15 * np.eye(n), rng.uniform(0.5, 2.0, n)
+    V = " + ".join(f"{float(K[i, j] / 2)}*{LETTERS[i]}*{LETTERS[j]}" for i in range(n) for j in range(n))
+    model = hamiltonian(V, coordinates=" ".join(LETTERS[:n]), masses=tuple(mass))
+    root = np.sqrt(mass)
+    return model, np.sqrt(np.linalg.eigvalsh(K / np.outer(root, root))) / (2 * np.pi)
+
+
+@pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.slow), pytest.param(6, marks=pytest.mark.slow)])
+def test_all_frequencies_of_a_linear_chain(n):
+    model, truth = chain(n, 10 + n)
+    z0 = np.random.default_rng(n).normal(size=(2 * n, 40))
+    f = frequency_map(model, z0, time=300 / truth.mean())
+    error = np.abs(np.sort(f.nu, axis=0) - truth[:, None])
+    assert (error.max(axis=0) < 1e-11).mean() >= 0.99
+    assert (error <= f.error).mean() >= 0.99
+    assert (f.rank == n).mean() >= 0.99
+    assert (f.kind == FrequencyKind.INDEPENDENT).mean() >= 0.99
+    # one coordinate, one mode: the same for all orbits, whatever their amplitudes
+    whole = f.nu[:, f.rank == n]
+    np.testing.assert_allclose(whole, np.repeat(whole[:, :1], whole.shape[1], axis=1), atol=1e-11)
+    # the leading line of each coordinate is what the integers say
+    known = (f.basis != 0).any(axis=1)
+    through = np.einsum("ijo,jo->io", f.basis, f.nu)
+    assert known.all()
+    np.testing.assert_allclose(through[known], f.leading[known], atol=1e-7)
+    if n <= 4:
+        assert (resonances(f).rank == 0).mean() >= 0.99
+
+
+def test_no_orbit_of_a_linear_system_is_chaotic():
+    model, truth = chain(2, 5)
+    z0 = np.random.default_rng(3).normal(size=(4, 50))
+    found = chaos(model, z0, time=200 / truth.mean(), indicators=(FrequencyDiffusion(),))
+    assert not found.chaotic.any()
+
+
+def test_a_mode_at_rest_and_a_free_one_are_said():
+    model = hamiltonian("(x**2 + 2.3*y**2)/2 + 0.7*(x - y)**2")
+    K = np.array([[2.4, -1.4], [-1.4, 3.7]])
+    omega2, modes = np.linalg.eigh(K)
+    single = np.concatenate([0.8 * modes[:, 1], 0.3 * modes[:, 1]])
+    f = frequency_map(model, single, time=600.0)
+    np.testing.assert_allclose(f.nu[:, 0], np.sqrt(omega2[1]) / (2 * np.pi), atol=1e-11)
+    assert f.rank[0] == 1
+    assert f.kind[0] == FrequencyKind.DEPENDENT
+    free = frequency_map(hamiltonian("(x - y)**2/2 + 0.4*(y - z)**2", coordinates="x y z"), [0.3, -0.5, 1.1, 0.9, 0.2, -0.1], time=900.0)
+    assert free.rank[0] == 2
+    truth = np.sqrt(np.linalg.eigvalsh([[1, -1, 0], [-1, 1.8, -0.8], [0, -0.8, 0.8]])[1:]) / (2 * np.pi)
+    np.testing.assert_allclose(np.unique(np.round(free.nu[free.error < 1e-9], 9)), np.round(truth, 9), atol=2e-9)
+    resting = frequency_map(HenonHeiles(), np.array([0.0, 0.2, 0.0, 0.1]), time=400.0)
+    assert resting.rank[0] == 1
+    assert resting.error[0, 0] == np.inf
+    assert resting.error[1, 0] < 1e-9
+
+
+def elliptic_k(m):
+    a, b = 1.0, np.sqrt(1 - m)
+    for _ in range(40):
+        a, b = (a + b) / 2, np.sqrt(a * b)
+    return np.pi / (2 * a)
+
+
+def test_a_pendulum_over_the_top():
+    """nu = sqrt(E + 1)/(sqrt(8) K(2/(E + 1))) for V = -cos x: to either side, and librations of the same map."""
+    model = hamiltonian("-cos(x)", coordinates="x")
+    p = np.array([2.02, 2.3, -2.3, 3.7, 1.3])
+    E = p**2 / 2 - 1
+    over = np.sqrt(np.maximum(E + 1, 0) / 2) / (2 * elliptic_k(2 / np.maximum(E + 1, 2.001)))
+    truth = np.where(np.abs(p) > 2, over, 1 / (4 * elliptic_k(np.minimum((E + 1) / 2, 0.9))))
+    f = frequency_map(model, np.array([np.full(5, 0.4) * 0, p]), time=900.0)
+    assert (np.abs(f.nu[0] - truth) <= f.error[0]).all()
+    assert (np.abs(f.nu[0] - truth) < 1e-8).all()
+
+
+@pytest.mark.parametrize("time", [700.0, 1e4])
+def test_lines_are_never_aliases(time):
+    """Samples as many as the time asks for."""
+    body = Body(Harmonic(1.0), 1.0)
+    f = frequency_map(body, states(body, 2, 3), time=time, method="naff", step=0.2)
+    np.testing.assert_allclose(f.nu[:2], 1 / np.pi, atol=1e-9)
+
+
+def test_lines_of_a_separable_body_are_its_fundamental_ones():
+    body = Body(Hyperelastic(0.8), 1.3)
+    z0 = states(body, 40, 21)
+    truth = frequencies(body, z0)
+    f = frequency_map(body, z0, time=900.0, method="naff", step=0.1)
+    ratio = np.abs(f.nu[:2] - truth[:2]) / f.error[:2]
+    assert (ratio <= 1).mean() >= 0.97
+    assert ratio.max() < 10
+
+
+# --- errors ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "periods"),
+    [
+        ({}, 200), ({"step": 0.25}, 200), ({"step": 0.1, "scheme": LEAPFROG}, 60), ({"step": 0.2}, 10),
+        ({"scheme": DOP853, "rtol": 1e-10}, 60),
+    ],
+    ids=["chosen steps", "coarse steps", "leapfrog", "short", "adaptive"],
+)
+def test_errors_cover(options, periods):
+    body = Body(Anharmonic(0.57), 1.21)
+    z0 = states(body, 40, 31)
+    truth = frequencies(body, z0)
+    f = frequency_map(body, z0, time=periods / truth[0].mean(), energy_tolerance=1.0, **options)
+    error = np.abs(np.array([*f.nu[:2], f.nu_eta, f.nu_gamma]) - truth)
+    estimate = np.array([*f.error[:2], 2 * f.error[2], 2 * f.error[2]])
+    assert (error <= estimate).mean() >= 0.99
+    assert (error / estimate).max() < 10
+
+
+def test_a_window_of_one_period_does_not_converge_by_chance():
+    """Both halves of 2 pi hold one dilatation: they agree whatever the frequency of the other libration."""
+    body = Body(Anharmonic(1.0), 1.0)
+    z0 = states(body, 30, 8)
+    f = frequency_map(body, z0, time=2 * np.pi, step=0.05)
+    assert (np.abs(f.nu[:2] - frequencies(body, z0)[:2]) <= f.error[:2]).all()
+    assert (f.kind == FrequencyKind.UNDECIDED).all()
+
+
+def curves(orbits, crossings, seed):
+    """Points of smooth closed curves on which a circle map turns by `rotation`."""
+    rng = np.random.default_rng(seed)
+    rotation = rng.uniform(-0.45, 0.45, orbits)
+    theta = 2 * np.pi * (rotation[:, None] * np.arange(crossings) + rng.random((orbits, 1)))
+    amplitude = rng.uniform(0, 0.25, (orbits, 1))
+    turned = theta + amplitude * np.sin(theta) + 0.3 * amplitude * np.sin(2 * theta)
+    radius = 1 + rng.uniform(0, 0.2, (orbits, 1)) * np.cos(theta)
+    return rotation, np.stack([radius * np.cos(turned), 0.7 * radius * np.sin(turned)], axis=-1)
+
+
+@pytest.mark.parametrize("crossings", [60, 200, 900])
+def test_errors_of_rotation_numbers_cover(crossings):
+    rotation, points = curves(300, crossings, crossings)
+    found = rotation_number(points, centre=(0.0, 0.0))
+    ratio = np.abs(found.rotation - rotation) / found.error
+    assert (ratio <= 1).mean() >= 0.99
+    assert ratio.max() < 10
+
+
+# --- nonlinear systems ----------------------------------------------------------------------------------------------
+
+
+def bound(energy, orbits, seed):
+    """Random orbits of Henon and Heiles's system at an energy."""
+    rng, found = np.random.default_rng(seed), []
+    while len(found) < orbits:
+        x, y = rng.uniform(-0.7, 0.7, 2)
+        T = energy - ((x * x + y * y) / 2 + x * x * y - y**3 / 3)
+        if T > 0 and x * x + y * y < 1:
+            angle = rng.uniform(0, 2 * np.pi)
+            found.append([x, y, np.sqrt(2 * T) * np.cos(angle), np.sqrt(2 * T) * np.sin(angle)])
+    return np.array(found).T
+
+
+def unimodular(nu, other, reach=4):
+    """How near other comes to M nu with an integer matrix M of determinant +-1."""
+    k = np.array(list(itertools.product(range(-reach, reach + 1), repeat=2)))
+    rows = [k[np.argsort(np.abs(k @ nu - value))[:3]] for value in other]
+    return min(
+        max(abs(a @ nu - other[0]), abs(b @ nu - other[1]))
+        for a in rows[0] for b in rows[1] if abs(round(a[0] * b[1] - a[1] * b[0])) == 1
+    )  # fmt: skip
+
+
+def test_regular_orbits_have_the_lattice_of_their_torus():
+    z0 = bound(1 / 30, 6, 2)
+    f = frequency_map(HenonHeiles(), z0, time=4000.0)
+    assert (f.kind == FrequencyKind.INDEPENDENT).all()
+    assert (resonances(f).rank == 0).all()
+    checked = 0
+    for i in range(6):
+        torus = fit_torus(HenonHeiles(), z0[:, i], time=4000.0)
+        if np.size(torus.nu) == 2 and np.isfinite(torus.nu).all():
+            assert unimodular(f.nu[:, i], np.ravel(torus.nu)) < 1e-8
+            checked += 1
+    assert checked >= 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("energy", [1 / 24, 0.1, 0.14])
+def test_diffusion_agrees_with_tangent_vectors(energy):
+    z0 = bound(energy, 1000, 6)
+    found = chaos(HenonHeiles(), z0, time=6000.0, indicators=(SALI(), MEGNO(), FrequencyDiffusion()))
+    sali, megno, diffusion = found.chaotic_by
+    assert (diffusion == sali)[sali == megno].mean() >= 0.98
+
+
+def test_units_origin_and_zero_of_energy():
+    """The same orbits in other units have the same frequencies in these, and the same kinds."""
+    z0 = bound(0.09, 12, 9)
+    f = frequency_map(HenonHeiles(), z0, time=1500.0, step=0.1)
+    for length, duration in ((1e6, 1e-6), (1e-6, 1e6)):
+        a, b = 1 / duration**2, 1 / (length * duration**2)
+        model = hamiltonian(f"{a!r}*(x**2 + y**2)/2 + {b!r}*(x**2*y - y**3/3) + {1e3 * a * length**2!r}")
+        scaled = z0 * np.repeat([length, length / duration], 2)[:, None]
+        other = frequency_map(model, scaled, time=1500.0 * duration, step=0.1 * duration)
+        np.testing.assert_array_equal(other.kind, f.kind)
+        sound = f.error < 1e-9
+        np.testing.assert_allclose((other.nu * duration)[sound], f.nu[sound], atol=1e-10)
+
+
+def test_signals_as_large_as_numbers_can_be():
+    """Moduli beyond the largest number, of finite real and imaginary parts."""
+    rng = np.random.default_rng(4)
+    top = np.finfo(float).max
+    signs = np.sign(rng.normal(size=(3, 200)))
+    for signal in (np.full(200, top * (1 + 1j)), top * signs * (1 + 1j), top * np.ones((2, 300))):
+        found = naff(signal, 1.0, lines=5)
+        assert np.isfinite(found.nu).all()
+    found = naff(0.9 * top * np.exp(2j * np.pi * 0.1713 * np.arange(400)), 1.0, lines=1)
+    assert abs(found.nu[0] - 0.1713) < 1e-12
