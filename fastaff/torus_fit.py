@@ -181,7 +181,11 @@ def fit_torus(
     energy, own = float(energies(body, z)[0]), motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0
-    times, path, inside, evidence = (None, None, 0, _path(flow, z, time, 64)[1]) if short else _sampled(flow, z, time)
+    times, inside = np.zeros(0), 0
+    if short:
+        path, evidence = _path(flow, z, time, 64)
+    else:
+        times, path, inside, evidence = _sampled(flow, z, time)
     if short or evidence["status"] != Status.OK:
         evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
         return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
