@@ -492,6 +492,34 @@ def test_results_do_not_depend_on_threads_or_company(body, chart):
     np.testing.assert_array_equal(alone.theta[:, 0], together.theta[:, 123])
 
 
+def test_tori_of_actions_know_nothing_of_their_neighbours():
+    """Bitwise the same alone and in any company and order; what is OK is finite; UNBOUND where h_vartheta < 0 lets r fall to 0."""
+    rng = np.random.default_rng(12)
+    body = Body(HeavyTop(C=0.7, A=1.6), mu=1.3)
+    J = rng.choice([0.0, 1e-12, 1e-6, 1e-3, 0.01, 0.1, 1.0, 5.0], size=(4, 60)) * np.array([[1], [1], [1], [-1]])
+    together, order = energy_of_actions(body, J), rng.permutation(60)
+    shuffled = energy_of_actions(body, J[:, order])
+    for k in range(60):
+        alone, place = energy_of_actions(body, J[:, k]), np.flatnonzero(order == k)[0]
+        for name in ("status", "energy", "nu"):
+            np.testing.assert_array_equal(getattr(alone, name), getattr(together, name)[..., k])
+            np.testing.assert_array_equal(getattr(alone, name), getattr(shuffled, name)[..., place])
+    good = together.status == Status.OK
+    assert np.isfinite(together.nu[:, good]).all()
+    assert np.isnan(together.nu[:, ~good]).all()
+    for k in np.flatnonzero(J[2] * J[3] != 0):
+        a, c = (((J[3, k] + sign * J[2, k]) / (4 * np.pi)) ** 2 / (2 * body.mu) for sign in (-1, 1))
+
+        def squared(v, a=a, c=c):
+            """(dJ/dvartheta)^2/2 mu at h_vartheta = 0."""
+            return -(1.6 * np.cos(v) + a / np.cos(v / 2) ** 2 + c / np.sin(v / 2) ** 2)
+
+        v = np.linspace(0, np.pi, 40001)[1:-1]
+        at_zero = np.sqrt(2 * body.mu * np.maximum(squared(v), 0)).sum() * (v[1] - v[0])
+        if abs(J[1, k] - at_zero) > 1e-3 * at_zero + 1e-3:
+            assert (together.status[k] == Status.UNBOUND) == (J[1, k] < at_zero), (k, J[:, k])
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.floats(-2, 2, allow_nan=False, width=32), min_size=8, max_size=8))
 def test_every_bound_state_has_values_or_a_status(numbers):

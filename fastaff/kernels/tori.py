@@ -320,10 +320,13 @@ def tori_by_quadrature(
     limits(first, first_p, KINDS[chart, 0], work, ends[0])
     limits(second, second_p, KINDS[chart, 1], work, ends[1])
     for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        results[:], small[:] = 0.0, 0.0  # nothing of the state before it
         status[k] = _state(
             chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where,
             small, results, J, nu, theta, turning, constants, error,
         )  # fmt: skip
+        if status[k] == OK_CODE and not np.isfinite(J[:, k].sum() + nu[:, k].sum() + theta[:, k].sum()):
+            status[k] = NOT_CONVERGED_CODE
         if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):
             error[k] = np.inf
             for i in range(4):

@@ -123,6 +123,7 @@ def _loop(potential, params, mu, u, kind, ends, rho, goal, work, out):
 def _match_at_axis(potential, params, mu, u, kind, ends, side, J, room, bottom, work, out):
     """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True where it is one."""
     u[0], edge = bottom, -1.0 if side == 0 else 1.0
+    out[RADIUS] = 0.0
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
     middle, G = 0.0, 0.0
     for step in range(12):
@@ -342,11 +343,16 @@ def torus_points(
         return
     work, other = np.zeros((ROWS, MOST)), np.zeros((ROWS, MOST))
     results, small, ends = np.zeros((2, RESULTS)), np.zeros((12, 4)), np.zeros((2, 2))
+    points = min(1, theta.shape[1])  # for each torus
     limits(first, first_p, KINDS[chart, 0], work, ends[0])
     limits(second, second_p, KINDS[chart, 1], work, ends[1])
     for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-        energy[k], nu[:, k] = np.nan, np.nan
+        results[:], small[:] = 0.0, 0.0  # nothing of the torus before it
         status[k] = _point(
             chart, first, first_p, second, second_p, mu, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
         )
+        if status[k] == OK_CODE and not np.isfinite(energy[k] + nu[:, k].sum() + z[:, k : k + points].sum()):
+            status[k] = NOT_CONVERGED_CODE
+        if status[k] != OK_CODE:
+            energy[k], nu[:, k], z[:, k : k + points] = np.nan, np.nan, np.nan
     progress[unit] = 1
