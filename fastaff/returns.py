@@ -16,21 +16,13 @@ from . import observers
 from .boundary import energies
 from .engine import Flow
 from .kernels import crossings as kernels
+from .motion import inverse_masses, motion
 from .poincare import SPARE, follow_crossings, start_crossings
 from .status import Status
 
 COMPLEX_STEP = 1e-100
 RANK = 1e-8
 """Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic neighbours."""
-
-FIRST_STEP = 0.2
-"""The step that is tried first, beside 1/rate of the orbit."""
-
-FINEST, LONGEST_JUMP = 14, 6
-"""Powers of sqrt(2) that a step may be finer than the first, and by which it changes at once."""
-
-WAIT = 20
-"""Turns at an orbit's rate to wait for a crossing."""
 
 
 class Returns(NamedTuple):
@@ -46,11 +38,8 @@ class Returns(NamedTuple):
     status: np.ndarray
 
 
-def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any, step: np.ndarray) -> Returns:
-    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each.
-
-    max_time, step: (orbits,), those of each orbit; orbits of one step run together.
-    """
+def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
+    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time (orbits,) or one."""
     rows, orbits = z.shape
     n = rows // 2
     found = Returns(
@@ -59,108 +48,67 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     )  # fmt: skip
     with np.errstate(all="ignore"):
         inside = np.isfinite(z).all(axis=0) & (np.broadcast_to(flow.model.margin(*z[:n]), orbits) > 0)
-    limit = np.broadcast_to(max_time, orbits)
-    for size in np.unique(step[inside]):
-        live = np.flatnonzero(inside & (step == size))
-        some = _returns(replace(flow, step=float(size)), section, z[:, live], period, float(limit[live].max()))
-        late = (some.status == Status.OK) & (some.time > limit[live])
-        some.status[late] = Status.TOO_FEW_CROSSINGS
-        for whole, part in zip(found, some, strict=True):
-            if part.ndim > 1 or part.dtype == np.float64:
-                part[late] = np.nan
-            whole[live] = part
+    live = np.flatnonzero(inside)
+    if not live.size:
+        return found
+    limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
+    flow = replace(flow.of(live), vectors=rows)
+    unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
+    ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
+    whole = len(ensemble.z)
+    width = kernels.RECORD + whole
+    observer = observers.crossings(section, period, n, rows)
+    memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
+    start_crossings(memory, section, ensemble)
+    memory[1] = 0.0  # on the section, in whatever units
+    follow_crossings(flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None)
+    records = out.reshape(live.size, -1, width)[:, :period]
+    parts = records[:, :, kernels.RECORD :].reshape(live.size, period, 2, 1 + rows, n)
+    found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
+    found.time[live] = records[:, -1, 0]
+    found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
+    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (memory[5] >= period) & (found.time[live] <= limit)
+    ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
+    found.status[live] = np.where(arrived, Status.OK, ended)
+    for array in found[:3]:
+        array[live[~arrived]] = np.nan
     return found
 
 
-def _returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: float) -> Returns:
-    """Follow orbits of one step."""
-    rows, orbits = z.shape
-    flow = replace(flow, vectors=rows)
-    unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, orbits))
-    ensemble = flow.ensemble(np.ascontiguousarray(z), unit)
-    whole = len(ensemble.z)
-    width = kernels.RECORD + whole
-    observer = observers.crossings(section, period, rows // 2, rows)
-    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, (period + SPARE) * width), np.nan)
-    start_crossings(memory, section, ensemble)
-    memory[1] = 0.0  # on the section, whatever its units
-    follow_crossings(flow, ensemble, section, period, observer, memory, out, max_time, None)
-    records = out.reshape(orbits, -1, width)[:, :period]
-    parts = records[:, :, kernels.RECORD :].reshape(orbits, period, 2, 1 + rows, rows // 2)
-    monodromy = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(orbits, rows, rows)
-    arrived = np.isfinite(monodromy).all(axis=(1, 2)) & (memory[5] >= period)
-    ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
-    status = np.where(arrived, Status.OK, ended)
-    return Returns(parts[:, :, :, 0].reshape(orbits, period, rows), records[:, -1, 0].copy(), monodromy, status)
-
-
 class Scale(NamedTuple):
-    """The own units of orbits: rows (2n, orbits) of coordinates and momenta, rate (orbits,), an angular frequency, and energy (orbits,)."""
+    """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular frequency; energy."""
 
     rows: np.ndarray
     rate: np.ndarray
     energy: np.ndarray
 
-    def take(self, which: Any) -> Scale:
-        """Return the scale of the orbits `which`."""
-        return Scale(self.rows[:, which], self.rate[which], self.energy[which])
+    def of(self, which: Any) -> Scale:
+        """Return those of some of the orbits."""
+        return Scale(*(entry[..., which] for entry in self))
 
     def matrix(self, monodromy: np.ndarray) -> np.ndarray:
         """Return monodromy matrices (orbits, 2n, 2n) in these units."""
-        return monodromy * self.rows.T[:, None, :] / self.rows.T[:, :, None]
+        with np.errstate(all="ignore"):
+            return monodromy * self.rows.T[:, None, :] / self.rows.T[:, :, None]
 
     def norm(self, change: np.ndarray) -> np.ndarray:
         """Return the lengths of changes (orbits, 2n) of phase points."""
-        return np.linalg.norm(change / self.rows.T, axis=1)
+        with np.errstate(all="ignore"):
+            return np.linalg.norm(change / self.rows.T, axis=1)
 
-    def resolution(self, z: np.ndarray) -> np.ndarray:
-        """Return the rounding of phase points z (2n, orbits): large where the origin is far."""
-        return 4e-16 * np.linalg.norm(z / self.rows, axis=0)
+    def rounding(self, z: np.ndarray) -> np.ndarray:
+        """Return that of phase points z (2n, orbits): large where the origin is far."""
+        with np.errstate(all="ignore"):
+            return 4e-16 * (1 + np.linalg.norm(z / self.rows, axis=0))
 
 
-def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> Scale:
-    """Return the own units of orbits from their phase points z (2n, orbits), moved to the energy (orbits,) unless that is None.
-
-    With W the inverse mass of a coordinate, L = sqrt(2 K W)/rate and P = sqrt(2 K/W) for the energy K = T + |F|^2 W/(2 rate^2),
-    that of an oscillation, or what is missing to the wanted energy where that is more. rate^2 is the largest |eigenvalue| of the
-    second derivatives of V beside the masses, or where it is more 1/t^2 of the time in which V changes by T on a straight line.
-    """
-    n = model.degrees_of_freedom
-    zero = np.zeros(z.shape[1])
-    W = np.array([model.velocity(*row)[i] for i, row in enumerate(np.eye(n))])
+def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
+    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the energy, that counts."""
+    found = motion(model, z, threads)
+    W = np.einsum("iij->ij", inverse_masses(model, z))
     with np.errstate(all="ignore"):
-        force = np.array([f + zero for f in model.force(*z[:n])])
-        columns = [[f + zero for f in model.tangent_force(*z[:n], *row)] for row in np.sqrt(W)[:, None] * np.eye(n)]
-        stiffness = np.array(columns).transpose(2, 1, 0) * np.sqrt(W)[:, None]
-        rate = np.sqrt(each(lambda K: np.linalg.norm(K, 2), stiffness, (), np.float64))
-        T = model.kinetic_energy(*z[n:]) + zero
-        rate = _faster(model, z, T, rate)
-        K = T + (W[:, None] * force**2).sum(axis=0) / (2 * rate**2)
-        if energy is not None:
-            K = np.fmax(K, np.abs(energy - energies(model, z)))
-        return Scale(np.concatenate([np.sqrt(2 * K * W[:, None]) / rate, np.sqrt(2 * K / W[:, None])]), rate, K)
-
-
-def _faster(model: Any, z: np.ndarray, T: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Return the rates (orbits,), or 1/t where V changes by T in a shorter time t along a straight line: at a point of inflection."""
-    n = len(z) // 2
-    start, speed = model.potential_energy(*z[:n]), np.array(model.velocity(*z[n:])) + 0.0 * z[:n]
-    time = np.where(rate > 0, 1 / rate, 1e90)
-    going = (T > 0) & np.isfinite(rate)
-    for _ in range(600):
-        ends = [np.abs(model.potential_energy(*(z[:n] + s * time * speed)) - start) for s in (1, -1)]
-        going &= ~(np.maximum(*ends) < T)  # no number: beyond the domain
-        if not going.any():
-            break
-        time = np.where(going, 0.5 * time, time)
-    return np.where(going, np.nan, 1 / time)
-
-
-def finer_by(scheme_order: int, change: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """Return how many powers of sqrt(2) finer a step must be to bring the change to the goal, fewer than 0 where it can be coarser."""
-    with np.errstate(all="ignore"):
-        powers = np.ceil(2 * np.log2(change / goal) / scheme_order)
-    return np.clip(np.where(np.isnan(powers), 0, powers), -LONGEST_JUMP, LONGEST_JUMP).astype(np.int64)
+        K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
+        return Scale(np.concatenate([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)]), found.rate, K)
 
 
 def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
@@ -237,8 +185,9 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     In a basis of the plane of both that is orthonormal in the orbits' own units; the flow takes each image back to the section.
     """
     D = scale.rows.T
-    field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
-    along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
+    with np.errstate(all="ignore"):
+        field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
+        along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
     reduced = np.full((len(monodromy), len(z) - 2, len(z) - 2), np.nan)
     good = np.isfinite(own).all(axis=(1, 2))
     if good.any():
@@ -256,3 +205,19 @@ def each(function: Callable, stack: np.ndarray, shape: tuple[int, ...], dtype: t
     for k in np.flatnonzero(np.isfinite(stack).all(axis=(1, 2))):
         result[k] = function(stack[k])
     return result
+
+
+def closing_matrix(model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits, 2n).
+
+    In the orbits' own units, the rows of section and energy of length 1.
+    """
+    orbits, rows = end.shape
+    D = scale.rows.T
+    matrix = np.zeros((orbits, rows + 2, rows + 1))
+    with np.errstate(all="ignore"):
+        matrix[:, :rows, :rows] = scale.matrix(monodromy) - np.eye(rows)
+        matrix[:, :rows, rows] = vector_field(model, end.T) / D / scale.rate[:, None]
+        for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
+            matrix[:, rows + row, :rows] = gradient * D / np.linalg.norm(gradient * D, axis=1)[:, None]
+    return matrix
