@@ -12,9 +12,9 @@ import numpy as np
 
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow
-from .periodic import PeriodicOrbits, closing_matrix, packed, periodic_orbits, return_time
+from .periodic import WAIT, PeriodicOrbits, closing_goal, finer_by, packed, periodic_orbits, scheme_error
 from .periodic_search import joined
-from .returns import Returns, least_change, onto, section_returns
+from .returns import Returns, Scale, closing_matrix, energy_gradient, least_change, onto, orbit_scale, section_returns, vector_field
 from .scalars import positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status
@@ -30,6 +30,21 @@ BEND = 0.35
 JUMP = 0.1
 """Largest change of the residues' product between neighbouring points, beside 1 + the product: a dip must not pass unseen."""
 
+SHORTEST = 1e-6
+"""Least step along the branch, beside the first one."""
+
+TRIES = 6
+"""Steps of the scheme that are tried for a point of the branch."""
+
+COARSER, SPARE = 1.25, 1e-2
+"""How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
+
+VANISHING, NEAR = 1e-5, 1e-10
+"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z is undetermined."""
+
+VANISHED = 1e-3
+"""Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
+
 
 class Event(IntEnum):
     """What happens at a point of a branch where the stability changes.
@@ -44,22 +59,27 @@ class Event(IntEnum):
 
 
 class Bifurcation(NamedTuple):
-    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in time."""
+    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in time.
+
+    error: of the value: half of the interval in which the change was found, or what is left of the product over its slope.
+    """
 
     event: Event
     arclength: float
     value: float
     z: np.ndarray
     time: float
+    error: float
 
 
 @dataclass(frozen=True)
 class Branch:
     """A family of periodic orbits.
 
-    value (points,): the energy or the parameter; arclength (points,) in the space of z and value; orbits: PeriodicOrbits with the
-    points of the branch as orbits (z, time, residue, stability, ...); bifurcations in the order of the branch; status:
-    OK where it ended by its number of steps or its bounds, NOT_CONVERGED where the shortest step failed.
+    value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of the first
+    orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...); bifurcations in the order
+    of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO where the orbits shrink to an
+    equilibrium, NOT_CONVERGED where the shortest step failed.
     """
 
     value: np.ndarray
@@ -81,16 +101,18 @@ def continuation(
     z0 (2n,): a guess of the first orbit; section, period as in `periodic_orbits`; parameter: its first value, or None to follow
     the energy; energy: of the first orbit (None: that of the guess), kept where a parameter is followed; bounds of the
     energy or parameter, where the branch ends; direction: +1 or -1, which way the energy or parameter goes at first; length,
-    longest: first and longest step of arclength in (z, value); steps: the most points beside the first; max_time, tolerance as in
-    `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`.
+    longest: first and longest step of arclength in (z, value), z in the first orbit's amplitudes (`PeriodicOrbits.scale`), the value in
+    its kinetic energy, or in the change of the parameter that moves its return by an amplitude; steps: the most points beside the
+    first; max_time, tolerance as in `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`.
     Returns Branch. Raises ValueError or TypeError for wrong input, and where the first guess leads to no periodic orbit.
 
     Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is normal to
     it, so that the branch passes folds. The step grows by half after an easy correction and is halved after a failed one, a bend
     of more than 0.35 radians or a change of the residue R of more than 0.1 (1 + |R|). Derivatives to the parameter are central
-    differences of returns. Bifurcations are where the product of the residues, or of 1 - residue, changes its sign between two
-    points, polished by Brent's method in the arclength. A residue that touches 0 or 1, or passes it twice between two points, is
-    not seen. At a branching the branch goes straight on.
+    differences of returns. The scheme's step, where none is given, is each point's own: shortened until that moves the return no more
+    than the tolerance, and longer again where it may be. Bifurcations are where the product of the residues, or of 1 - residue, changes
+    its sign between two points, polished in the arclength by false position (the Illinois rule). A residue that touches 0 or 1, or
+    passes it twice between two points, is not seen. At a branching the branch goes straight on.
     Cost: about 3 returns of 2n + 1 vectors for each point (9 with a parameter), of one orbit at a time.
     Source: Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength); Greene, MacKay, Vivaldi & Feigenbaum 1981,
     Physica D 3, 468 (residues at bifurcations).
@@ -111,16 +133,21 @@ def continuation(
     value = float(first.energy[0]) if parameter is None else parameter
     if not low <= value <= high:
         raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-    flow, _ = make_flow(first_model, first.z, first.scheme, first.step if np.isfinite(first.step) else 1.0, rtol, atol, threads)
-    wait = return_time(flow, first.z, period) if max_time is None else positive("max_time", max_time)
-    family = _Family(make, flow, section, period, wait, tolerance, None if parameter is None else float(first.energy[0]))
-    start = family.corrected(np.append(first.z[:, 0], value), None)
+    flow, _ = make_flow(first_model, first.z, first.scheme, None if np.isinf(first.step[0]) else float(first.step[0]), rtol, atol, threads)
+    limit = None if max_time is None else positive("max_time", max_time)
+    own = step is None and not flow.adaptive
+    scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
+    units = np.append(scale.rows[:, 0], scale.energy[0])
+    family = _Family(make, flow, section, period, limit, tolerance, None if parameter is None else float(first.energy[0]), own, units)
+    if parameter is not None:
+        units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
+    start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
     if start is None:
         raise ValueError("z0 leads to an orbit that cannot be continued")
     points, status = _follow(family, start, direction, length, longest, steps, (low, high))
     orbits = joined([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
-    arclength = np.concatenate([[0.0], np.cumsum([np.linalg.norm(b.u - a.u) for a, b in pairwise(points)])])
+    arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
     return Branch(values, arclength, orbits, tuple(_bifurcations(family, points, arclength, orbits)), status)
 
 
@@ -145,96 +172,173 @@ def _bounds(bounds: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Point:
-    """A point u = (z, value) of a branch, its return, the branch's unit tangent there, and how many corrections it took."""
+    """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own units, step of
+    the scheme and the next one to try, error, and how many corrections it took."""
 
     u: np.ndarray
     back: Returns
     tangent: np.ndarray
+    scale: Scale
+    step: float
+    following: float
+    error: np.ndarray
     corrections: int
-
-    def follows(self, last: _Point, length: float) -> bool:
-        """Tell whether this is the next point of the branch after `last`, at a distance of about `length`."""
-        return bool(self.tangent @ last.tangent > np.cos(BEND) and np.linalg.norm(self.u - last.u) < 1.5 * length)
 
 
 @dataclass(frozen=True)
 class _Family:
-    """The equations of a family: the orbit closes, lies on the section, and has the energy `energy`, or its value where that is None."""
+    """The equations of a family: flow(z) = z on the section and the energy, for z and the energy or parameter.
+
+    energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and value.
+    """
 
     make: Callable
     flow: Flow
     section: Any
     period: int
-    max_time: float
+    max_time: float | None
     tolerance: float
     energy: float | None
+    own_step: bool
+    units: np.ndarray
 
-    def at(self, value: float) -> Flow:
+    def at(self, value: float, step: float) -> Flow:
         """Return the flow at a value of the parameter."""
-        return self.flow if self.energy is None else replace(self.flow, model=self.make(value))
+        flow = self.flow if self.flow.adaptive else replace(self.flow, step=step)
+        return flow if self.energy is None else replace(flow, model=self.make(value))
 
     def aim(self, value: float) -> np.ndarray:
         """Return the energy (1,) that the orbit of a value must have."""
         return np.array([value if self.energy is None else self.energy])
 
-    def returned(self, u: np.ndarray) -> Returns:
-        """Return what becomes of the orbit u = (z, value)."""
-        return section_returns(self.at(u[-1]), self.section, u[:-1, None], self.period, self.max_time)
+    def apart(self, u: np.ndarray, v: np.ndarray) -> float:
+        """Return the distance of two points of the branch."""
+        return float(np.linalg.norm((v - u) / self.units))
 
-    def matrix(self, u: np.ndarray, back: Returns) -> np.ndarray:
-        """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value."""
-        z, value = u[:-1, None], u[-1]
-        model = self.at(value).model
-        closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy)[0]
+    def limit(self, scale: Scale) -> np.ndarray:
+        """Return the time to wait for a return."""
+        return WAIT * self.period / scale.rate if self.max_time is None else np.array([self.max_time])
+
+    def returned(self, u: np.ndarray, scale: Scale, step: float) -> Returns:
+        """Return what becomes of the orbit u = (z, value)."""
+        return section_returns(self.at(u[-1], step), self.section, u[:-1, None], self.period, self.limit(scale))
+
+    def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
+        """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
+        end, ends = back.points[0, -1], []
+        field = vector_field(self.at(u[-1], step).model, end[:, None])[0]
+        for value in (u[-1] + h, u[-1] - h):
+            there = self.returned(np.append(u[:-1], value), scale, step)
+            ends.append(there.points[0, -1] - field * (there.time[0] - back.time[0]))
+        return (ends[0] - ends[1]) / (2 * h) / scale.rows[:, 0]
+
+    def parameter_unit(self, u: np.ndarray, scale: Scale) -> float:
+        """Return the change of the parameter that moves the return by an amplitude, beside what it does to small changes."""
+        size = abs(u[-1]) or 1.0
+        for h in 1e-5 * size * 10.0 ** -np.arange(0, 12, 3):
+            back = self.returned(u, scale, float(self.flow.step))
+            moved = np.linalg.norm(self.shifted(u, back, scale, float(self.flow.step), h))
+            unit = max(1.0, np.linalg.norm(scale.matrix(back.monodromy))) / moved if moved > 0 else size
+            if np.isfinite(unit) and unit > 10 * h:
+                return float(unit)
+        return size
+
+    def matrix(self, u: np.ndarray, back: Returns, scale: Scale, step: float) -> np.ndarray:
+        """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the value."""
+        z, unit = u[:-1, None], self.units[-1]
+        model = self.at(u[-1], step).model
+        closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
         rows = len(z)
         column = np.zeros(rows + 2)
+        length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0])
         if self.energy is None:
-            column[rows + 1] = -1.0
+            column[rows + 1] = -unit / length
         else:
-            h = 1e-5 * max(1.0, abs(value))
-            ends = []
-            for shifted in (value + h, value - h):
-                there = self.returned(np.append(u[:-1], shifted))
-                # At the return of u itself, not at that of the shifted model.
-                ends.append(there.points[0, -1] - closing[:rows, rows] * (there.time[0] - back.time[0]))
-            column[:rows] = (ends[0] - ends[1]) / (2 * h)
-            up, down = (energies(self.make(value + s * h), z)[0] for s in (1, -1))
-            column[rows + 1] = (up - down) / (2 * h)
+            h = 1e-5 * unit
+            column[:rows] = unit * self.shifted(u, back, scale, step, h)
+            up, down = (energies(self.make(u[-1] + s * h), z)[0] for s in (1, -1))
+            column[rows + 1] = unit * (up - down) / (2 * h) / length
         return np.column_stack([closing, column])
 
-    def corrected(self, u: np.ndarray, tangent: np.ndarray | None) -> _Point | None:
-        """Return the point of the branch normal to the tangent from u (at the value of u for None); None if there is none."""
+    def corrected(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
+        """Return the point of the branch normal to the tangent from u (at the value of u for None); None if there is none.
+
+        Where the scheme's step may change it is shortened until its error is below the tolerance.
+        """
+        for _ in range(TRIES if self.own_step else 1):
+            point = self._closed(u, tangent, scale, step)
+            if point is None:
+                step /= 2.0
+                continue
+            z = point.u[:-1, None]
+            flow, limit = self.at(point.u[-1], step), self.limit(scale)
+            change, error = scheme_error(flow, self.section, z, limit, point.back, scale)
+            goal = closing_goal(self.tolerance, z, point.back.monodromy, scale)
+            if not self.own_step or change[0] <= goal[0]:
+                own = orbit_scale(flow.model, z, self.aim(point.u[-1]), flow.threads)
+                following = step * COARSER if self.own_step and change[0] < SPARE * goal[0] else step
+                return replace(point, scale=own, step=step, following=following, error=error)
+            u, step = point.u, step / float(finer_by(change, goal, flow.scheme.order)[0])
+        return None
+
+    def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
+        """Return the point that `corrected` looks for, of one step of the scheme."""
         rows = u.size - 1
         normal = np.eye(rows + 1)[rows] if tangent is None else tangent
+        own = np.append(scale.rows[:, 0], self.units[-1])
         before = np.inf
         for k in range(CORRECTIONS):
-            z, reached = onto(self.at(u[-1]).model, self.section, u[:-1, None], self.aim(u[-1]))
+            z, reached = onto(self.at(u[-1], step).model, self.section, u[:-1, None], self.aim(u[-1]), scale)
             if not reached[0]:
                 return None
             u = np.append(z[:, 0], u[-1])
-            back = self.returned(u)
+            back = self.returned(u, scale, step)
             if back.status[0] != Status.OK:
                 return None
-            short = u[:-1] - back.points[0, -1]
+            short = (u[:-1] - back.points[0, -1]) / scale.rows[:, 0]
             size = float(np.linalg.norm(short))
-            goal = self.tolerance * (1 + np.linalg.norm(u[:-1])) * max(1.0, float(np.linalg.norm(back.monodromy)))
-            matrix = self.matrix(u, back)
+            goal = float(closing_goal(self.tolerance, z, back.monodromy, scale)[0])
+            matrix = self.matrix(u, back, scale, step)
             if not np.isfinite(matrix).all():
                 return None
-            border = np.insert(normal, rows, 0.0)
+            border = np.insert(normal * own / self.units, rows, 0.0)
             if size <= goal or (size <= 30 * goal and size > 0.5 * before):
-                return _Point(u, back, _tangent(matrix, border), k)
+                along = _tangent(matrix, border) * own / self.units
+                return _Point(u, back, along / np.linalg.norm(along), scale, step, step, np.zeros(1), k)
             right = np.concatenate([short, [0.0, 0.0, 0.0]])
             change = least_change(np.vstack([matrix, border])[None], right[None])[0]
-            u = u + np.delete(change, rows)
+            u = np.append(u[:-1] + change[:rows] * own[:-1], u[-1] if tangent is None else u[-1] + change[-1] * own[-1])
             before = size
         return None
 
+    def follows(self, last: _Point, point: _Point, length: float) -> bool:
+        """Tell whether `point` is the next one of the branch after `last`, at a distance of about `length`."""
+        return bool(point.tangent @ last.tangent > np.cos(BEND) and self.apart(last.u, point.u) < 1.5 * length)
+
+    def ahead(self, last: _Point, length: float) -> _Point | None:
+        """Return the point of the branch at a distance of `length` along the tangent of the last one."""
+        return self.corrected(last.u + length * last.tangent * self.units, last.tangent, last.scale, last.following)
+
+    def between(self, last: _Point, following: _Point, s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the point at the share s of the cubic through two points with their tangents, and the unit vector along it.
+
+        Nearer to the branch than the chord: at a branching a correction cannot tell it from its neighbours.
+        """
+        reach = self.apart(last.u, following.u)
+        first, end = (p.tangent * self.units * reach for p in (last, following))
+        chord = following.u - last.u
+        bend, twist = 3 * chord - 2 * first - end, first + end - 2 * chord
+        along = (first + s * (2 * bend + 3 * s * twist)) / self.units
+        return last.u + s * (first + s * (bend + s * twist)), along / np.linalg.norm(along)
+
     def orbits(self, point: _Point) -> PeriodicOrbits:
         """Return a point of the branch as PeriodicOrbits of one orbit."""
-        residual = np.linalg.norm(point.back.points[:, -1] - point.u[:-1], axis=1)
+        residual = point.scale.norm(point.back.points[:, -1] - point.u[:-1])
         energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
-        return packed(self.at(point.u[-1]), self.section, point.u[:-1, None], energy, point.back, residual, count)
+        return packed(
+            self.at(point.u[-1], point.step), self.section, point.u[:-1, None], energy, point.back, point.scale, residual=residual,
+            error=point.error, iterations=count,
+        )  # fmt: skip
 
     def products(self, point: _Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
@@ -242,10 +346,9 @@ class _Family:
 
 
 def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:
-    """Return the unit vector in (z, value) along which the equations hold, on the side of the bordering row."""
+    """Return the vector in (z, value) along which the equations hold, on the side of the bordering row."""
     change = least_change(np.vstack([matrix, border])[None], np.append(np.zeros(len(matrix)), 1.0)[None])[0]
-    along = np.delete(change, len(change) - 2)
-    return along / np.linalg.norm(along)
+    return np.delete(change, len(change) - 2)
 
 
 def _products(orbits: PeriodicOrbits) -> np.ndarray:
@@ -257,20 +360,24 @@ def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[l
     """Step along the branch to its bounds, its number of steps, or the shortest step."""
     forward = start.tangent if start.tangent[-1] * direction >= 0 else -start.tangent
     points, signs = [replace(start, tangent=forward)], family.products(start)
-    shortest = 1e-6 * length
+    shortest = SHORTEST * length
     while len(points) <= steps:
         last = points[-1]
-        point = family.corrected(last.u + length * last.tangent, last.tangent)
-        ahead = family.products(point) if point is not None and point.follows(last, length) else np.full(2, np.nan)
+        point = family.ahead(last, length)
+        ahead = family.products(point) if point is not None and family.follows(last, point, length) else np.full(2, np.nan)
         if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
             length *= 0.5
             if length < shortest:
-                return points, Status.NOT_CONVERGED
+                vanished = last.scale.energy[0] < VANISHED * start.scale.energy[0]
+                return points, Status.ACTION_ZERO if vanished else Status.NOT_CONVERGED
             continue
         if not bounds[0] <= point.u[-1] <= bounds[1]:
             edge = bounds[0] if point.u[-1] < bounds[0] else bounds[1]
             share = (edge - last.u[-1]) / (point.u[-1] - last.u[-1])
-            end = family.corrected(np.append(((1 - share) * last.u + share * point.u)[:-1], edge), None)
+            between = np.append(((1 - share) * last.u + share * point.u)[:-1], edge)
+            end = family.corrected(between, None, last.scale, last.following)
+            if end is None and share > 1e-9:
+                return points, Status.NOT_CONVERGED
             return [*points, end] if end is not None and share > 1e-9 else points, Status.OK
         points.append(point)
         signs = ahead
@@ -281,28 +388,51 @@ def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[l
 
 def _bifurcations(family: _Family, points: list[_Point], arclength: np.ndarray, orbits: PeriodicOrbits) -> list[Bifurcation]:
     """Find the sign changes between neighbouring points and polish them."""
-    from scipy.optimize import brentq
-
     signs = _products(orbits)
     found = []
-    for k in range(len(points) - 1):
-        last, reach = points[k], float(np.linalg.norm(points[k + 1].u - points[k].u))
-        turned = last.tangent[-1] * points[k + 1].tangent[-1] < 0
+    for k, (last, following) in enumerate(pairwise(points)):
+        turned = last.tangent[-1] * following.tangent[-1] < 0
         for kind in range(2):
             if not signs[k, kind] * signs[k + 1, kind] < 0:
                 continue
-            ahead = (points[k + 1].u - last.u) / reach
-            at: dict[float, _Point | None] = {}
-
-            def product(s, last=last, ahead=ahead, kind=kind, at=at, ends=(k, reach)):
-                if s in (0.0, ends[1]):
-                    return signs[ends[0] + (s > 0.0), kind]
-                at[s] = family.corrected(last.u + s * ahead, ahead)
-                return np.nan if at[s] is None else family.products(at[s])[kind]
-
-            s = brentq(product, 0.0, reach, xtol=1e-11, rtol=1e-12, disp=False)
-            point = at.get(s) or family.corrected(last.u + s * ahead, ahead)
-            if point is not None and abs(family.products(point)[kind]) < 1e-5:
+            s, point, product, error = _sign_change(family, last, following, signs[k : k + 2, kind], kind)
+            if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
                 event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
-                found.append(Bifurcation(event, float(arclength[k] + s), float(point.u[-1]), point.u[:-1], float(point.back.time[0])))
+                place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
+                found.append(Bifurcation(event, place, value, point.u[:-1], time, error))
     return sorted(found, key=lambda b: b.arclength)
+
+
+def _sign_change(
+    family: _Family, last: _Point, following: _Point, ends: np.ndarray, kind: int
+) -> tuple[float, _Point, float, float]:
+    """Find where between two points a product changes its sign: (s, the point of the branch there, the product, the error of the value).
+
+    False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are tried.
+    """
+    reach = family.apart(last.u, following.u)
+    a, b, low, high, side = 0.0, 1.0, last, following, 0
+    weights, products = [float(end) for end in ends], [float(end) for end in ends]
+    best = min((abs(products[0]), a, last), (abs(products[1]), b, following), key=lambda tried: tried[0])
+    for _ in range(60):
+        if b - a <= 1e-12 or best[0] <= NEAR:
+            break
+        share = np.clip(weights[0] / (weights[0] - weights[1]), 1e-3, 1 - 1e-3)
+        for place in (share, 0.5, 0.25, 0.75):
+            s = a + float(place) * (b - a)
+            point = family.corrected(*family.between(last, following, s), last.scale, last.step)
+            if point is not None:
+                break
+        else:
+            break
+        product = float(family.products(point)[kind])
+        best = min(best, (abs(product), s, point), key=lambda tried: tried[0])
+        if product * ends[0] > 0:
+            weights = [product, weights[1] * (0.5 if side < 0 else 1.0)]
+            a, low, products[0], side = s, point, product, -1
+        else:
+            weights = [weights[0] * (0.5 if side > 0 else 1.0), product]
+            b, high, products[1], side = s, point, product, 1
+    left = abs(float(high.u[-1] - low.u[-1]))
+    slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
+    return best[1] * reach, best[2], best[0], min(0.5 * left, best[0] / slope + 1e-15 * abs(float(best[2].u[-1])))

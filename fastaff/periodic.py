@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from typing import Any
 
@@ -11,13 +11,15 @@ import numpy as np
 from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow, Interrupted
-from .motion import typical_rate
 from .returns import (
+    RANK,
     Returns,
+    Scale,
+    closing_matrix,
     each,
-    energy_gradient,
     least_change,
     onto,
+    orbit_scale,
     reduced_monodromy,
     section_gradient,
     section_returns,
@@ -26,13 +28,22 @@ from .returns import (
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status, describe, raise_if_failed
-from .trials import make_flow, with_one_step
+from .trials import make_flow, unset_step
 
-ENERGY_ERROR = 1e-13
-"""What the step is chosen for where none is given: an orbit cannot close better than its energy is kept."""
+STEP_ERROR = 1e-13
+"""What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
+
+FINER, FINEST = 8.0, 200.0
+"""How many times shorter a step becomes at once, and in all."""
+
+ROUNDS = 4
+"""Times that Newton's method goes on with shorter steps."""
+
+WAIT = 20 * 2 * np.pi
+"""Radians of an orbit's motion to wait for a crossing."""
 
 SAME = 1e-6
-"""Distance, beside 1 + |z|, below which two section points are one."""
+"""Distance, in an orbit's own units, below which two section points are one."""
 
 MARGINAL = 1e-6
 """Distance of a residue from 0 or 1, beside the size of the monodromy matrix, below which an orbit is parabolic."""
@@ -59,9 +70,11 @@ class PeriodicOrbits:
 
     z (2n, orbits) on the section; period (orbits,) in crossings; points (orbits, longest period, 2n): all crossings, z first,
     NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (orbits, 2n, 2n): the derivative of
-    the flow over the period at z; reduced (orbits, 2n - 2, 2n - 2): that of the section map within the energy surface, in an
-    orthonormal basis; residual (orbits,) = |flow(z) - z|; iterations (orbits,): returns computed; status (orbits,) of `Status`.
-    names (2n,): of the rows of z.
+    the flow over the period at z; reduced (orbits, 2n - 2, 2n - 2): that of the section map within the energy surface, in a
+    basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error (orbits,): estimate of that of z and of
+    2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and the residual; iterations (orbits,): returns computed;
+    status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme. names (2n,): of the rows of z.
+    scale (2n, orbits): the own units of each orbit, amplitudes of coordinates and momenta.
     """
 
     z: np.ndarray
@@ -72,12 +85,14 @@ class PeriodicOrbits:
     monodromy: np.ndarray
     reduced: np.ndarray
     residual: np.ndarray
+    error: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
+    step: np.ndarray
+    scale: np.ndarray
     names: tuple[str, ...]
     section: Any
     scheme: Splitting | RungeKutta
-    step: float | np.ndarray
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -121,29 +136,28 @@ class PeriodicOrbits:
     @property
     def prime(self) -> np.ndarray:
         """The least periods (orbits,): the first crossing that is back at z; a divisor of `period`, 0 where not OK."""
-        away = np.linalg.norm(self.points - self.z.T[:, None], axis=2) <= SAME * (1 + np.linalg.norm(self.z.T, axis=1))[:, None]
-        away = np.concatenate([away[:, 1:], np.zeros((len(away), 1), bool)], axis=1)
-        first = np.where(away.any(axis=1), away.argmax(axis=1) + 1, self.period)
+        back = np.linalg.norm((self.points - self.z.T[:, None]) / self.scale.T[:, None], axis=2) <= SAME
+        back = np.concatenate([back[:, 1:], np.zeros((len(back), 1), bool)], axis=1)
+        first = np.where(back.any(axis=1), back.argmax(axis=1) + 1, self.period)
         return np.where(self.status == Status.OK, np.minimum(first, self.period), 0)
 
     def take(self, which: Any) -> PeriodicOrbits:
         """Return the orbits `which`: numbers or a mask (orbits,)."""
         which = np.atleast_1d(which)
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
-        for name in ("period", "points", "time", "energy", "monodromy", "reduced", "residual", "iterations", "status"):
+        for name in PER_ORBIT:
             kept[name] = kept[name][which]
-        kept["z"] = self.z[:, which]
+        kept["z"], kept["scale"] = self.z[:, which], self.scale[:, which]
         return PeriodicOrbits(**kept)
 
     def same(self) -> np.ndarray:
         """Number the orbits (orbits,) so that the same closed orbits, whatever crossing they start at, have one number; -1: not OK."""
         number, good = np.full(self.status.shape, -1), self.status == Status.OK
-        scale = SAME * (1 + np.linalg.norm(self.z, axis=0))
         # Least periods first, so that a number stands for a prime orbit where there is one.
         for o in np.lexsort((np.arange(good.size), self.period)):
             if good[o] and number[o] < 0:
-                away = np.linalg.norm(self.z.T[:, None] - self.points[o, : self.period[o]], axis=2).min(axis=1)
-                number[(away <= scale) & good & (number < 0)] = o
+                away = (self.z.T[:, None] - self.points[o, : self.period[o]]) / self.scale[:, o]
+                number[(np.linalg.norm(away, axis=2).min(axis=1) <= SAME) & good & (number < 0)] = o
         return np.unique(number, return_inverse=True)[1] - (not good.all())
 
     def unique(self) -> PeriodicOrbits:
@@ -164,6 +178,12 @@ class PeriodicOrbits:
         return "; ".join([describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))])
 
 
+PER_ORBIT = (
+    "period", "points", "time", "energy", "monodromy", "reduced", "residual", "error", "iterations", "status", "step",
+)  # fmt: skip
+"""The fields of PeriodicOrbits with orbits on the first axis."""
+
+
 def periodic_orbits(
     model: Any, z0: Any, *, section: Any, period: int = 1, energy: Any = None, max_time: float | None = None,
     tolerance: float = 1e-12, iterations: int = 40, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
@@ -174,19 +194,21 @@ def periodic_orbits(
     Parameters: model with `tangent_force`, of two degrees of freedom or more; z0 (2n,) or (2n, orbits), guesses, which are first
     moved to the section and the energy, and along the flow where they pass the section the wrong way; section: a value of
     `fastaff.sections`; period >= 1: the number of crossings after which the orbit closes; energy: a number, or one for each
-    orbit (None: that of each guess); max_time: for the `period` crossings (None: 20 turns of the guesses' typical frequency for
-    each); tolerance: an orbit is OK once |flow(z) - z| <= tolerance (1 + |z|) |M|, what a change of z by `tolerance` does;
-    iterations: most returns computed for an orbit; step: as in `integrate`, chosen for an energy error of 1e-13 where it is
-    None; scheme, rtol, atol, threads as in `integrate`.
+    orbit (None: that of each guess); max_time: for the `period` crossings (None: 20 turns of each guess's own frequency for
+    each); tolerance: an orbit is OK once |flow(z) - z| <= tolerance |M| in own units, what a change of z by `tolerance` does (but
+    not less than rounding of z); iterations: most returns computed for an orbit with one step; step: as in `integrate`; None: for
+    each orbit its own, shortened until that moves the return no more than the tolerance; scheme, rtol, atol, threads as in `integrate`.
     Returns PeriodicOrbits. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`. A guess that leads
     nowhere has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
 
+    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results are the same in
+    any units, for any origin and zero of V, and in any company.
     All guesses take their steps together: one integration with 2n tangent vectors to the crossing, located on the scheme's own
     flow, then a small least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and
     energy, by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A step that
     makes the residual larger is cut to a quarter. Convergence is quadratic, to rounding. `period` may be a multiple of the least
     one: see `.prime`. A relative periodic orbit of a body is a periodic orbit of `fastaff.models.reduced`.
-    Cost: about 6 to 8 returns of 2n + 1 vectors for each guess.
+    Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
     Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183
     (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
     """
@@ -194,11 +216,15 @@ def periodic_orbits(
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     flow, z, energy = checked_guesses(model, z0, energy, scheme, step, rtol, atol, threads)
-    end = return_time(flow, z, period) if max_time is None else positive("max_time", max_time)
-    search = _Search(flow, section, period, end, tolerance, iterations)
+    end = None if max_time is None else positive("max_time", max_time)
+    search = _Search(flow, section, period, end, tolerance, iterations, step is None and not flow.adaptive)
     state = search.start(z, energy)
     try:
         search.run(state)
+        for _ in range(ROUNDS):
+            if not search.shorten(state).any():
+                break
+            search.run(state)
     except KeyboardInterrupt:
         state.status[state.live] = Status.INTERRUPTED
         stopped = Interrupted("periodic_orbits")
@@ -213,10 +239,10 @@ def checked_guesses(
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
     if model.degrees_of_freedom < 2:
         raise ValueError(f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}")
-    unset = step is None and not isinstance(scheme, Automatic)
-    flow, z = make_flow(model, z0, scheme, 1.0 if unset else step, rtol, atol, threads)  # the trial for an error of its own follows
-    if step is None:
-        flow = with_one_step(flow, z, ENERGY_ERROR)
+    if isinstance(scheme, Automatic):
+        unset_step(step)
+        scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
+    flow, z = make_flow(model, z0, scheme, step, rtol, atol, threads, error=STEP_ERROR)
     try:
         given = energies(model, z) if energy is None else np.asarray(energy, dtype=np.float64)
     except (TypeError, ValueError):
@@ -226,11 +252,6 @@ def checked_guesses(
     return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
 
 
-def return_time(flow: Flow, z: np.ndarray, period: int) -> float:
-    """Return the longest time to wait for `period` crossings: 20 turns of a typical frequency for each."""
-    return 20 * 2 * np.pi / typical_rate(flow.model, z) * period
-
-
 @dataclass
 class _State:
     """A search under way: arrays over orbits. `z` is the best point so far, `trial` the next."""
@@ -238,9 +259,13 @@ class _State:
     z: np.ndarray
     trial: np.ndarray
     energy: np.ndarray
+    scale: Scale
+    step: np.ndarray
+    limit: np.ndarray
     change: np.ndarray
     share: np.ndarray
     residual: np.ndarray
+    error: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
     live: np.ndarray
@@ -249,31 +274,38 @@ class _State:
 
 @dataclass(frozen=True)
 class _Search:
-    """Newton's method for all guesses at once."""
+    """Newton's method for all guesses at once; `flexible`: their steps may be shortened."""
 
     flow: Flow
     section: Any
     period: int
-    max_time: float
+    max_time: float | None
     tolerance: float
     iterations: int
+    flexible: bool
 
     def start(self, z: np.ndarray, energy: np.ndarray) -> _State:
         """Move guesses to the section and the energy; those that can't get there have ended."""
-        rows, orbits = z.shape
-        trial, reached = onto(self.flow.model, self.section, z, energy)
+        model, (rows, orbits) = self.flow.model, z.shape
+        scale = orbit_scale(model, z, energy, self.flow.threads)
+        limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
+        step = np.array(np.broadcast_to(self.flow.step, orbits))
+        trial, reached = onto(model, self.section, z, energy, scale)
         with np.errstate(all="ignore"):
-            rate = (section_gradient(self.section, trial) * vector_field(self.flow.model, trial)).sum(axis=1)
+            rate = (section_gradient(self.section, trial, scale.rows) * vector_field(model, trial)).sum(axis=1)
         wrong = np.flatnonzero(reached & (rate * self.section.direction < 0))
         if wrong.size:  # it passes the section the other way: its first crossing is the guess
-            first = section_returns(self.flow, self.section, trial[:, wrong], 1, self.max_time).points[:, 0].T
-            trial[:, wrong], reached[wrong] = onto(self.flow.model, self.section, first, energy[wrong])
+            first = section_returns(self._flow(step[wrong]), self.section, trial[:, wrong], 1, limit[wrong]).points[:, 0].T
+            trial[:, wrong], reached[wrong] = onto(model, self.section, first, energy[wrong], scale.of(wrong))
         empty = np.full((orbits, self.period, rows), np.nan), np.full(orbits, np.nan), np.full((orbits, rows, rows), np.nan)
         status = np.full(orbits, int(Status.NOT_CONVERGED))
         return _State(
-            trial.copy(), trial, energy, np.zeros_like(z), np.ones(orbits), np.full(orbits, np.inf), np.zeros(orbits, np.int64),
-            status, reached, Returns(*empty, status.copy()),
+            trial.copy(), trial, energy, scale, step, limit, np.zeros_like(z), np.ones(orbits), np.full(orbits, np.inf),
+            np.full(orbits, np.nan), np.zeros(orbits, np.int64), status, reached, Returns(*empty, status.copy()),
         )  # fmt: skip
+
+    def _flow(self, step: np.ndarray) -> Flow:
+        return self.flow if self.flow.adaptive else replace(self.flow, step=step)
 
     def run(self, state: _State) -> None:
         """Take Newton steps until every orbit has ended."""
@@ -282,9 +314,9 @@ class _Search:
             if not live.size:
                 return
             trial = state.trial[:, live]
-            back = section_returns(self.flow, self.section, trial, self.period, self.max_time)
+            back = section_returns(self._flow(state.step[live]), self.section, trial, self.period, state.limit[live])
             state.iterations[live] += 1
-            size = np.linalg.norm(back.points[:, -1] - trial.T, axis=1)
+            size = state.scale.of(live).norm(back.points[:, -1] - trial.T)
             size = np.where(back.status == Status.OK, size, np.inf)
             before = state.residual[live]
             better = size < before
@@ -303,53 +335,109 @@ class _Search:
             self._step(state, kept[state.live[kept]])
             next_ones = np.flatnonzero(state.live)
             moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
-            state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, state.energy[next_ones])[0]
+            energy, scale = state.energy[next_ones], state.scale.of(next_ones)
+            state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, energy, scale)[0]
+
+    def shorten(self, state: _State) -> np.ndarray:
+        """Estimate the errors of orbits; give those whose step is too long a shorter one and let them go on. Returns which (orbits,)."""
+        again = np.zeros(state.status.shape, bool)
+        which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error))
+        if which.size:
+            order, scale = self.flow.scheme.order, state.scale.of(which)
+            z, found = state.z[:, which], Returns(*(entry[which] for entry in state.found))
+            change, state.error[which] = scheme_error(
+                self._flow(state.step[which]), self.section, z, state.limit[which], found, scale
+            )
+            goal = self._goal(state, which)
+            # An orbit that does not close may not for the error of the step.
+            goal = np.where(state.status[which] == Status.OK, goal, np.maximum(goal, 0.01 * state.residual[which]))
+            again[which] = change > goal
+            factor = finer_by(change, goal, order)
+            state.step[which] = np.where(change > goal, state.step[which] / factor, state.step[which])
+        fell = np.isin(state.status, (Status.NONFINITE, Status.COLLAPSED)) & ~np.isfinite(state.residual)
+        state.step[fell] /= FINER
+        again |= fell
+        again &= self.flexible & (state.step * FINEST >= np.broadcast_to(self.flow.step, again.shape))
+        state.status[again], state.live[again], state.share[again] = Status.NOT_CONVERGED, True, 1.0
+        state.residual[again], state.error[again] = np.inf, np.nan
+        state.trial[:, again] = state.z[:, again]
+        return again
 
     def _goal(self, state: _State, which: np.ndarray) -> np.ndarray:
-        size = 1.0 + np.linalg.norm(state.z[:, which], axis=0)
-        return self.tolerance * size * np.maximum(1.0, np.linalg.norm(state.found.monodromy[which], axis=(1, 2)))
+        return closing_goal(self.tolerance, state.z[:, which], state.found.monodromy[which], state.scale.of(which))
 
     def _step(self, state: _State, which: np.ndarray) -> None:
         """Set the Newton steps of orbits whose point is new."""
         if which.size:
-            z, end = state.z[:, which], state.found.points[which, -1]
-            matrix = closing_matrix(self.flow.model, self.section, z, end, state.found.monodromy[which])
-            right = np.concatenate([z.T - end, np.zeros((which.size, 2))], axis=1)
-            state.change[:, which] = least_change(matrix, right)[:, :-1].T
+            z, end, scale = state.z[:, which], state.found.points[which, -1], state.scale.of(which)
+            matrix = closing_matrix(self.flow.model, self.section, z, end, state.found.monodromy[which], scale)
+            right = np.concatenate([(z.T - end) / scale.rows.T, np.zeros((which.size, 2))], axis=1)
+            state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T
 
     def result(self, state: _State) -> PeriodicOrbits:
         """Assemble the orbits; those that failed keep their best point and lose the rest."""
-        return packed(self.flow, self.section, state.z, state.energy, state.found, state.residual, state.iterations, state.status)
+        return packed(
+            self._flow(state.step), self.section, state.z, state.energy, state.found, state.scale, residual=state.residual,
+            error=state.error, iterations=state.iterations, status=state.status,
+        )  # fmt: skip
+
+
+def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return how near to z (2n, orbits) an orbit must return to be closed, in own units."""
+    size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
+    return np.maximum(tolerance, 4 * scale.rounding(z)) * np.maximum(1.0, size)
+
+
+def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
+    """Return how many times shorter a step should be where its error `change` is above the goal."""
+    with np.errstate(all="ignore"):
+        factor = np.clip(1.1 * (change / goal) ** (1 / order), 1.2, FINER)
+    return np.where(np.isfinite(factor), factor, 2.0)
+
+
+def scheme_error(
+    flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units (orbits,).
+
+    From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
+    """
+    if flow.adaptive:
+        other, gain = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol), 1.0
+    else:
+        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
+    back = section_returns(other, section, z, found.points.shape[1], limit)
+    with np.errstate(all="ignore"):
+        moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
+        matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
+        short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + scale.rounding(z)[:, None]
+        shift = np.linalg.norm(np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None], axis=(1, 2))
+    return np.where(np.isnan(moved).any(axis=1), np.inf, np.linalg.norm(moved, axis=1)), shift
+
+
+def _inverses(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverses (orbits, columns, rows) that `least_change` applies."""
+    return each(lambda A: np.linalg.pinv(A, rcond=RANK), matrix, matrix.shape[:0:-1], np.float64)
 
 
 def packed(
-    flow: Flow, section: Any, z: np.ndarray, energy: np.ndarray, found: Returns, residual: np.ndarray, iterations: np.ndarray,
-    status: np.ndarray | None = None,
+    flow: Flow, section: Any, z: np.ndarray, energy: np.ndarray, found: Returns, scale: Scale, *, residual: np.ndarray, error: np.ndarray,
+    iterations: np.ndarray, status: np.ndarray | None = None,
 ) -> PeriodicOrbits:  # fmt: skip
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; what is not OK is NaN."""
     model, status = flow.model, found.status if status is None else status
     good = status == Status.OK
-    reduced = reduced_monodromy(model, section, z, found.monodromy)
+    reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
-    time, monodromy = found.time.copy(), found.monodromy.copy()
-    for array in (points, time, monodromy, reduced):
+    time, monodromy, error = found.time.copy(), found.monodromy.copy(), error.copy()
+    for array in (points, time, monodromy, reduced, error):
         array[~good] = np.nan
     names = (*model.coordinates, *(f"p_{name}" for name in model.coordinates))
     return PeriodicOrbits(
-        z, np.full(good.size, points.shape[1]), points, time, energy, monodromy, reduced, residual, iterations, status, names,
-        section, flow.scheme, flow.step,
+        z, np.full(good.size, points.shape[1]), points, time, energy, monodromy, reduced, residual, error, iterations, status,
+        np.array(np.broadcast_to(flow.step, good.shape)), scale.rows, names, section, flow.scheme,
     )  # fmt: skip
-
-
-def closing_matrix(model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray) -> np.ndarray:
-    """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits, 2n)."""
-    orbits, rows = end.shape
-    matrix = np.zeros((orbits, rows + 2, rows + 1))
-    matrix[:, :rows, :rows] = monodromy - np.eye(rows)
-    matrix[:, :rows, rows] = vector_field(model, end.T)
-    matrix[:, rows, :rows], matrix[:, rows + 1, :rows] = section_gradient(section, z), energy_gradient(model, z)
-    return matrix
 
 
 def _indices(S: np.ndarray) -> np.ndarray:

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model
-from .periodic import PeriodicOrbits, checked_guesses, periodic_orbits, return_time
+from .motion import typical_rate
+from .periodic import PER_ORBIT, WAIT, PeriodicOrbits, checked_guesses, periodic_orbits
 from .poincare import SectionMap, poincare_map
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
@@ -34,7 +36,9 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
         return np.zeros((rows, 0))
     flat = points.reshape(-1, rows)
     size = np.fmax.reduce(flat, axis=0) - np.fmin.reduce(flat, axis=0)
-    scale = np.where(size > 1e-9 * np.fmax.reduce(size), size, np.inf)  # the section's own direction tells nothing
+    # The section's own direction tells nothing: its row varies by rounding, beside rows of its kind.
+    kind = np.repeat(np.fmax.reduce(size.reshape(2, -1), axis=1), rows // 2)
+    scale = np.where(size > np.maximum(1e-12 * kind, 1e-13 * np.fmax.reduce(np.abs(flat), axis=0)), size, np.inf)
     away = np.linalg.norm((points[:, period:] - points[:, :-period]) / scale, axis=2)
     # The best crossings of each orbit stand for it: along a regular orbit the displacement repeats itself.
     per_orbit = np.argsort(away, axis=1)[:, : max(1, -(-20 * most // len(away)))]
@@ -81,13 +85,13 @@ def find_periodic_orbits(
         raise ValueError(f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {z0.points.shape[2]}")
     starts = z0.points[:, 0].T[:, z0.counts > 0] if given else z0
     flow, z, _ = checked_guesses(model, starts, None, scheme, step, rtol, atol, threads)
+    chosen = flow.step if isinstance(scheme, Automatic) and not flow.adaptive else step
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
-    wait = return_time(flow, z, 1) if max_time is None else positive("max_time", max_time) / count
-    size = flow.step if np.isfinite(flow.step) else None
+    wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
     seen = z0
     if not given:
         seen = poincare_map(
-            model, z, section=section, crossings=count, max_time=wait * count, step=size, scheme=flow.scheme, rtol=rtol, atol=atol,
+            model, z, section=section, crossings=count, max_time=wait * count, step=chosen, scheme=flow.scheme, rtol=rtol, atol=atol,
             threads=threads,
         )  # fmt: skip
     found: list[PeriodicOrbits] = []
@@ -95,8 +99,8 @@ def find_periodic_orbits(
     def search(guesses: np.ndarray, period: int) -> None:
         if guesses.size:
             orbits = periodic_orbits(
-                model, guesses, section=section, period=period, energy=energy, max_time=wait * period, tolerance=tolerance,
-                iterations=iterations, step=size, scheme=flow.scheme, rtol=rtol, atol=atol, threads=threads,
+                model, guesses, section=section, period=period, energy=energy, tolerance=tolerance, iterations=iterations,
+                max_time=None if max_time is None else wait * period, step=step, scheme=flow.scheme, rtol=rtol, atol=atol, threads=threads,
             )  # fmt: skip
             prime = orbits.prime
             found.append(orbits.take(prime == period))
@@ -114,9 +118,10 @@ def joined(parts: list[PeriodicOrbits]) -> PeriodicOrbits:
     """Return the orbits of several searches of one section as one."""
     longest = max(part.points.shape[1] for part in parts)
     whole_of = {f.name: getattr(parts[0], f.name) for f in fields(PeriodicOrbits)}
-    for name in ("period", "time", "energy", "monodromy", "reduced", "residual", "iterations", "status"):
+    for name in set(PER_ORBIT) - {"points"}:
         whole_of[name] = np.concatenate([getattr(part, name) for part in parts])
-    whole_of["z"] = np.concatenate([part.z for part in parts], axis=1)
+    for name in ("z", "scale"):
+        whole_of[name] = np.concatenate([getattr(part, name) for part in parts], axis=1)
     filled = [np.pad(p.points, ((0, 0), (0, longest - p.points.shape[1]), (0, 0)), constant_values=np.nan) for p in parts]
     whole_of["points"] = np.concatenate(filled)
     return PeriodicOrbits(**whole_of)

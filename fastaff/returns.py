@@ -1,4 +1,8 @@
-"""Returns of orbits to a section with their monodromy matrices: what searches for periodic orbits are made of (layer L3)."""
+"""Returns of orbits to a section with their monodromy matrices: what searches for periodic orbits are made of (layer L3).
+
+All that mixes coordinates and momenta is done in an orbit's own units, `orbit_scale`: results are the same in any unit of length,
+time and mass, for any origin and zero of the potential, and know nothing of other orbits.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import observers
-from .boundary import energies, energy_scale
+from .boundary import energies
 from .engine import Flow
 from .kernels import crossings as kernels
+from .motion import inverse_masses, motion
 from .poincare import SPARE, follow_crossings, start_crossings
 from .status import Status
 
@@ -33,8 +38,8 @@ class Returns(NamedTuple):
     status: np.ndarray
 
 
-def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: float) -> Returns:
-    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each."""
+def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
+    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time (orbits,) or one."""
     rows, orbits = z.shape
     n = rows // 2
     found = Returns(
@@ -46,24 +51,64 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     live = np.flatnonzero(inside)
     if not live.size:
         return found
-    flow = replace(flow, vectors=rows)
+    limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
+    flow = replace(flow.of(live), vectors=rows)
     unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
     ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
     whole = len(ensemble.z)
     width = kernels.RECORD + whole
     observer = observers.crossings(section, period, n, rows)
     memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
-    start_crossings(flow, memory, section, ensemble, on=True)
-    follow_crossings(flow, ensemble, section, period, observer, memory, out, max_time, None)
+    start_crossings(memory, section, ensemble)
+    memory[1] = 0.0  # on the section, in whatever units
+    follow_crossings(flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None)
     records = out.reshape(live.size, -1, width)[:, :period]
     parts = records[:, :, kernels.RECORD :].reshape(live.size, period, 2, 1 + rows, n)
     found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
     found.time[live] = records[:, -1, 0]
     found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
-    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (memory[5] >= period)
+    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (memory[5] >= period) & (found.time[live] <= limit)
     ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
     found.status[live] = np.where(arrived, Status.OK, ended)
+    for array in found[:3]:
+        array[live[~arrived]] = np.nan
     return found
+
+
+class Scale(NamedTuple):
+    """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular frequency; energy."""
+
+    rows: np.ndarray
+    rate: np.ndarray
+    energy: np.ndarray
+
+    def of(self, which: Any) -> Scale:
+        """Return those of some of the orbits."""
+        return Scale(*(entry[..., which] for entry in self))
+
+    def matrix(self, monodromy: np.ndarray) -> np.ndarray:
+        """Return monodromy matrices (orbits, 2n, 2n) in these units."""
+        with np.errstate(all="ignore"):
+            return monodromy * self.rows.T[:, None, :] / self.rows.T[:, :, None]
+
+    def norm(self, change: np.ndarray) -> np.ndarray:
+        """Return the lengths of changes (orbits, 2n) of phase points."""
+        with np.errstate(all="ignore"):
+            return np.linalg.norm(change / self.rows.T, axis=1)
+
+    def rounding(self, z: np.ndarray) -> np.ndarray:
+        """Return that of phase points z (2n, orbits): large where the origin is far."""
+        with np.errstate(all="ignore"):
+            return 4e-16 * (1 + np.linalg.norm(z / self.rows, axis=0))
+
+
+def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
+    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the energy, that counts."""
+    found = motion(model, z, threads)
+    W = np.einsum("iij->ij", inverse_masses(model, z))
+    with np.errstate(all="ignore"):
+        K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
+        return Scale(np.concatenate([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)]), found.rate, K)
 
 
 def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
@@ -79,20 +124,22 @@ def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
 
 
-def section_gradient(section: Any, z: np.ndarray) -> np.ndarray:
-    """Return the gradient (orbits, 2n) of the section function: complex steps, or differences where the function is not analytic."""
-    gradient = np.zeros(z.shape[::-1])
+def section_gradient(section: Any, z: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the gradient (orbits, 2n) of the section function: complex steps, or differences where the function is not analytic.
+
+    scale (2n, orbits): the orbits' own units, which differences are small beside.
+    """
+    exact, difference = np.zeros(z.shape[::-1]), np.zeros(z.shape[::-1])
     with np.errstate(all="ignore"):
         for r in range(len(z)):
-            h = 6e-6 * (1.0 + np.abs(z[r]))
-            difference = (_value(section, z, r, h) - _value(section, z, r, -h)) / (2 * h)
+            h = 6e-6 * scale[r]
+            difference[:, r] = (_value(section, z, r, h) - _value(section, z, r, -h)) / (2 * h)
             try:
-                exact = np.imag(_value(section, z, r, COMPLEX_STEP * 1j)) / COMPLEX_STEP
+                exact[:, r] = np.imag(_value(section, z, r, COMPLEX_STEP * 1j)) / COMPLEX_STEP
             except (TypeError, ValueError):
-                exact = difference
-            agree = np.abs(exact - difference) <= 1e-4 * (np.abs(difference) + 1e-4)
-            gradient[:, r] = np.where(agree, exact, difference)
-    return gradient
+                exact[:, r] = np.nan
+        off, size = np.abs(exact - difference) * scale.T, np.abs(difference) * scale.T
+        return np.where(off <= 1e-4 * size.max(axis=1)[:, None], exact, difference)
 
 
 def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
@@ -101,26 +148,24 @@ def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
     return section.value(*rows) + np.zeros(z.shape[1])
 
 
-def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Move z (2n, orbits) the shortest way to the section, and to the energy (orbits,) unless None; return it and which arrived."""
-    z = z.copy()
-    zero = np.zeros(z.shape[1])
-    for _ in range(20):
-        values, rows = [section.value(*z) + zero], [section_gradient(section, z)]
-        sizes = [1.0 + (z * z).sum(axis=0)]
-        if energy is not None:
-            values.append(energies(model, z) - energy)
-            rows.append(energy_gradient(model, z))
-            sizes.append(energy_scale(model, z))
-        short = np.array(values)
-        with np.errstate(all="ignore"):
-            near = (np.abs(short) <= 4e-15 * np.array(sizes)).all(axis=0)
-            change = least_change(np.stack(rows, axis=1), short.T)
-        z = np.where(near, z, z - change.T)
-        if (near | ~np.isfinite(z).all(axis=0)).all():
-            break
+def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
+    """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it and which arrived."""
+    z, D, zero, n = z.copy(), scale.rows, np.zeros(z.shape[1]), len(z) // 2
     with np.errstate(all="ignore"):
-        arrived = np.isfinite(z).all(axis=0) & (np.abs(short) <= 1e-13 * np.array(sizes)).all(axis=0)
+        for _ in range(20):
+            rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
+            short = np.stack([section.value(*z) + zero, energies(model, z) - energy], axis=1)
+            # What rounding of z and of the sums makes of both.
+            size = (np.abs(rows) * (np.abs(z) + D).T[:, None]).sum(axis=2)
+            size[:, 1] += scale.energy + model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
+            near = (np.abs(short) <= 4e-15 * size).all(axis=1)
+            rows = rows * D.T[:, None]
+            length = np.linalg.norm(rows, axis=2)
+            change = D * least_change(rows / length[:, :, None], short / length).T
+            z = np.where(near, z, z - change)
+            if (near | ~np.isfinite(z).all(axis=0)).all():
+                break
+        arrived = np.isfinite(z).all(axis=0) & (np.abs(short) <= 1e-13 * size).all(axis=1)
     return np.where(arrived, z, np.nan), arrived
 
 
@@ -134,17 +179,21 @@ def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return x
 
 
-def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray) -> np.ndarray:
+def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
     """Return the derivative (orbits, 2n - 2, 2n - 2) of the section map within the energy surface at fixed points z (2n, orbits).
 
-    In an orthonormal basis of the plane of both; the flow takes each image back to the section.
+    In a basis of the plane of both that is orthonormal in the orbits' own units; the flow takes each image back to the section.
     """
-    field, along, up = vector_field(model, z), section_gradient(section, z), energy_gradient(model, z)
+    D = scale.rows.T
+    with np.errstate(all="ignore"):
+        field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
+        along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
     reduced = np.full((len(monodromy), len(z) - 2, len(z) - 2), np.nan)
-    good = np.isfinite(monodromy).all(axis=(1, 2))
+    good = np.isfinite(own).all(axis=(1, 2))
     if good.any():
-        _, _, rows = np.linalg.svd(np.stack([along, up], axis=1)[good], full_matrices=True)
-        basis, M, f, s = rows[:, 2:], monodromy[good], field[good], along[good]
+        normals = np.stack([row / np.linalg.norm(row, axis=1)[:, None] for row in (along[good], up[good])], axis=1)
+        _, _, rows = np.linalg.svd(normals, full_matrices=True)
+        basis, M, f, s = rows[:, 2:], own[good], field[good], along[good]
         delay = (s[:, None] @ M) / (s * f).sum(axis=1)[:, None, None]
         reduced[good] = basis @ (M - f[:, :, None] * delay) @ basis.transpose(0, 2, 1)
     return reduced
@@ -156,3 +205,19 @@ def each(function: Callable, stack: np.ndarray, shape: tuple[int, ...], dtype: t
     for k in np.flatnonzero(np.isfinite(stack).all(axis=(1, 2))):
         result[k] = function(stack[k])
     return result
+
+
+def closing_matrix(model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits, 2n).
+
+    In the orbits' own units, the rows of section and energy of length 1.
+    """
+    orbits, rows = end.shape
+    D = scale.rows.T
+    matrix = np.zeros((orbits, rows + 2, rows + 1))
+    with np.errstate(all="ignore"):
+        matrix[:, :rows, :rows] = scale.matrix(monodromy) - np.eye(rows)
+        matrix[:, :rows, rows] = vector_field(model, end.T) / D / scale.rate[:, None]
+        for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
+            matrix[:, rows + row, :rows] = gradient * D / np.linalg.norm(gradient * D, axis=1)[:, None]
+    return matrix

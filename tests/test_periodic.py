@@ -367,7 +367,7 @@ def test_branch_passes_a_fold():
 def test_gradient_of_sections_that_are_not_analytic():
     z = naive.states(BODY, 5)
     for section in (fa.AlphaEquals(1.2), fa.AreaEquals(1.0), fa.BetaTurning()):
-        gradient = section_gradient(section, z)
+        gradient = section_gradient(section, z, np.ones_like(z))
         for r in range(8):
             h = np.eye(8)[r][:, None] * 1e-5
             np.testing.assert_allclose(gradient[:, r], (section(z + h) - section(z - h)) / 2e-5, atol=1e-9)
