@@ -12,7 +12,7 @@ import numpy as np
 
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow
-from .periodic import WAIT, PeriodicOrbits, closing_goal, finer_by, packed, periodic_orbits, scheme_error
+from .periodic import WAIT, PeriodicOrbits, closing_goal, finer_by, packed, periodic_orbits, scheme_error, step_goal
 from .periodic_search import joined
 from .returns import Returns, Scale, closing_matrix, energy_gradient, least_change, onto, orbit_scale, section_returns, vector_field
 from .scalars import positive, real, whole
@@ -237,8 +237,8 @@ class _Family:
         size = abs(u[-1]) or 1.0
         for h in 1e-5 * size * 10.0 ** -np.arange(0, 12, 3):
             back = self.returned(u, scale, float(self.flow.step))
-            moved = np.linalg.norm(self.shifted(u, back, scale, float(self.flow.step), h))
-            unit = max(1.0, np.linalg.norm(scale.matrix(back.monodromy))) / moved if moved > 0 else size
+            moved = float(np.linalg.norm(self.shifted(u, back, scale, float(self.flow.step), h)))
+            unit = max(1.0, float(np.linalg.norm(scale.matrix(back.monodromy)))) / moved if moved > 0 else size
             if np.isfinite(unit) and unit > 10 * h:
                 return float(unit)
         return size
@@ -265,21 +265,28 @@ class _Family:
 
         Where the scheme's step may change it is shortened until its error is below the tolerance.
         """
+        best = None
         for _ in range(TRIES if self.own_step else 1):
             point = self._closed(u, tangent, scale, step)
             if point is None:
                 step /= 2.0
                 continue
             z = point.u[:-1, None]
-            flow, limit = self.at(point.u[-1], step), self.limit(scale)
-            change, error = scheme_error(flow, self.section, z, limit, point.back, scale)
-            goal = closing_goal(self.tolerance, z, point.back.monodromy, scale)
-            if not self.own_step or change[0] <= goal[0]:
-                own = orbit_scale(flow.model, z, self.aim(point.u[-1]), flow.threads)
-                following = step * COARSER if self.own_step and change[0] < SPARE * goal[0] else step
-                return replace(point, scale=own, step=step, following=following, error=error)
+            flow = self.at(point.u[-1], step)
+            change, error = scheme_error(flow, self.section, z, self.limit(scale), point.back, scale)
+            goal = step_goal(self.tolerance, z, point.back.monodromy, scale)
+            if best is not None and change[0] > 0.5 * best[0]:
+                break  # rounding
+            following = step * COARSER if self.own_step and change[0] < SPARE * goal[0] else step
+            best = change[0], replace(point, step=step, following=following, error=error)
+            if change[0] <= goal[0]:
+                break
             u, step = point.u, step / float(finer_by(change, goal, flow.scheme.order)[0])
-        return None
+        if best is None:
+            return None
+        point = best[1]
+        own = orbit_scale(self.at(point.u[-1], point.step).model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
+        return replace(point, scale=own)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
         """Return the point that `corrected` looks for, of one step of the scheme."""

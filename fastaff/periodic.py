@@ -348,7 +348,7 @@ class _Search:
             change, state.error[which] = scheme_error(
                 self._flow(state.step[which]), self.section, z, state.limit[which], found, scale
             )
-            goal = self._goal(state, which)
+            goal = step_goal(self.tolerance, z, found.monodromy, scale)
             # An orbit that does not close may not for the error of the step.
             goal = np.where(state.status[which] == Status.OK, goal, np.maximum(goal, 0.01 * state.residual[which]))
             again[which] = change > goal
@@ -388,6 +388,11 @@ def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: 
     return np.maximum(tolerance, 4 * scale.rounding(z)) * np.maximum(1.0, size)
 
 
+def step_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on the way."""
+    return np.maximum(tolerance, 4 * scale.rounding(z) * np.linalg.norm(scale.matrix(monodromy), axis=(1, 2)))
+
+
 def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
     """Return how many times shorter a step should be where its error `change` is above the goal."""
     with np.errstate(all="ignore"):
@@ -411,8 +416,11 @@ def scheme_error(
         moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
         matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
         short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + scale.rounding(z)[:, None]
-        shift = np.linalg.norm(np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None], axis=(1, 2))
-    return np.where(np.isnan(moved).any(axis=1), np.inf, np.linalg.norm(moved, axis=1)), shift
+        shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
+        later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
+        shift[:, -1] += later
+        change = np.hypot(np.linalg.norm(moved, axis=1), later)
+    return np.where(np.isnan(change), np.inf, change), np.linalg.norm(shift, axis=1)
 
 
 def _inverses(matrix: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ._blocks import function_block, is_value, parameters
 from .boundary import checked_model, phase_points
+from .features import knots
 from .models import Body, SeparableElliptic, StackelBody, Zero
 
 
@@ -76,6 +77,15 @@ class Separated:
         """Return block function and parameters of the two coordinates' potentials."""
         pairs = zip(self.functions, self.family.variables, strict=True)
         return tuple(part for V, variable in pairs for part in (function_block(V, variable), parameters(V)))
+
+    def knots(self) -> tuple[np.ndarray, ...]:
+        """Return the knots of the potentials of both coordinates, and of those of eta and gamma: where they have narrow features."""
+        kinds = {
+            "np.sqrt({})": "x^2", "{}": "r", "2*np.arcsin(np.sqrt({}))": "sin^2(x/2)", "np.arcsin(np.sqrt({}))": "sin^2",
+            "np.arcsinh(np.sqrt({}))": "sinh^2",
+        }  # fmt: skip
+        own = [knots(V, kinds[variable]) for V, variable in zip(self.functions, self.family.variables, strict=True)]
+        return (*own, *(knots(V, "angle") for V in self.angular))
 
     def angular_blocks(self) -> tuple[Any, ...]:
         """Return block function and parameters of the angles' potentials."""

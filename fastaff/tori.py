@@ -121,7 +121,8 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
         _run(kernel, (separated.mu, *parameters, *out), n, closed_tori.UNIT, threads, report)
     else:
         angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
-        arguments = (separated.family.code, *separated.blocks(), *separated.angular_blocks(), separated.mu, angular, *out)
+        functions = (*separated.blocks(), *separated.angular_blocks())
+        arguments = (separated.family.code, *functions, separated.mu, angular, *separated.knots(), *out)
         _run(quadrature.tori_by_quadrature, arguments, n, quadrature.UNIT, threads, report)
     primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
     region = np.zeros((2, n), np.int8)
@@ -344,7 +345,8 @@ def _invert(
         start[:] = _start(separated, phase_points("near", near, body))
     nu, energy = np.empty((4, n)), np.empty(n)
     wells, status = np.ones(n, np.int64), np.full(n, Status.INTERRUPTED, np.int64)
-    arguments = (separated.family.code, *separated.blocks(), separated.mu, spins, theta, start, z, nu, energy, wells, status)
+    known = separated.knots()[:2]
+    arguments = (separated.family.code, *separated.blocks(), separated.mu, *known, spins, theta, start, z, nu, energy, wells, status)
     _run(torus_points.torus_points, arguments, n, quadrature.UNIT, threads, None)
     several = np.flatnonzero(wells > 1)
     if several.size and near is None:

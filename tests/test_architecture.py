@@ -18,7 +18,7 @@ LAYERS = {
     "indicators": 1, "transformed": 1, "auto": 1,
     "kernels": 2, "observers": 2.3, "allowed": 2.5,
     "boundary": 2.5, "engine": 2.5, "motion": 2.52, "trials": 2.54, "accuracy": 2.62,
-    "separation": 2.6, "symbolic": 2.6, "formula": 2.6, "transformed_flow": 2.6,
+    "features": 2.58, "separation": 2.6, "symbolic": 2.6, "formula": 2.6, "transformed_flow": 2.6,
     "integrate": 3, "tangent": 3, "chaos_passes": 3, "chaos_stream": 3, "poincare": 3, "frequency": 3, "grid": 3, "sample": 3, "naff": 3,
     "chaos": 3, "scan": 3, "tori": 3, "resonance": 3, "quantum": 3.6,
     "web": 3, "scatter": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,

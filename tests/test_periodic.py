@@ -1,6 +1,8 @@
 """Periodic orbits: exact orbits of Henon-Heiles, Hill's equation, symplectic structure, resonant tori, relative periodic orbits."""
 
+import sys
 from functools import cache, partial
+from typing import NamedTuple
 
 import naive
 import numpy as np
@@ -9,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 from scipy.special import ellipk
 
 import fastaff as fa
@@ -296,6 +298,174 @@ def test_without_angular_momentum_beta_runs_through_zero():
     assert run.energy_error[0] < 1e-12
     lifted = fa.integrate(BODY, model.to_planes([1.4, 0.0, 0.1, 0.6]), time=20.0, samples=200, step=0.01)
     np.testing.assert_allclose(lifted.samples[:, 2, 0], run.samples[:, 1, 0], atol=1e-9)
+
+
+class CubicInUnits(NamedTuple):
+    """Henon-Heiles with the origin, the zero of V and the units of length, time and mass changed (x in other units than y)."""
+
+    length: float = 1.0
+    time: float = 1.0
+    mass: float = 1.0
+    origin: float = 0.0
+    zero: float = 0.0
+
+    @property
+    def degrees_of_freedom(self):
+        return 2
+
+    @property
+    def coordinates(self):
+        return "x", "y"
+
+    @property
+    def energy(self):
+        return self.mass * self.length**2 / self.time**2
+
+    def velocity(self, px, py):
+        return px / self.mass, py / self.mass
+
+    def force(self, x, y):
+        x, y, f = x / self.length - self.origin, y / self.length - self.origin, self.mass * self.length / self.time**2
+        return -f * (x + 2 * x * y), -f * (y + x * x - y * y)
+
+    def tangent_force(self, x, y, dx, dy):
+        x, y, k = x / self.length - self.origin, y / self.length - self.origin, self.mass / self.time**2
+        return -k * (dx + 2 * (y * dx + x * dy)), -k * (dy + 2 * (x * dx - y * dy))
+
+    def kinetic_energy(self, px, py):
+        return (px * px + py * py) / (2 * self.mass)
+
+    def potential_energy(self, x, y):
+        x, y = x / self.length - self.origin, y / self.length - self.origin
+        return self.energy * ((x * x + y * y) / 2 + x * x * y - y * y * y / 3 + self.zero)
+
+    def margin(self, x, y):
+        return 0.0 * x + 1.0
+
+    def rows(self, z):
+        """Phase points of these units."""
+        momentum = self.mass * self.length / self.time
+        return np.concatenate([(z[:2] + self.origin) * self.length, z[2:] * momentum])
+
+    def section(self):
+        return fa.Linear(normal=(1, 0, 0, 0), offset=self.origin * self.length)
+
+
+UNITS = [
+    CubicInUnits(length=1e-6), CubicInUnits(length=3e5), CubicInUnits(time=1e-6), CubicInUnits(time=1e6), CubicInUnits(mass=1e-6),
+    CubicInUnits(mass=1e6), CubicInUnits(length=2e-4, time=3e3, mass=1e5, zero=-7.0), CubicInUnits(origin=3.0), CubicInUnits(zero=40.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("model", UNITS, ids=str)
+def test_units_origin_and_zero_of_the_potential_change_nothing(model):
+    E = 0.11
+    axes = np.linspace(-0.4, 0.6, 10), np.linspace(-0.4, 0.4, 10)
+    z0 = fa.energy_grid(fa.HenonHeiles(), energy=E, section=X, axes=axes).z0
+    plain = all_of(CubicInUnits(), z0, E)
+    other = all_of(model, z0, E)
+    assert other.period.tolist() == plain.period.tolist()
+    assert plain.period.size >= 6
+    # Order within a period follows the residue, which symmetry makes equal: compare as sets.
+    momentum = model.mass * model.length / model.time
+    z = np.concatenate([other.z[:2] / model.length - model.origin, other.z[2:] / momentum])
+    apart = np.linalg.norm(z[:, :, None] - plain.z[:, None], axis=0)
+    match = apart.argmin(axis=1)
+    assert sorted(match) == list(range(match.size))
+    assert apart.min(axis=1).max() < 1e-9 * (1 + abs(model.zero) + model.origin)
+    np.testing.assert_allclose(other.time / model.time, plain.time[match], rtol=1e-9)
+    np.testing.assert_allclose(other.residue, plain.residue[match], atol=1e-7)
+    np.testing.assert_array_equal(other.stability, plain.stability[match])
+
+
+def all_of(model, z0, E):
+    energy = (E + model.zero) * model.energy
+    return fa.find_periodic_orbits(model, model.rows(z0), section=model.section(), max_period=2, energy=energy, most=25)
+
+
+@pytest.mark.parametrize("model", UNITS[3:7], ids=str)
+def test_branches_are_the_same_in_any_units(model):
+    guess, E = straight(0.12), 0.12
+    run = partial(fa.continuation, steps=60)
+    plain = run(CubicInUnits(), guess, section=X, energy=E, bounds=(0.11, 0.16))
+    scale = model.energy
+    bounds = tuple((end + model.zero) * scale for end in (0.11, 0.16))
+    other = run(model, model.rows(guess), section=model.section(), energy=(E + model.zero) * scale, bounds=bounds)
+    assert other.status == plain.status == Status.OK
+    np.testing.assert_allclose(other.value / scale - model.zero, plain.value, rtol=1e-6)
+    np.testing.assert_allclose(other.arclength, plain.arclength, rtol=1e-4, atol=1e-6)
+    assert [b.event for b in other.bifurcations] == [b.event for b in plain.bifurcations]
+    for a, b in zip(other.bifurcations, plain.bifurcations, strict=True):
+        assert a.value / scale - model.zero == pytest.approx(b.value, rel=1e-9)
+        assert a.time / model.time == pytest.approx(b.time, rel=1e-8)
+
+
+def test_each_orbit_has_its_own_step_and_no_neighbour():
+    """With the defaults, bitwise: alone, among others, in another order; a guess that needs short steps beside one that does not."""
+    model = fa.reduced(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.0), p_eta=0.3, p_gamma=0.002)
+    section = fa.Linear(normal=(0, 0, 1, 0), direction=0)
+    guesses = np.array([[1.06, 0.135, 0.0, 0.1], [1.33, 0.94, 0.0, 0.02], [1.1, 0.02, 0.0, 1.5], [1.2, 0.5, 0.0, 0.4]]).T
+    together = fa.periodic_orbits(model, guesses, section=section, period=2)
+    order = [2, 0, 3, 1]
+    shuffled = fa.periodic_orbits(model, guesses[:, order], section=section, period=2)
+    assert len(set(together.step)) > 1
+    for o in range(4):
+        alone = fa.periodic_orbits(model, guesses[:, o], section=section, period=2)
+        for name in ("status", "time", "monodromy", "residual", "error", "step"):
+            np.testing.assert_array_equal(getattr(alone, name)[0], getattr(together, name)[o])
+            np.testing.assert_array_equal(getattr(shuffled, name)[order.index(o)], getattr(together, name)[o])
+        np.testing.assert_array_equal(alone.z[:, 0], together.z[:, o])
+
+
+@pytest.mark.parametrize("scheme", [fa.KAHAN_LI8, fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10], ids=naive.label)
+def test_errors_cover_the_truth_from_coarse_to_fine_steps(scheme):
+    E = np.random.default_rng(4).uniform(0.02, 0.16, 5)
+    truth = np.array([straight_period(e) for e in E])
+    z = np.array([straight(e) for e in E]).T
+    for step in (0.2, 0.07, 0.02, None):
+        found = fa.periodic_orbits(fa.HenonHeiles(), z, section=X, energy=E, scheme=scheme, step=step)
+        found.raise_if_failed()
+        off = np.linalg.norm((found.z - z) / found.scale, axis=0)
+        rate = found.scale[2] / found.scale[0]
+        assert (off <= found.error).all()
+        assert (np.abs(found.time - truth) * rate <= found.error).all()
+        assert step is not None or found.error.max() < 1e-9
+
+
+def test_a_branch_goes_on_where_its_orbits_need_other_steps():
+    """From gentle orbits into the wall of the logarithm: each point has a step that suits it, and the orbits are closed."""
+    model = fa.reduced(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.3), p_eta=0.25, p_gamma=0.15)
+    start = fa.periodic_orbits(model, [1.33, 0.94, 0.0, 0.0], section=RADIAL, energy=1.5)
+    start.raise_if_failed()
+    up = fa.continuation(model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.2, 7.0), longest=0.3, steps=200)
+    assert up.status == Status.OK
+    assert up.value[-1] == 7.0
+    assert up.orbits.error.max() < 1e-8
+    assert up.orbits.step[-1] < up.orbits.step.max()
+    end = up.orbits.take(-1)
+    z, T = end.z[:, 0], end.time[0]
+    np.testing.assert_allclose(naive.solve(model, z, T)[0], z, atol=1e-9 * np.linalg.norm(end.monodromy[0]))
+    down = fa.continuation(model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.0, 7.0), direction=-1, longest=0.3, steps=200)
+    assert down.status == Status.ACTION_ZERO
+    bottom = minimize(lambda q: float(model.potential_energy(*q)), down.orbits.z[:2, -1], tol=1e-15).fun
+    assert down.value[-1] == pytest.approx(bottom, rel=1e-4)
+
+
+def test_a_bifurcation_survives_where_the_branch_is_lost_between_two_points(monkeypatch):
+    family = sys.modules["fastaff.continuation"]._Family
+    lost = family.corrected
+    calls = [0]
+
+    def sometimes(self, *arguments):
+        calls[0] += 1
+        return None if calls[0] % 3 == 0 and arguments[1] is not None else lost(self, *arguments)
+
+    run = partial(fa.continuation, fa.HenonHeiles(), straight(0.12), section=X, energy=0.12, bounds=(0.12, 0.15))
+    whole = run()
+    monkeypatch.setattr(family, "corrected", sometimes)
+    holed = run()
+    assert [b.event for b in holed.bifurcations] == [b.event for b in whole.bifurcations] == [Event.DOUBLING]
+    assert abs(holed.bifurcations[0].value - whole.bifurcations[0].value) < 1e-9
 
 
 def test_relative_periodic_orbits_return_in_all_invariants_of_the_body():

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from fastaff import (
     ALPHA_BETA,
@@ -492,6 +494,60 @@ def test_results_do_not_depend_on_threads_or_company(body, chart):
     np.testing.assert_array_equal(alone.theta[:, 0], together.theta[:, 123])
 
 
+@pytest.mark.parametrize(
+    ("J", "E"),  # mpmath with 30 digits: J_vartheta by quadrature in pieces towards the wall, h_vartheta by its root
+    [(100, 402.84321591150942048), (200, 802.82383188069327856), (10000, 40002.800726096682987)],
+)
+def test_actions_next_to_the_wall_at_det_0(J, E):
+    found = energy_of_actions(Body(Hyperelastic(1.0)), 2 * np.pi * np.array([1, J, 0.5, 0.3]))
+    assert found.status == Status.OK
+    assert found.energy == pytest.approx(E, rel=1e-11)
+    # nu = dE/dJ is twice that of r for a hard wall: EQ3 of an oscillator cut in half.
+    assert found.nu[1] == pytest.approx(2 / np.pi, rel=2 / J)
+
+
+def test_all_actions_of_the_hyperelastic_body_are_of_tori():
+    J = 2 * np.pi * np.array([[1.0, J, 0.5, 0.3] for J in np.geomspace(0.1, 3e5, 60)]).T
+    found = energy_of_actions(Body(Hyperelastic(0.7), mu=1.4), J)
+    assert (found.status == Status.OK).all(), found.status
+    assert (np.diff(found.energy) > 0).all()
+    slopes = np.diff(found.energy) / np.diff(J[1])
+    assert (slopes[:-1] < slopes[1:] * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("width", [0.03, 4e-3, 6e-4, 2e-4])
+@pytest.mark.parametrize("height", [0.9, 0.2, -0.6])
+def test_narrow_barriers_and_wells_are_seen(width, height):
+    """A Gaussian on an oscillator: the orbit that it stops and the one that passes, by quadrature with cuts at the feature."""
+    at, k, mu = 1.17, 1.3, 0.8
+    V = one_variable(lambda x: 0.5 * k * x * x + height * np.exp(-(((x - at) / width) ** 2)))
+    body = Body(SeparableAlphaBeta(V, Oscillator(1.0)), mu=mu)
+    for p in (0.5, 1.9):
+        z = np.array([0.6, 0.0, 0.3, 0.1, p, 0.4, 0.2, 0.3])
+        spin = z[0] * z[5]
+
+        def momentum2(x, spin=spin, E=p * p / (2 * mu) + V.value(0.6) + (0.6 * 0.4) ** 2 / (2 * mu * 0.36)):
+            return 2 * mu * (E - V.value(x)) - spin**2 / x**2
+
+        found = tori(body, z)
+        found.raise_if_failed()
+        ends = []
+        for side in (-1, 1):
+            x = 0.6 + side * np.arange(1, 40000) * 1e-4
+            x = x[(x > 1e-3)]
+            out = np.flatnonzero(momentum2(x) < 0)[0]
+            ends.append(brentq(momentum2, x[out - 1] if out else 0.6, x[out], xtol=1e-15))
+        middle, half = sum(ends) / 2, (ends[1] - ends[0]) / 2
+        places = at + width * np.array([-6, -3, -1.5, 0, 1.5, 3, 6])
+        cuts = [np.arccos((middle - x) / half) for x in places if ends[0] < x < ends[1]]
+
+        def slice_of(c, middle=middle, half=half, momentum2=momentum2):
+            return half * np.sin(c) * np.sqrt(max(momentum2(middle - half * np.cos(c)), 0.0))
+
+        J = 2 * sum(quad(slice_of, a, b, epsabs=1e-13, limit=200)[0] for a, b in zip([0, *cuts], [*cuts, np.pi], strict=True))
+        assert found.J[0, 0] == pytest.approx(J, rel=1e-10)
+
+
 def test_tori_of_actions_know_nothing_of_their_neighbours():
     """Bitwise the same alone and in any company and order; what is OK is finite; UNBOUND where h_vartheta < 0 lets r fall to 0."""
     rng = np.random.default_rng(12)
@@ -551,7 +607,8 @@ def test_wrong_input_is_named():
     ):
         with pytest.raises((ValueError, TypeError), match=message):
             call()
-    bounded = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
+    # Its wells end: -1/x^2 at infinity would have tori of any action.
+    bounded = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x) ** 2), Oscillator(1.0)))
     with pytest.raises(ValueError, match="J must be the actions of a torus: orbit 0"):
         from_action_angle(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
     energies = energy_of_actions(bounded, np.array([[50.0, 1.0, 1.0, 0.5], [0.1, 1.0, 1.0, 0.5]]).T)

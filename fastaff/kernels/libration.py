@@ -13,6 +13,7 @@ import numpy as np
 
 from .._jit import jit
 from ..status import NOT_CONVERGED_CODE, OK_CODE
+from .panels import HIGH, LENGTH, LOW, ORDER, WEIGHTS, first_panels, halve, panel_value, place_panel, size_and_rest, turned_integral
 from .wells import (
     ACTION,
     CENTRE,
@@ -22,6 +23,7 @@ from .wells import (
     ERROR,
     LINE,
     NODES,
+    PANELS,
     RADIAL,
     RADIUS,
     S1,
@@ -43,14 +45,20 @@ from .wells import (
 LEAST, MOST = 16, 2048
 """Numbers of midpoints: doubled until the last Fourier coefficients vanish."""
 
+ENOUGH = 256
+"""Midpoints after which panels do better: a wall or a barrier is near a turning point."""
+
 APART = 0.6
 """Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small difference."""
 
-ROWS = 12
+ROWS = 14
 """Rows of work memory, of MOST numbers each."""
 
 _FIRST = 5
-"""Rows of work memory: s and t; F; the quotient of a narrow well; the integrands J, D0...D3; cosines. Rows 2 and 4 hold weights."""
+"""Rows of work memory: s and t; F; the quotient of a narrow well; the integrands J, D0...D3; cosines (or panels);
+sin^2, cos^2 of chi/2. Rows 2 and 4 hold weights."""
+
+D0_ROW = _FIRST + 1
 
 
 def _tables():
@@ -83,14 +91,14 @@ def _poles(mu, u, kind, ends, out):
 
 
 @jit
-def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
-    """Fill the rows J, D0...D3 of the integrands at the midpoints; False where F is not positive there."""
-    off, s1, t2, width = nodes - LEAST, out[S1], out[T2], out[WIDTH]
-    s, t, F = work[0], work[1], work[2]
+def _integrands(potential, params, mu, u, kind, first, nodes, at_0, at_1, work, out):
+    """Fill the rows J, D0...D3 of the integrands at `nodes` phases from number `first` on; False where F is not positive there."""
+    s1, t2, width, end = out[S1], out[T2], out[WIDTH], first + nodes
+    s, t, F, low, high = work[0, first:end], work[1, first:end], work[2, first:end], work[LOW, first:end], work[HIGH, first:end]
     for k in range(nodes):
-        s[k] = s1 + 2 * width * TABLES[0, off + k]
+        s[k] = s1 + 2 * width * low[k]
     for k in range(nodes):
-        t[k] = t2 + 2 * width * TABLES[0, off + nodes - 1 - k] if kind == SINE else complement(kind, s[k])
+        t[k] = t2 + 2 * width * high[k] if kind == SINE else complement(kind, s[k])
     if out[RADIUS] > 0.0:
         p, scale = work[3], -1 / (out[RADIUS] * out[RADIUS])
         for k in range(nodes):
@@ -98,13 +106,13 @@ def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
     else:
         radicands(potential, params, mu, u, kind, nodes, s, t, F)
         for k in range(nodes):
-            F[k] /= 4 * width * width * TABLES[0, off + k] * TABLES[0, off + nodes - 1 - k]
+            F[k] /= 4 * width * width * low[k] * high[k]
     good = True
     for k in range(nodes):
         good = good and F[k] > 0.0 and F[k] < np.inf
     if not good:
         return False
-    J, f0, f1, f2, f3 = work[5], work[6], work[7], work[8], work[9]
+    J, f0, f1, f2, f3 = work[5, first:end], work[6, first:end], work[7, first:end], work[8, first:end], work[9, first:end]
     near_0, near_1 = np.sqrt(s1 * out[S2]), np.sqrt(out[T1] * t2)
     take_0, take_1 = 0.0 if at_0 == 0.0 else near_0 / at_0, 0.0 if at_1 == 0.0 else near_1 / at_1
     give_0, give_1 = at_0 * near_0, (-at_1 if kind == SINH else at_1) * near_1
@@ -112,7 +120,7 @@ def _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
     has_0, has_1 = s1 > 0.0 or at_0 > 0.0, t2 > 0.0 or at_1 > 0.0
     for k in range(nodes):
         G = np.sqrt(F[k])
-        square = 4 * width * width * TABLES[0, off + k] * TABLES[0, off + nodes - 1 - k]
+        square = 4 * width * width * low[k] * high[k]
         f0[k] = 1 / G
         if kind == LINE:
             J[k], f1[k], f2[k], f3[k] = G * square, 0.0, 0.0, 0.0
@@ -148,35 +156,20 @@ def _tail(kind, nodes, at_0, at_1, work):
 
 
 @jit
-def _noise(mu, u, kind, nodes, work, out):
-    """Relative error of dJ/du0 from the rounding of F, a difference of large terms."""
-    off, total, sum_f = nodes - LEAST, 0.0, 0.0
+def _noise(mu, u, kind, first, nodes, work, out):
+    """Errors of 1/sqrt(G) from the rounding of F, a difference of large terms, summed over nodes, and its own sum there."""
+    total, sum_f = 0.0, 0.0
     size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
-    for k in range(nodes):
-        f = work[_FIRST + 1, k]
-        square = TABLES[0, off + k] * TABLES[0, off + nodes - 1 - k]
+    for k in range(first, first + nodes):
+        f, square = work[_FIRST + 1, k], work[LOW, k] * work[HIGH, k]
         total += size * (work[0, k] * work[1, k] if kind != LINE else 1.0) * f * f * f / square
         sum_f += f
-    return 1e-15 + total / sum_f
+    return total, sum_f
 
 
 @jit
-def integrals(potential, params, mu, u, kind, ends, goal, work, out):
-    """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
-    at_0, at_1 = _poles(mu, u, kind, ends, out)
-    nodes, before = LEAST, np.inf
-    while True:
-        if not _integrands(potential, params, mu, u, kind, nodes, at_0, at_1, work, out):
-            return NOT_CONVERGED_CODE
-        tail = _tail(kind, nodes, at_0, at_1, work)
-        # Coefficients that stop falling are rounding; more nodes would only add to it.
-        if tail <= goal or (tail > 0.3 * before and before < 1e-9) or nodes == MOST:
-            break
-        before = tail
-        nodes *= 2
-    scale = (2 if kind == LINE else 1) * np.pi / nodes
-    for j in range(5):
-        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * work[_FIRST + j, :nodes].sum()
+def _finish(mu, u, kind, at_0, at_1, out):
+    """Give back to the integrals what was taken off."""
     if at_0 > 0.0:
         out[ACTION] -= np.pi * at_0
         out[D3] += mu * np.pi / at_0
@@ -187,10 +180,106 @@ def integrals(potential, params, mu, u, kind, ends, goal, work, out):
         out[D3] = np.inf
     if kind == SINE and out[T2] == 0.0 and at_1 == 0.0:
         out[D2] = np.inf
+
+
+@jit
+def _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, most, work, out):
+    """Loop integrals by sums over midpoints of the phase; returns a status, or -1 where panels do better."""
+    nodes, before = LEAST, np.inf
+    while True:
+        off = nodes - LEAST
+        for k in range(nodes):
+            work[LOW, k], work[HIGH, k] = TABLES[0, off + k], TABLES[0, off + nodes - 1 - k]
+        if not _integrands(potential, params, mu, u, kind, 0, nodes, at_0, at_1, work, out):
+            return NOT_CONVERGED_CODE
+        tail = _tail(kind, nodes, at_0, at_1, work)
+        # Coefficients that stop falling are rounding; more nodes would only add to it.
+        if tail <= goal or (tail > 0.3 * before and before < 1e-9) or nodes == MOST:
+            break
+        if nodes >= most and out[RADIUS] == 0.0:
+            return -1
+        before = tail
+        nodes *= 2
+    scale = (2 if kind == LINE else 1) * np.pi / nodes
+    for j in range(5):
+        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * work[_FIRST + j, :nodes].sum()
     if out[RADIUS] == 0.0:
-        out[ERROR] = _noise(mu, u, kind, nodes, work, out)
+        total, sum_f = _noise(mu, u, kind, 0, nodes, work, out)
+        out[ERROR] = 1e-15 + total / sum_f
     out[NODES], out[ERROR] = nodes, max(10 * tail, out[ERROR])
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
+
+
+@jit
+def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out):
+    """Loop integrals over panels of the phase, halved until all integrands are resolved; returns a status."""
+    most, rows = MOST // ORDER, 2 if kind == LINE else 5
+    count, done = first_panels(kind, knots, most, work, out), 0
+    sizes = np.zeros(5)
+    while True:
+        for panel in range(done, count):
+            place_panel(panel, work)
+            if not _integrands(potential, params, mu, u, kind, panel * ORDER, ORDER, at_0, at_1, work, out):
+                return NOT_CONVERGED_CODE
+        sizes[:] = 0.0
+        for panel in range(count):
+            for j in range(rows):
+                sizes[j] += size_and_rest(_FIRST + j, panel, work)[0]
+        sizes[3] += np.pi / at_1 if at_1 > 0.0 else 0.0
+        sizes[4] += np.pi / at_0 if at_0 > 0.0 else 0.0
+        tail, noise, done = 0.0, 0.0, count
+        for panel in range(done):
+            rest = 0.0
+            for j in range(rows):
+                if sizes[j] > 0.0:
+                    rest = max(rest, size_and_rest(_FIRST + j, panel, work)[1] / sizes[j])
+            total, sum_f = _noise(mu, u, kind, panel * ORDER, ORDER, work, out)
+            for k in range(panel * ORDER, (panel + 1) * ORDER):  # s itself is rounded: next to a wall F has a large slope
+                edge = 0.5 / work[LOW, k] + 0.5 / work[HIGH, k]
+                total += 1e-16 * work[0, k] / (2 * out[WIDTH]) * edge * work[_FIRST + 1, k] if kind != LINE else 0.0
+            rounding = total / sum_f * size_and_rest(_FIRST + 1, panel, work)[0] / sizes[1]
+            tail, noise = tail + rest, noise + rounding
+            if rest > max(0.1 * goal, 4 * rounding, 2e-16) and count < most and work[LENGTH, panel] > 1e-9:
+                halve(panel, count, work)
+                count += 1
+        if count == done:
+            break
+        for panel in range(done):  # those that were cut have new nodes
+            place_panel(panel, work)
+            if not _integrands(potential, params, mu, u, kind, panel * ORDER, ORDER, at_0, at_1, work, out):
+                return NOT_CONVERGED_CODE
+    scale = 2 if kind == LINE else 1
+    for j in range(5):
+        total = 0.0
+        for panel in range(count):
+            for k in range(ORDER):
+                total += 0.5 * work[LENGTH, panel] * WEIGHTS[k] * work[_FIRST + j, panel * ORDER + k]
+        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * total
+    out[NODES], out[PANELS], out[ERROR] = count * ORDER, count, tail + noise + 1e-15
+    return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
+
+
+@jit
+def integrals(potential, params, mu, u, kind, ends, knots, goal, work, out):
+    """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
+    at_0, at_1 = _poles(mu, u, kind, ends, out)
+    code, low, high = -1, out[S1], out[S2]
+    if kind == SINE:
+        low, high = low / max(out[T1], 1e-300), high / max(out[T2], 1e-300)
+    smooth = out[RADIUS] > 0.0 or out[WIDTH] <= 0.0 or np.searchsorted(knots, low) == np.searchsorted(knots, high)
+    out[PANELS] = 0.0
+    if smooth:
+        code = _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, ENOUGH, work, out)
+    if code < 0:
+        code = _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out)
+        error = out[ERROR] if code == OK_CODE else np.inf
+        if smooth and error > 1e-12:  # more midpoints may suffer less from rounding
+            out[PANELS] = 0.0
+            code = _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, MOST, work, out)
+            if error < np.inf and not (code == OK_CODE and out[ERROR] < error):
+                code = _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out)
+    _finish(mu, u, kind, at_0, at_1, out)
+    return code
 
 
 @jit
@@ -207,6 +296,8 @@ def inverse_root(chi, work, out):
     """1/sqrt(G) at the phase chi: the cosine series through its values at the midpoints."""
     nodes, total = int(out[NODES]), 0.0
     chi = chi if chi < np.pi else 2 * np.pi - chi
+    if out[PANELS] > 0.0:
+        return panel_value(_FIRST + 1, chi, work, out)
     for k in range(nodes):
         at = (k + 0.5) * np.pi / nodes
         total += work[6, k] * (_dirichlet(nodes, chi - at) + _dirichlet(nodes, chi + at))
@@ -231,9 +322,9 @@ def phase(kind, s0, t0, root0, work, out):
 
 
 @jit
-def partials(mu, u, kind, ends, work, out):
-    """Set W0...W3, the integrals of dJ/du0...dJ/du3 from chi = 0 to the state's chi (a whole turn gives dJ/du)."""
-    chi, nodes = out[CHI], int(out[NODES])
+def _partial_sums(chi, scale, work, out):
+    """Set W0...W3 without what was taken off, from the midpoints."""
+    nodes = int(out[NODES])
     half, off, last, now, even, odd = nodes // 2, nodes - LEAST, work[10], work[11], work[2], work[4]
     for k in range(half):  # cos(n chi) of node nodes - 1 - k is that of node k, with the sign (-1)^n
         last[k], now[k], even[k], odd[k] = 1.0, TABLES[2, off + k], chi, 0.0
@@ -249,12 +340,22 @@ def partials(mu, u, kind, ends, work, out):
             last[k] = double * now[k] - last[k]
             even[k] += d * last[k]
             now[k] = double * last[k] - now[k]
-    scale = (1.0 if kind == LINE else 0.5) * mu / nodes
     for j in range(4):
         f, total = work[_FIRST + 1 + j], 0.0
         for k in range(half):
             total += (even[k] + odd[k]) * f[k] + (even[k] - odd[k]) * f[nodes - 1 - k]
-        out[W0 + j] = scale * total
+        out[W0 + j] = scale / nodes * total
+
+
+@jit
+def partials(mu, u, kind, ends, work, out):
+    """Set W0...W3, the integrals of dJ/du0...dJ/du3 from chi = 0 to the state's chi (a whole turn gives dJ/du)."""
+    chi, scale = out[CHI], (1.0 if kind == LINE else 0.5) * mu
+    if out[PANELS] > 0.0:
+        for j in range(4):
+            out[W0 + j] = scale * turned_integral(_FIRST + 1 + j, chi, work, out)
+    else:
+        _partial_sums(chi, scale, work, out)
     at_0, at_1 = _poles(mu, u, kind, ends, out)
     half_sine, half_cosine = np.sin(chi / 2), np.cos(chi / 2)
     if at_0 > 0.0:
@@ -285,11 +386,11 @@ def limits(potential, params, kind, work, ends):
 
 
 @jit
-def librate(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, goal, work, out):
+def librate(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, goal, work, out):
     """Turning points, loop integrals, phase and integrals up to it of one state; returns a status."""
-    code = turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, work, out)
+    code = turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, work, out)
     if code == OK_CODE:
-        code = integrals(potential, params, mu, u, kind, ends, goal, work, out)
+        code = integrals(potential, params, mu, u, kind, ends, knots, goal, work, out)
     if code == OK_CODE:
         phase(kind, s0, t0, root0, work, out)
         partials(mu, u, kind, ends, work, out)

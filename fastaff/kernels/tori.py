@@ -142,9 +142,14 @@ def _harmonics(nodes, work):
 
 
 @jit
-def _turn(potential, params, mu, c, at, momentum, work, out):
+def _turn(potential, params, mu, c, at, momentum, knots, work, out):
     """An angle that turns over and over: J, D0 = dJ/dc and W0 to the state; a status, or -1 where it does not turn."""
     nodes = LEAST_TURN
+    for k in range(knots.size):
+        work[0, 0], nodes = knots[k], MOST  # narrow features: all that there are
+        potential(params, 1, work[0], work[1])
+        if not work[1, 0] < c:
+            return -1
     while True:
         for k in range(nodes):
             work[0, k] = (k + 0.5) * 2 * np.pi / nodes
@@ -174,13 +179,13 @@ def _turn(potential, params, mu, c, at, momentum, work, out):
 
 
 @jit
-def _angle(potential, params, mu, c, at, momentum, u, work, out):
+def _angle(potential, params, mu, c, at, momentum, u, knots, work, out):
     """An angle that turns over or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
-    code = _turn(potential, params, mu, c, at, momentum, work, out)
+    code = _turn(potential, params, mu, c, at, momentum, knots, work, out)
     if code >= 0:
         return code
     u[0] = c
-    return librate(potential, params, mu, u, LINE, u, at, 1.0, momentum, 0.0, 1e-14, work, out)
+    return librate(potential, params, mu, u, LINE, u, knots, at, 1.0, momentum, 0.0, 1e-14, work, out)
 
 
 @jit
@@ -212,7 +217,7 @@ def derivatives(chart, mu, momenta, angular, results, M, N):
 
 @jit
 def _state(
-    chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where, small, results,
+    chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, knots, z, k, work, where, small, results,
     J, nu, theta, turning, constants, error,
 ):  # fmt: skip
     """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
@@ -239,14 +244,16 @@ def _state(
         constants[j, k] = c[j]
     coefficients(chart, 0, c, u)
     code = librate(
-        first, first_p, mu, u, KINDS[chart, 0], ends[0], where[0, 0], where[0, 1], where[0, 2], where[0, 3], 1e-14, work, results[0]
-    )
+        first, first_p, mu, u, KINDS[chart, 0], ends[0], knots[0], where[0, 0], where[0, 1], where[0, 2], where[0, 3], 1e-14, work,
+        results[0],
+    )  # fmt: skip
     if code != OK_CODE:
         return code
     coefficients(chart, 1, c, u)
     code = librate(
-        second, second_p, mu, u, KINDS[chart, 1], ends[1], where[1, 0], where[1, 1], where[1, 2], where[1, 3], 1e-14, work, results[1]
-    )
+        second, second_p, mu, u, KINDS[chart, 1], ends[1], knots[1], where[1, 0], where[1, 1], where[1, 2], where[1, 3], 1e-14, work,
+        results[1],
+    )  # fmt: skip
     if code != OK_CODE:
         return code
     for i in range(2):
@@ -259,9 +266,9 @@ def _state(
             J[2 + a, k], turn[a], partial[a] = 2 * np.pi * momenta[a], 2 * np.pi, at[a]
             continue
         if a == 0:
-            code = _angle(eta_V, eta_p, mu, c[2], at[0], momenta[0], u, work, results[2])
+            code = _angle(eta_V, eta_p, mu, c[2], at[0], momenta[0], u, knots[2], work, results[2])
         else:
-            code = _angle(gamma_V, gamma_p, mu, c[3], at[1], momenta[1], u, work, results[2])
+            code = _angle(gamma_V, gamma_p, mu, c[3], at[1], momenta[1], u, knots[3], work, results[2])
         if code != OK_CODE:
             return code
         J[2 + a, k], turn[a], partial[a] = results[2, ACTION], results[2, D0], results[2, W0]
@@ -308,21 +315,22 @@ def _state(
 
 
 def tori_by_quadrature(
-    unit, stop, progress, chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, z, J,
+    unit, stop, progress, chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, knots_1, knots_2, knots_eta, knots_gamma, z, J,
     nu, theta, turning, constants, error, status,
 ):  # fmt: skip
-    """z (8, n) -> J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
+    """z (8, n), knots of the four functions ->
+    J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
     n = z.shape[1]
     if stop[0] != 0:
         return
     work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 4))
-    small, ends = np.zeros((15, 4)), np.zeros((2, 2))
+    small, ends, knots = np.zeros((15, 4)), np.zeros((2, 2)), (knots_1, knots_2, knots_eta, knots_gamma)
     limits(first, first_p, KINDS[chart, 0], work, ends[0])
     limits(second, second_p, KINDS[chart, 1], work, ends[1])
     for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
         results[:], small[:] = 0.0, 0.0  # nothing of the state before it
         status[k] = _state(
-            chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, z, k, work, where,
+            chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, knots, z, k, work, where,
             small, results, J, nu, theta, turning, constants, error,
         )  # fmt: skip
         if status[k] == OK_CODE and not np.isfinite(J[:, k].sum() + nu[:, k].sum() + theta[:, k].sum()):

@@ -9,7 +9,8 @@ import numpy as np
 
 from .._jit import jit
 from ..status import NOT_CONVERGED_CODE, OK_CODE, UNBOUND_CODE
-from .libration import LEAST, MOST, ROWS, TABLES, integrals, inverse_root, limits, partials
+from .libration import D0_ROW, LEAST, MOST, ROWS, TABLES, integrals, inverse_root, limits, partials
+from .panels import turned_integral
 from .tori import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, solve_transposed
 from .wells import (
     ACTION,
@@ -19,6 +20,7 @@ from .wells import (
     D3,
     ERROR,
     NODES,
+    PANELS,
     RADIUS,
     RESULTS,
     S1,
@@ -109,18 +111,18 @@ def _bottom(potential, params, u, kind, start, work):
 
 
 @jit
-def _loop(potential, params, mu, u, kind, ends, rho, goal, work, out):
+def _loop(potential, params, mu, u, kind, ends, knots, rho, goal, work, out):
     """Turning points and loop integrals of the motion through the ratio rho; returns a status."""
     set_place(kind, rho, 0, work)
     s, t = work[0, 0], work[1, 0]
     radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
     root = np.sqrt(max(0.0, work[2, 0]))
-    code = turning_points(potential, params, mu, u, kind, ends, s, t, root, 0.0, work, out)
-    return integrals(potential, params, mu, u, kind, ends, goal, work, out) if code == OK_CODE else code
+    code = turning_points(potential, params, mu, u, kind, ends, knots, s, t, root, 0.0, work, out)
+    return integrals(potential, params, mu, u, kind, ends, knots, goal, work, out) if code == OK_CODE else code
 
 
 @jit
-def _match_at_axis(potential, params, mu, u, kind, ends, side, J, room, bottom, work, out):
+def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, bottom, work, out):
     """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True where it is one."""
     u[0], edge = bottom, -1.0 if side == 0 else 1.0
     out[RADIUS] = 0.0
@@ -139,7 +141,7 @@ def _match_at_axis(potential, params, mu, u, kind, ends, side, J, room, bottom, 
             return False
         error = J
         if step > 0:
-            if integrals(potential, params, mu, u, kind, ends, 1e-8, work, out) != OK_CODE:
+            if integrals(potential, params, mu, u, kind, ends, knots, 1e-8, work, out) != OK_CODE:
                 return False
             error -= out[ACTION]
         else:
@@ -150,20 +152,25 @@ def _match_at_axis(potential, params, mu, u, kind, ends, side, J, room, bottom, 
         u[0] = work[2, 0] + (G * middle * middle - Lambda2) / (2 * mu * work[0, 0] * work[1, 0]) if middle > 0.0 else bottom
         if step > 0 and abs(error) <= 1e-15 * J:
             break
-    return integrals(potential, params, mu, u, kind, ends, 1e-14, work, out) == OK_CODE
+    return integrals(potential, params, mu, u, kind, ends, knots, 1e-14, work, out) == OK_CODE
 
 
 @jit
-def _match(potential, params, mu, u, kind, ends, J, start, work, out):
+def _match(potential, params, mu, u, kind, ends, knots, J, start, work, out):
     """Find u0 of the action J >= 0 by Newton's method between bounds: (status, wells)."""
     rho, lowest, wells = _bottom(potential, params, u, kind, start, work)
     if not np.isfinite(lowest):
         return UNBOUND_CODE, wells
     set_place(kind, rho, 0, work)
     s, t = work[0, 0], work[1, 0]
-    if s < SMALL and np.isfinite(ends[0]) and _match_at_axis(potential, params, mu, u, kind, ends, 0, J, s, lowest, work, out):
+    smooth = knots.size == 0
+    if smooth and s < SMALL and np.isfinite(ends[0]) and _match_at_axis(
+        potential, params, mu, u, kind, ends, knots, 0, J, s, lowest, work, out
+    ):
         return OK_CODE, wells
-    if kind == SINE and t < SMALL and _match_at_axis(potential, params, mu, u, kind, ends, 1, J, t, lowest, work, out):
+    if smooth and kind == SINE and t < SMALL and _match_at_axis(
+        potential, params, mu, u, kind, ends, knots, 1, J, t, lowest, work, out
+    ):
         return OK_CODE, wells
     rise, factor = 0.0, 1.15
     while rise <= 1e-6 * abs(lowest) and factor < 1e12:
@@ -178,7 +185,7 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
     u[0] = lowest + (0.1 * rise if J > 0.0 else 0.0)
     code, tries, rim = OK_CODE, 0, 0.0
     for _ in range(200):
-        code = _loop(potential, params, mu, u, kind, ends, rho, 1e-8, work, out)
+        code = _loop(potential, params, mu, u, kind, ends, knots, rho, 1e-8, work, out)
         if code == UNBOUND_CODE:
             high = u[0]
             u[0] = 0.5 * (low + high)
@@ -207,7 +214,7 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
         u[0] = following if low < following < high else (0.5 * (low + high) if high < np.inf else following)
         if high - low <= 2e-16 * abs(low):
             break
-    code = _loop(potential, params, mu, u, kind, ends, rho, 1e-14, work, out)
+    code = _loop(potential, params, mu, u, kind, ends, knots, rho, 1e-14, work, out)
     if code == OK_CODE and J == 0.0 and out[RADIUS] > 0.0:
         out[S1] = out[S2] = 0.5 * (out[S1] + out[S2])
         out[WIDTH], out[ACTION] = 0.0, 0.0
@@ -217,11 +224,31 @@ def _match(potential, params, mu, u, kind, ends, J, start, work, out):
 
 
 @jit
+def _find_in_panels(mu, target, work, out):
+    """The same from panels, by Newton's method between bounds."""
+    low, high, chi = 0.0, 2 * np.pi, 2 * np.pi * target / out[D0]
+    for _ in range(60):
+        gap = target - 0.5 * mu * turned_integral(D0_ROW, chi, work, out)
+        if gap > 0.0:
+            low = chi
+        else:
+            high = chi
+        change = gap / (0.5 * mu * inverse_root(chi, work, out))
+        chi = chi + change if low <= chi + change <= high else 0.5 * (low + high)
+        if abs(change) < 1e-15 * (1 + chi):
+            break
+    out[CHI] = chi
+
+
+@jit
 def _find_phase(mu, target, work, out):
     """Set chi of the state whose W0 is `target`, which is brought into [0, D0); returns the turns taken off."""
     nodes = int(out[NODES])
     off, turns = nodes - LEAST, np.floor(target / out[D0])
     target -= turns * out[D0]
+    if out[PANELS] > 0.0:
+        _find_in_panels(mu, target, work, out)
+        return turns
     f, last, now, a = work[6], work[10], work[11], work[2]
     for k in range(nodes):
         last[k], now[k] = 1.0, TABLES[2, off + k]
@@ -279,7 +306,7 @@ def _write_plane(z, row, k, square, radial, spin, angle):
 
 @jit
 def _point(
-    chart, first, first_p, second, second_p, mu, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
+    chart, first, first_p, second, second_p, mu, knots, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
 ):  # fmt: skip
     """One torus and, where theta has columns, the point on it; returns a status."""
     c, u, v, momenta, answer, M, N, at = small[0], small[1], small[2], small[3], small[4], small[5:7], small[7:9], small[9:11]
@@ -289,13 +316,13 @@ def _point(
         c[2 + a] = momenta[a] * momenta[a] / (2 * mu)
     c[0], c[1] = 0.0, 0.0
     coefficients(chart, 1, c, v)
-    code, count = _match(second, second_p, mu, v, KINDS[chart, 1], ends[1], J[1, k], start[1, k], other, results[1])
+    code, count = _match(second, second_p, mu, v, KINDS[chart, 1], ends[1], knots[1], J[1, k], start[1, k], other, results[1])
     wells[k] = count
     if code != OK_CODE:
         return code
     c[1] = v[0]
     coefficients(chart, 0, c, u)
-    code, count = _match(first, first_p, mu, u, KINDS[chart, 0], ends[0], J[0, k], start[0, k], work, results[0])
+    code, count = _match(first, first_p, mu, u, KINDS[chart, 0], ends[0], knots[0], J[0, k], start[0, k], work, results[0])
     wells[k] = max(wells[k], count)
     if code != OK_CODE:
         return code
@@ -335,7 +362,7 @@ def _point(
 
 
 def torus_points(
-    unit, stop, progress, chart, first, first_p, second, second_p, mu, J, theta, start, z, nu, energy, wells, status,
+    unit, stop, progress, chart, first, first_p, second, second_p, mu, knots_1, knots_2, J, theta, start, z, nu, energy, wells, status,
 ):  # fmt: skip
     """J (4, n), theta (4, n or 0), start (2, n) ratios or 0 -> z (8, n or 0), nu (4, n), energy, wells, status (n,)."""
     n = J.shape[1]
@@ -343,13 +370,14 @@ def torus_points(
         return
     work, other = np.zeros((ROWS, MOST)), np.zeros((ROWS, MOST))
     results, small, ends = np.zeros((2, RESULTS)), np.zeros((12, 4)), np.zeros((2, 2))
+    knots = knots_1, knots_2
     points = min(1, theta.shape[1])  # for each torus
     limits(first, first_p, KINDS[chart, 0], work, ends[0])
     limits(second, second_p, KINDS[chart, 1], work, ends[1])
     for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
         results[:], small[:] = 0.0, 0.0  # nothing of the torus before it
         status[k] = _point(
-            chart, first, first_p, second, second_p, mu, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
+            chart, first, first_p, second, second_p, mu, knots, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
         )
         if status[k] == OK_CODE and not np.isfinite(energy[k] + nu[:, k].sum() + z[:, k : k + points].sum()):
             status[k] = NOT_CONVERGED_CODE

@@ -18,11 +18,14 @@ from ..status import OK_CODE, UNBOUND_CODE
 RADIAL, SINE, SINH, LINE = 0, 1, 2, 3
 RATIO = 1.15
 LINE_STEP = 2 * np.pi / 64
-"""Steps in which turning points are looked for: barriers narrower than that can be overlooked."""
+"""Steps in which turning points are looked for; barriers narrower than that have knots, where it is looked too."""
 
 CHUNK, FIT = 16, 16
 FIT_NOISE, EDGE_NOISE = 1e-12, 1e-11
 """Relative noise of G from a polynomial inside its interval and at its edge, where second derivatives are harder (measured)."""
+
+WIDER = 1.6
+"""Ratio around a state within which a well is narrow: a polynomial sees no narrow feature of the potential."""
 
 SMALL = 1e-3
 """States this near an axis may be in a well whose energy has lost digits."""
@@ -30,8 +33,9 @@ SMALL = 1e-3
 REACH = 1e60
 """Where no turning point is found within this ratio of the start, the motion is unbound."""
 
-S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, RESULTS = range(20)
-"""Entries of a result: ends, half-width, J, dJ/du0...dJ/du3, nodes, phase, integrals to it, error, fitted interval (radius 0: none)."""
+S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, PANELS, RESULTS = range(21)
+"""Entries of a result: ends, half-width, J, dJ/du0...dJ/du3, nodes, phase, integrals to it, error, fitted interval (radius 0: none),
+panels (0: none)."""
 
 
 def _fit_tables():
@@ -307,15 +311,36 @@ def _cancels(mu, u, s, t, root0):
 
 
 @jit
-def turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, work, out):
-    """Find the turning points around s0, t0, where F = root0^2 (root0 < 0 or > 0 for the direction); returns a status."""
-    out[RADIUS] = 0.0
+def _nearest(potential, params, mu, u, kind, knots, rho, direction, inside, outside, steps, work):
+    """Look for a turning point at the knots on the way to the one of `_scan`, which is returned where there is none."""
+    last, first = rho, int(np.searchsorted(knots, rho))
+    for i in range(knots.size):
+        k = first + i if direction > 0 else first - 1 - i
+        if k < 0 or k >= knots.size or (steps > 0 and (knots[k] - outside) * direction >= 0):
+            break
+        if knots[k] == rho:
+            continue
+        if not _radicand(potential, params, mu, u, kind, knots[k], work) >= 0.0:
+            return last, knots[k], 1 if last == rho else 2
+        last = knots[k]
+    # The point inside that is nearest to the turning point.
+    return (last if (last - inside) * direction > 0 else inside), outside, (steps if steps < 2 and last == rho else max(2, steps))
+
+
+@jit
+def turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, work, out):
+    """Find the turning points around s0, t0, where F = root0^2 (root0 < 0 or > 0 for the direction); returns a status.
+
+    knots: increasing ratios (places on a line) at which the potential has narrow features.
+    """
+    out[RADIUS], out[PANELS] = 0.0, 0.0
     falls = kind != LINE and u[3] > ends[0]
-    if kind != LINE and not falls and np.isfinite(ends[0]) and (kind != SINE or s0 < SMALL) and _cancels(mu, u, s0, t0, root0):
+    rare = knots.size == 0
+    if rare and kind != LINE and not falls and np.isfinite(ends[0]) and (kind != SINE or s0 < SMALL) and _cancels(mu, u, s0, t0, root0):
         if axis_ends(potential, params, mu, u, kind, ends, 0, s0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
-    if kind == SINE and t0 < SMALL and np.isfinite(ends[1]) and _cancels(mu, u, s0, t0, root0):
+    if rare and kind == SINE and t0 < SMALL and np.isfinite(ends[1]) and _cancels(mu, u, s0, t0, root0):
         if axis_ends(potential, params, mu, u, kind, ends, 1, t0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
@@ -324,7 +349,13 @@ def turning_points(potential, params, mu, u, kind, ends, s0, t0, root0, speed2, 
     rho = s0 / t0 if kind == SINE else s0
     below, under, down = _scan(potential, params, mu, u, kind, rho, -1, work)
     above, over, up = _scan(potential, params, mu, u, kind, rho, +1, work)
-    if down == 1 and up == 1 and _narrow(potential, params, mu, u, kind, s0, root0, work, out):
+    if knots.size > 0:
+        below, under, down = _nearest(potential, params, mu, u, kind, knots, rho, -1, below, under, down, work)
+        above, over, up = _nearest(potential, params, mu, u, kind, knots, rho, +1, above, over, up, work)
+    smooth = knots.size == 0 or np.searchsorted(knots, rho / WIDER) == np.searchsorted(knots, rho * WIDER)
+    if kind == LINE:
+        smooth = np.searchsorted(knots, rho - LINE_STEP) == np.searchsorted(knots, rho + LINE_STEP)
+    if smooth and down == 1 and up == 1 and _narrow(potential, params, mu, u, kind, s0, root0, work, out):
         return OK_CODE
     if (up < 0 and kind != SINE) or (down < 0 and (kind == LINE or falls)):
         return UNBOUND_CODE
