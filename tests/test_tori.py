@@ -526,7 +526,9 @@ def test_narrow_barriers_and_wells_are_seen(width, height):
         z = np.array([0.6, 0.0, 0.3, 0.1, p, 0.4, 0.2, 0.3])
         spin = z[0] * z[5]
 
-        def momentum2(x, spin=spin, E=p * p / (2 * mu) + V.value(0.6) + (0.6 * 0.4) ** 2 / (2 * mu * 0.36)):
+        E = p * p / (2 * mu) + V.value(0.6) + 0.4**2 / (2 * mu)
+
+        def momentum2(x, spin=spin, E=E):
             return 2 * mu * (E - V.value(x)) - spin**2 / x**2
 
         found = tori(body, z)

@@ -315,8 +315,8 @@ def _state(
 
 
 def tori_by_quadrature(
-    unit, stop, progress, chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, knots_1, knots_2, knots_eta, knots_gamma, z, J,
-    nu, theta, turning, constants, error, status,
+    unit, stop, progress, chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular,
+    knots_1, knots_2, knots_eta, knots_gamma, z, J, nu, theta, turning, constants, error, status,
 ):  # fmt: skip
     """z (8, n), knots of the four functions ->
     J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
