@@ -1,9 +1,10 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels."""
 
 from .auto import AUTO, Automatic
+from .bifurcations import Bifurcation, Event
 from .chaos import ChaosMap, chaos
 from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
-from .continuation import Bifurcation, Branch, Event, continuation
+from .continuation import Branch, continuation
 from .engine import Interrupted
 from .formula import formula, hamiltonian
 from .frequency import FrequencyMap, frequency_map

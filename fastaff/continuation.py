@@ -4,17 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from .bifurcations import Bifurcation, bifurcations, residue_products
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow
-from .periodic import WAIT, PeriodicOrbits, closing_goal, finer_by, packed, periodic_orbits, scheme_error, step_goal
+from .periodic import WAIT, PeriodicOrbits, packed, periodic_orbits
 from .periodic_search import joined
-from .returns import Returns, Scale, closing_matrix, energy_gradient, least_change, onto, orbit_scale, section_returns, vector_field
+from .returns import (
+    Returns,
+    Scale,
+    closing_goal,
+    closing_matrix,
+    energy_gradient,
+    finer_by,
+    least_change,
+    onto,
+    orbit_scale,
+    scheme_error,
+    section_returns,
+    step_goal,
+    vector_field,
+)
 from .scalars import positive, real, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .status import Status
@@ -39,37 +53,8 @@ TRIES = 6
 COARSER, SPARE = 1.25, 1e-2
 """How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
 
-VANISHING, NEAR = 1e-5, 1e-10
-"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z is undetermined."""
-
 VANISHED = 1e-3
 """Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
-
-
-class Event(IntEnum):
-    """What happens at a point of a branch where the stability changes.
-
-    FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn (pitchfork,
-    transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off.
-    """
-
-    FOLD = 0
-    BRANCHING = 1
-    DOUBLING = 2
-
-
-class Bifurcation(NamedTuple):
-    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in time.
-
-    error: of the value: half of the interval in which the change was found, or what is left of the product over its slope.
-    """
-
-    event: Event
-    arclength: float
-    value: float
-    z: np.ndarray
-    time: float
-    error: float
 
 
 @dataclass(frozen=True)
@@ -148,7 +133,7 @@ def continuation(
     orbits = joined([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
     arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
-    return Branch(values, arclength, orbits, tuple(_bifurcations(family, points, arclength, orbits)), status)
+    return Branch(values, arclength, orbits, tuple(bifurcations(family, points, arclength, orbits)), status)
 
 
 def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
@@ -349,18 +334,13 @@ class _Family:
 
     def products(self, point: _Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
-        return _products(self.orbits(point))[0]
+        return residue_products(self.orbits(point))[0]
 
 
 def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:
     """Return the vector in (z, value) along which the equations hold, on the side of the bordering row."""
     change = least_change(np.vstack([matrix, border])[None], np.append(np.zeros(len(matrix)), 1.0)[None])[0]
     return np.delete(change, len(change) - 2)
-
-
-def _products(orbits: PeriodicOrbits) -> np.ndarray:
-    R = orbits.residues
-    return np.array([np.prod(R, axis=0).real, np.prod(1 - R, axis=0).real]).T
 
 
 def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[list[_Point], Status]:
@@ -391,55 +371,3 @@ def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[l
         if point.corrections <= EASY:
             length = min(1.5 * length, longest)
     return points, Status.OK
-
-
-def _bifurcations(family: _Family, points: list[_Point], arclength: np.ndarray, orbits: PeriodicOrbits) -> list[Bifurcation]:
-    """Find the sign changes between neighbouring points and polish them."""
-    signs = _products(orbits)
-    found = []
-    for k, (last, following) in enumerate(pairwise(points)):
-        turned = last.tangent[-1] * following.tangent[-1] < 0
-        for kind in range(2):
-            if not signs[k, kind] * signs[k + 1, kind] < 0:
-                continue
-            s, point, product, error = _sign_change(family, last, following, signs[k : k + 2, kind], kind)
-            if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
-                event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
-                place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
-                found.append(Bifurcation(event, place, value, point.u[:-1], time, error))
-    return sorted(found, key=lambda b: b.arclength)
-
-
-def _sign_change(
-    family: _Family, last: _Point, following: _Point, ends: np.ndarray, kind: int
-) -> tuple[float, _Point, float, float]:
-    """Find where between two points a product changes its sign: (s, the point of the branch there, the product, the error of the value).
-
-    False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are tried.
-    """
-    reach = family.apart(last.u, following.u)
-    a, b, low, high, side = 0.0, 1.0, last, following, 0
-    weights, products = [float(end) for end in ends], [float(end) for end in ends]
-    best = min((abs(products[0]), a, last), (abs(products[1]), b, following), key=lambda tried: tried[0])
-    for _ in range(60):
-        if b - a <= 1e-12 or best[0] <= NEAR:
-            break
-        share = np.clip(weights[0] / (weights[0] - weights[1]), 1e-3, 1 - 1e-3)
-        for place in (share, 0.5, 0.25, 0.75):
-            s = a + float(place) * (b - a)
-            point = family.corrected(*family.between(last, following, s), last.scale, last.step)
-            if point is not None:
-                break
-        else:
-            break
-        product = float(family.products(point)[kind])
-        best = min(best, (abs(product), s, point), key=lambda tried: tried[0])
-        if product * ends[0] > 0:
-            weights = [product, weights[1] * (0.5 if side < 0 else 1.0)]
-            a, low, products[0], side = s, point, product, -1
-        else:
-            weights = [weights[0] * (0.5 if side > 0 else 1.0), product]
-            b, high, products[1], side = s, point, product, 1
-    left = abs(float(high.u[-1] - low.u[-1]))
-    slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
-    return best[1] * reach, best[2], best[0], min(0.5 * left, best[0] / slope + 1e-15 * abs(float(best[2].u[-1])))

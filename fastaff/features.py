@@ -36,11 +36,17 @@ def knots(function: Any, kind: str) -> np.ndarray:
     kind: "x^2" or "sinh^2" (s is the square of the coordinate, or of its sinh), "r" (s is the coordinate), "sin^2(x/2)", "sin^2"
     (ratios s/(1 - s) are returned), or "angle" (of three turns).
     """
-    return _knots(type(function), function, kind)
+    return _knots(_types(function), function, kind)
 
 
-@functools.lru_cache(maxsize=256, typed=True)
-def _knots(_: type, function: Any, kind: str) -> np.ndarray:
+def _types(function: Any) -> tuple[Any, ...]:
+    """Return the types of a function and of its parts: equal tuples may be different functions."""
+    parts = function if isinstance(function, tuple) else ()
+    return type(function), *(_types(part) for part in parts)
+
+
+@functools.lru_cache(maxsize=256)
+def _knots(_: tuple[Any, ...], function: Any, kind: str) -> np.ndarray:
     if kind == "angle":
         x = (np.arange(AROUND) + 0.5) * 2 * np.pi / AROUND - np.pi
         at = _found(_values(function, x, lambda x: x), periodic=True)

@@ -12,17 +12,22 @@ from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model, energies
 from .engine import Flow, Interrupted
 from .returns import (
-    RANK,
+    FINER,
     Returns,
     Scale,
+    closing_goal,
     closing_matrix,
     each,
+    finer_by,
     least_change,
     onto,
     orbit_scale,
     reduced_monodromy,
+    scheme_error,
     section_gradient,
     section_returns,
+    stability_indices,
+    step_goal,
     vector_field,
 )
 from .scalars import positive, whole
@@ -33,11 +38,8 @@ from .trials import make_flow, unset_step
 STEP_ERROR = 1e-13
 """What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
 
-FINER, FINEST = 8.0, 200.0
-"""How many times shorter a step becomes at once, and in all."""
-
-ROUNDS = 4
-"""Times that Newton's method goes on with shorter steps."""
+FINEST, ROUNDS = 200.0, 4
+"""How many times shorter a step becomes in all, and how often Newton's method goes on with shorter ones."""
 
 WAIT = 20 * 2 * np.pi
 """Radians of an orbit's motion to wait for a crossing."""
@@ -102,7 +104,7 @@ class PeriodicOrbits:
     @property
     def indices(self) -> np.ndarray:
         """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for n = 2."""
-        return each(_indices, self.reduced, (self.reduced.shape[2] // 2,), np.complex128).T
+        return each(stability_indices, self.reduced, (self.reduced.shape[2] // 2,), np.complex128).T
 
     @property
     def residues(self) -> np.ndarray:
@@ -178,9 +180,7 @@ class PeriodicOrbits:
         return "; ".join([describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))])
 
 
-PER_ORBIT = (
-    "period", "points", "time", "energy", "monodromy", "reduced", "residual", "error", "iterations", "status", "step",
-)  # fmt: skip
+PER_ORBIT = ("period", "points", "time", "energy", "monodromy", "reduced", "residual", "error", "iterations", "status", "step")
 """The fields of PeriodicOrbits with orbits on the first axis."""
 
 
@@ -382,52 +382,6 @@ class _Search:
         )  # fmt: skip
 
 
-def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return how near to z (2n, orbits) an orbit must return to be closed, in own units."""
-    size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
-    return np.maximum(tolerance, 4 * scale.rounding(z)) * np.maximum(1.0, size)
-
-
-def step_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on the way."""
-    return np.maximum(tolerance, 4 * scale.rounding(z) * np.linalg.norm(scale.matrix(monodromy), axis=(1, 2)))
-
-
-def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
-    """Return how many times shorter a step should be where its error `change` is above the goal."""
-    with np.errstate(all="ignore"):
-        factor = np.clip(1.1 * (change / goal) ** (1 / order), 1.2, FINER)
-    return np.where(np.isfinite(factor), factor, 2.0)
-
-
-def scheme_error(
-    flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units (orbits,).
-
-    From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
-    """
-    if flow.adaptive:
-        other, gain = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol), 1.0
-    else:
-        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
-    back = section_returns(other, section, z, found.points.shape[1], limit)
-    with np.errstate(all="ignore"):
-        moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
-        matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
-        short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + scale.rounding(z)[:, None]
-        shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
-        later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
-        shift[:, -1] += later
-        change = np.hypot(np.linalg.norm(moved, axis=1), later)
-    return np.where(np.isnan(change), np.inf, change), np.linalg.norm(shift, axis=1)
-
-
-def _inverses(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverses (orbits, columns, rows) that `least_change` applies."""
-    return each(lambda A: np.linalg.pinv(A, rcond=RANK), matrix, matrix.shape[:0:-1], np.float64)
-
-
 def packed(
     flow: Flow, section: Any, z: np.ndarray, energy: np.ndarray, found: Returns, scale: Scale, *, residual: np.ndarray, error: np.ndarray,
     iterations: np.ndarray, status: np.ndarray | None = None,
@@ -446,14 +400,3 @@ def packed(
         z, np.full(good.size, points.shape[1]), points, time, energy, monodromy, reduced, residual, error, iterations, status,
         np.array(np.broadcast_to(flow.step, good.shape)), scale.rows, names, section, flow.scheme,
     )  # fmt: skip
-
-
-def _indices(S: np.ndarray) -> np.ndarray:
-    """Return lambda + 1/lambda of the pairs of eigenvalues of a symplectic matrix: roots of its characteristic polynomial in that sum.
-
-    The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev series.
-    """
-    m = len(S) // 2
-    c = np.poly(S)
-    series = np.concatenate([[c[m]], (c[:m] + c[:m:-1])[::-1]])
-    return 2 * np.polynomial.chebyshev.chebroots(series).astype(np.complex128)

@@ -24,6 +24,9 @@ COMPLEX_STEP = 1e-100
 RANK = 1e-8
 """Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic neighbours."""
 
+FINER = 8.0
+"""How many times shorter a step becomes at once."""
+
 
 class Returns(NamedTuple):
     """Orbits followed to a crossing of a section.
@@ -221,3 +224,60 @@ def closing_matrix(model: Any, section: Any, z: np.ndarray, end: np.ndarray, mon
         for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
             matrix[:, rows + row, :rows] = gradient * D / np.linalg.norm(gradient * D, axis=1)[:, None]
     return matrix
+
+
+def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return how near to z (2n, orbits) an orbit must return to be closed, in own units."""
+    size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
+    return np.maximum(tolerance, 4 * scale.rounding(z)) * np.maximum(1.0, size)
+
+
+def step_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on the way."""
+    return np.maximum(tolerance, 4 * scale.rounding(z) * np.linalg.norm(scale.matrix(monodromy), axis=(1, 2)))
+
+
+def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
+    """Return how many times shorter a step should be where its error `change` is above the goal."""
+    with np.errstate(all="ignore"):
+        factor = np.clip(1.1 * (change / goal) ** (1 / order), 1.2, FINER)
+    return np.where(np.isfinite(factor), factor, 2.0)
+
+
+def scheme_error(
+    flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units (orbits,).
+
+    From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
+    """
+    if flow.adaptive:
+        other, gain = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol), 1.0
+    else:
+        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
+    back = section_returns(other, section, z, found.points.shape[1], limit)
+    with np.errstate(all="ignore"):
+        moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
+        matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
+        short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + scale.rounding(z)[:, None]
+        shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
+        later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
+        shift[:, -1] += later
+        change = np.hypot(np.linalg.norm(moved, axis=1), later)
+    return np.where(np.isnan(change), np.inf, change), np.linalg.norm(shift, axis=1)
+
+
+def _inverses(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverses (orbits, columns, rows) that `least_change` applies."""
+    return each(lambda A: np.linalg.pinv(A, rcond=RANK), matrix, matrix.shape[:0:-1], np.float64)
+
+
+def stability_indices(S: np.ndarray) -> np.ndarray:
+    """Return lambda + 1/lambda of the pairs of eigenvalues of a symplectic matrix: roots of its characteristic polynomial in that sum.
+
+    The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev series.
+    """
+    m = len(S) // 2
+    c = np.poly(S)
+    series = np.concatenate([[c[m]], (c[:m] + c[:m:-1])[::-1]])
+    return 2 * np.polynomial.chebyshev.chebroots(series).astype(np.complex128)

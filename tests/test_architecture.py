@@ -22,7 +22,7 @@ LAYERS = {
     "integrate": 3, "tangent": 3, "chaos_passes": 3, "chaos_stream": 3, "poincare": 3, "frequency": 3, "grid": 3, "sample": 3, "naff": 3,
     "chaos": 3, "scan": 3, "tori": 3, "resonance": 3, "quantum": 3.6,
     "web": 3, "scatter": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,
-    "returns": 3.1, "periodic": 3.2, "periodic_search": 3.3, "continuation": 3.4,
+    "returns": 3.1, "periodic": 3.2, "periodic_search": 3.3, "bifurcations": 3.35, "continuation": 3.4,
     "jobs": 4, "files": 4,
     "plot": 5, "plot_resonance": 5, "plot_periodic": 5, "plot_chaos": 5, "plot_quantum": 5, "plot_quantum_chaos": 5,
     "commands": 5, "cli": 5, "options": 5,
