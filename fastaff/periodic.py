@@ -75,8 +75,7 @@ class PeriodicOrbits:
     the flow over the period at z; reduced (orbits, 2n - 2, 2n - 2): that of the section map within the energy surface, in a
     basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error (orbits,): estimate of that of z and of
     2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and the residual; iterations (orbits,): returns computed;
-    status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme. names (2n,): of the rows of z.
-    scale (2n, orbits): the own units of each orbit, amplitudes of coordinates and momenta.
+    status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows.
     """
 
     z: np.ndarray
@@ -345,9 +344,8 @@ class _Search:
         if which.size:
             order, scale = self.flow.scheme.order, state.scale.of(which)
             z, found = state.z[:, which], Returns(*(entry[which] for entry in state.found))
-            change, state.error[which] = scheme_error(
-                self._flow(state.step[which]), self.section, z, state.limit[which], found, scale
-            )
+            flow = self._flow(state.step[which])
+            change, state.error[which] = scheme_error(flow, self.section, z, state.limit[which], found, scale)
             goal = step_goal(self.tolerance, z, found.monodromy, scale)
             # An orbit that does not close may not for the error of the step.
             goal = np.where(state.status[which] == Status.OK, goal, np.maximum(goal, 0.01 * state.residual[which]))
