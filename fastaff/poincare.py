@@ -313,7 +313,8 @@ def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, 
         try:
             flow.locate(section, records, where)
         finally:
-            late = ~((records[where, 0] > 0.0) & (records[where, 0] <= max_time * (1 + START)))
+            limit = np.broadcast_to(max_time, orbits)[where // slot.size]
+            late = ~((records[where, 0] > 0.0) & (records[where, 0] <= limit * (1 + START)))
             records[where[late], 1] = kernels.NOTHING
             kernels.compact(rows, out, written)
             memory[5], memory[6] = written, written
