@@ -21,10 +21,11 @@ AROUND = 32768
 STRIDE = 4
 """Distance, in samples, of those that predict one: a feature is narrow where four of them, 2 strides apart, miss it."""
 
-MISSED, NOISE = 1e-11, 1e-12
+MISSED, NOISE = 1e-9, 1e-12
 """What they may miss, and what a difference must exceed to count, beside the largest value nearby."""
 
-NEARBY = 64
+NEARBY, APART = 512, 64
+"""Samples whose largest value others are judged by, and between which two features are two."""
 
 MOST = 512
 """Knots of one function at most."""
@@ -85,7 +86,7 @@ def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:
     marks = marks[reach:-reach] & narrow
     start = 0 if periodic else reach
     missed = np.flatnonzero(narrow)
-    feature = np.cumsum(np.diff(missed, prepend=missed[:1]) > NEARBY)  # a number for each, of all of its samples
+    feature = np.cumsum(np.diff(missed, prepend=missed[:1]) > APART)  # a number for each, of all of its samples
     has = np.zeros(missed.size + 1, bool)
     has[feature[marks[missed]]] = True
     edge = np.diff(feature, prepend=-1) + np.diff(feature, append=missed.size) > 0  # where features begin and end
