@@ -258,7 +258,7 @@ def scheme_error(
     with np.errstate(all="ignore"):
         moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
         matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
-        rounding = scale.rounding(z) * np.maximum(1.0, 0.25 * np.sqrt(found.time / flow.step))  # grows like a random walk
+        rounding = scale.rounding(z) * np.maximum(2.0, 0.5 * np.sqrt(found.time / flow.step))  # grows like a random walk
         short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + rounding[:, None]
         shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
         later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
