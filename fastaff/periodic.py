@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from .auto import Automatic
-from .boundary import checked_section, checked_tangent_model, energies
+from .boundary import checked_section, checked_tangent_model
 from .engine import Flow, Interrupted
 from .recipe import recorded
 from .returns import (
     FINER,
     Returns,
     Scale,
+    checked_guesses,
     closing_goal,
     closing_matrix,
     each,
@@ -35,10 +35,6 @@ from .scalars import an_array, positive, shown, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .shown import screen
 from .status import Status, describe, raise_if_failed
-from .trials import make_flow, unset_step
-
-STEP_ERROR = 1e-13
-"""What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
 
 FINEST, ROUNDS = 200.0, 4
 """How many times shorter a step becomes in all, and how often Newton's method goes on with shorter ones."""
@@ -240,25 +236,6 @@ def periodic_orbits(
         stopped.partial = search.result(state)
         raise stopped from None
     return search.result(state)
-
-
-def checked_guesses(
-    model: Any, z0: Any, energy: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
-) -> tuple[Flow, np.ndarray, np.ndarray]:
-    """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
-    if model.degrees_of_freedom < 2:
-        raise ValueError(f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}")
-    if isinstance(scheme, Automatic):
-        unset_step(step)
-        scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
-    flow, z = make_flow(model, z0, scheme, step, rtol, atol, threads, error=STEP_ERROR)
-    try:
-        given = energies(model, z) if energy is None else np.asarray(energy, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"energy must be a number, or one for each orbit, got {energy!r}") from None
-    if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
-        raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
-    return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
 
 
 @dataclass

@@ -10,9 +10,10 @@ import numpy as np
 from .auto import Automatic
 from .boundary import checked_section, checked_tangent_model
 from .motion import typical_rate
-from .periodic import PER_ORBIT, WAIT, PeriodicOrbits, checked_guesses, periodic_orbits
+from .periodic import PER_ORBIT, WAIT, PeriodicOrbits, periodic_orbits
 from .poincare import SectionMap, poincare_map
 from .recipe import recorded
+from .returns import checked_guesses
 from .scalars import positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 

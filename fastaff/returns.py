@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import observers
+from .auto import Automatic
 from .boundary import energies
 from .engine import Flow
 from .kernels import crossings as kernels
@@ -21,6 +22,10 @@ from .poincare import SPARE, follow_crossings, start_crossings
 from .scalars import fits
 from .shown import screen
 from .status import Status
+from .trials import make_flow, unset_step
+
+STEP_ERROR = 1e-13
+"""What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
 
 COMPLEX_STEP = 1e-100
 RANK = 1e-8
@@ -28,6 +33,25 @@ RANK = 1e-8
 
 FINER = 8.0
 """How many times shorter a step becomes at once."""
+
+
+def checked_guesses(
+    model: Any, z0: Any, energy: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
+) -> tuple[Flow, np.ndarray, np.ndarray]:
+    """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
+    if model.degrees_of_freedom < 2:
+        raise ValueError(f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}")
+    if isinstance(scheme, Automatic):
+        unset_step(step)
+        scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
+    flow, z = make_flow(model, z0, scheme, step, rtol, atol, threads, error=STEP_ERROR)
+    try:
+        given = energies(model, z) if energy is None else np.asarray(energy, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"energy must be a number, or one for each orbit, got {energy!r}") from None
+    if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
+        raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
+    return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
 
 
 class Returns(NamedTuple):

@@ -427,8 +427,9 @@ def test_errors_cover_the_truth_from_coarse_to_fine_steps(scheme):
         found.raise_if_failed()
         off = np.linalg.norm((found.z - z) / found.scale, axis=0)
         rate = found.scale[2] / found.scale[0]
-        assert (off <= found.error).all()
-        assert (np.abs(found.time - truth) * rate <= found.error).all()
+        own = 1e-13  # rounding of the truth: the cubic's roots
+        assert (off <= found.error + own).all()
+        assert (np.abs(found.time - truth) * rate <= found.error + own).all()
         assert step is not None or found.error.max() < 1e-9
 
 
