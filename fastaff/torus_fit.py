@@ -181,10 +181,8 @@ def fit_torus(
     energy, own = float(energies(body, z)[0]), motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0
-    times, inside = np.zeros(0), 0
-    if short:
-        path, evidence = _path(flow, z, time, 64)
-    else:
+    times, inside, (path, evidence) = np.zeros(0), 0, _path(flow, z, time, 64) if short else (z, {})
+    if not short:
         times, path, inside, evidence = _sampled(flow, z, time)
     if short or evidence["status"] != Status.OK:
         evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
@@ -392,10 +390,7 @@ def _nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Toru
 
 def _basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
     """Return the name of the frequency whose row of R is that unit vector, else a number."""
-    for row, name in zip(R, names, strict=True):
-        if np.array_equal(row, unit):
-            return name
-    return f"theta {int(unit.argmax()) + 1}"
+    return next((name for row, name in zip(R, names, strict=True) if np.array_equal(row, unit)), f"theta {int(unit.argmax()) + 1}")
 
 
 def _combination(row: np.ndarray, names: tuple[str, ...]) -> str:
