@@ -31,8 +31,8 @@ PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
 
 PILOT_STEPS = 256
-DENSE = 0.25
-"""Radians of the fastest motion between samples."""
+DENSE, CLOCKED_DENSE = 0.25, 0.05
+"""Radians of the fastest motion between samples; where angles have a clock, which is summed from samples."""
 
 MANY_TURNS = 30
 """Turns from which frequencies that change between the halves are evidence of chaos, ..."""
@@ -237,7 +237,7 @@ class _Work:
         pilot, _ = self._sample(self._finer().of(orbits), self.z0[:, orbits], time, count)
         with np.errstate(all="ignore"):
             rate = fastest(self.layout.signals(pilot), time / count)
-        allowed = DENSE / np.maximum(rate, 1e-300) / (self.time / steps)
+        allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
         every = np.where(allowed >= 8, 8, np.where(allowed >= 4, 4, np.where(allowed >= 2, 2, 1)))
         every = np.where(np.isfinite(pilot).all(axis=(1, 2)) & (share > 1), every, 1)
         for d in np.unique(every):
