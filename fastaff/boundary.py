@@ -42,6 +42,7 @@ def checked_model(model: Any, name: str = "body") -> Any:
 
 def _evaluated(name: str, model: Any) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
+    _functions(model), _functions(getattr(model, "potential", None))
     n = model.degrees_of_freedom
     q, p = np.linspace(1.3, 0.2, n), np.linspace(0.3, 1.1, n)
     try:
@@ -94,6 +95,16 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
             f"by name: scheme_named(...) of {', '.join(SCHEMES)}"
         )
     return scheme
+
+
+def _functions(value: Any) -> None:
+    """Refuse numbers and plain functions in the fields V_... of a separable potential or body."""
+    for field in getattr(value, "_fields", ()):
+        entry = getattr(value, field)
+        if field.startswith("V_") and not is_value(entry):
+            angle = field in ("V_eta", "V_gamma")
+            what = "of the angle such as one_variable(f) or Zero()" if angle else "such as Oscillator(k=1.0) or one_variable(f)"
+            raise TypeError(f"{field} must be a function {what}, got {entry!r}")
 
 
 def checked_chart(chart: Any) -> Chart:

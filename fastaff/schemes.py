@@ -102,7 +102,7 @@ class Splitting:
         _label(self)
         flag("nystrom", self.nystrom)
         for what in ("drift", "kick"):
-            object.__setattr__(self, what, reals(what, getattr(self, what)))
+            object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
         _require(len(self.drift) == len(self.kick) + 1 >= 2, self.name,
                  f"needs one drift more than kicks, got {len(self.drift)} drifts and {len(self.kick)} kicks")
         _require(all(map(isfinite, (*self.drift, *self.kick))), self.name, "coefficients must be finite")
@@ -209,9 +209,9 @@ class RungeKutta:
     def __post_init__(self) -> None:
         _label(self)
         for what in ("b", "c", "extra_c"):
-            object.__setattr__(self, what, reals(what, getattr(self, what)))
+            object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
         for what in ("a", "errors", "extra_a", "dense"):
-            object.__setattr__(self, what, _rows(what, getattr(self, what)))
+            object.__setattr__(self, what, _rows(f"scheme {self.name}: {what}", getattr(self, what)))
         orders = reals("error_orders", self.error_orders)
         object.__setattr__(self, "error_orders", tuple(whole("error_orders", int(p), 1, MOST_ORDER) for p in orders))
         whole("dense_order", self.dense_order, 0, MOST_ORDER)

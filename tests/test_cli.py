@@ -188,7 +188,7 @@ def test_poincare_command(tmp_path, capsys):
     assert metadata["p_gamma"] == 0.2
     assert metadata["crossings"] == 8
     assert metadata["max_time"] > 0
-    assert metadata["step"] > 0
+    assert (arrays["step"] > 0).all()
     assert metadata["interrupted"] is False
     assert metadata["wall_time"] > 0
     assert "crossings/s" in captured.err
@@ -230,7 +230,7 @@ def test_chaos_map_command(tmp_path, capsys):
     assert f"chaotic fraction {metadata['fraction']:.3f}" in said
     assert f"{int(((arrays['verdict'] == fastaff.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic" in said
     direct = fastaff.chaos(
-        fastaff.Body(fastaff.NeoHookean()), arrays["z0"], time=150.0, step=metadata["step"], indicators=(fastaff.MEGNO(), fastaff.GALI(3))
+        fastaff.Body(fastaff.NeoHookean()), arrays["z0"], time=150.0, step=arrays["step"], indicators=(fastaff.MEGNO(), fastaff.GALI(3))
     )
     assert direct.values.tobytes() == arrays["values"].tobytes()
     assert b"NeoHookean" in (tmp_path / "c.png").read_bytes()

@@ -110,7 +110,7 @@ def test_long_arguments_make_short_messages():
 def test_the_battery_notices_what_it_looks_for(monkeypatch):
     """Messages without the name, other exceptions, warnings and calls that take long are told from refusals."""
 
-    def call(kind):
+    def known(kind):
         if kind == 1:
             raise ValueError("something is wrong")
         if kind == 7:
@@ -122,9 +122,9 @@ def test_the_battery_notices_what_it_looks_for(monkeypatch):
                 pass
         return {}[kind]
 
-    monkeypatch.setitem(battery.CALLS, "call", (call, {"kind": 0}))
+    monkeypatch.setitem(battery.CALLS, "known", (known, {"kind": 0}))
     monkeypatch.setattr(battery, "SECONDS", 0.1)
-    said = {value: battery.outcome("call", "kind", value) for value in ("1", "7", "2.7", "none", "0")}
+    said = {value: battery.outcome("known", "kind", value) for value in ("1", "7", "2.7", "none", "0")}
     assert said["7"] == "refused"
     for value, part in {"1": "without the name 'kind'", "2.7": "RuntimeWarning", "none": "took more than", "0": "KeyError"}.items():
         assert part in said[value]

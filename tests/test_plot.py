@@ -42,7 +42,8 @@ def frequency_map(ratio, gamma):
     zero = np.zeros(ratio.size)
     return fastaff.FrequencyMap(
         ("alpha", "beta", "phi", "psi"), nu, 0 * nu, np.linspace(-9, -2, ratio.size), np.zeros(nu.shape, np.int8), zero,
-        zero.astype(int), zero, gamma, 100.0, fastaff.KAHAN_LI8, 0.01,
+        zero.astype(int), zero, gamma, 100.0, fastaff.KAHAN_LI8, 0.01, zero.astype(int), zero.astype(int) + 4, nu, 0 * nu,
+        np.zeros((4, 4, ratio.size), int),
     )  # fmt: skip
 
 

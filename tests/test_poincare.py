@@ -124,7 +124,7 @@ def test_crossings_lie_on_section_and_energy_surface(section):
     drift = np.zeros(kept.shape)
     start = energy(BODY, z0), energy_scale(BODY, z0)
     drift[kept] = np.abs(energy(BODY, z) - np.repeat(start[0], cut.counts)) / np.repeat(start[1], cut.counts)
-    assert (drift.max(axis=1) <= cut.energy_error + 1e-16).all()
+    assert (drift.max(axis=1) <= cut.energy_error + 1e-14).all()  # rounding of E itself does not count
     assert np.quantile(cut.energy_error, 0.9) < 1e-11
 
 

@@ -277,7 +277,7 @@ def test_lists_of_what_does_not_belong_together_are_refused():
     body = Body(Harmonic())
     with pytest.raises(ValueError, match="quantum numbers"):
         level_list([spectrum(body, m=0, l=0, levels=1, chart=chart) for chart in ("alpha-beta", "r-vartheta")])
-    with pytest.raises(TypeError, match="classes must be Levels, got"):
+    with pytest.raises(TypeError, match="classes must be a list of Levels, got"):
         level_list([1])
 
 

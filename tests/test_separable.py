@@ -603,7 +603,7 @@ def test_charts():
         (Body(Hyperelastic()), ALPHA_BETA, ValueError, "chart must be one that Hyperelastic separates in, r-vartheta; got 'alpha-beta'"),
         (Body(Harmonic()), TWO_POLAR, ValueError, "chart must be one"),
         (Body(Harmonic()), "parabolic", ValueError, "chart must be one.*'parabolic'"),
-        (Body(Harmonic()), 3, ValueError, "chart must be one.*3"),
+        (Body(Harmonic()), 3, TypeError, "chart must be a chart.*3"),
         (Harmonic(), None, TypeError, "wrap it"),
         (SeparableAlphaBeta(Oscillator(), Oscillator()), None, TypeError, "wrap it"),
         (HenonHeiles(), None, TypeError, "body must be a Body or a StackelBody"),
