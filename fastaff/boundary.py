@@ -16,6 +16,10 @@ from .transformed import TimeTransformed
 _METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
 
 
+LARGEST = 1e150
+"""Size of a model's parameters whose squares are still numbers."""
+
+
 def checked_model(model: Any, name: str = "body") -> Any:
     """Return `model` if it is a model: a NamedTuple with the methods of the physics and finite parameters."""
     if not is_value(model):
@@ -34,6 +38,8 @@ def checked_model(model: Any, name: str = "body") -> Any:
     flat = _parameters(name, model)
     if not np.all(np.isfinite(flat)):
         raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
+    if np.any(np.abs(flat) > LARGEST):
+        raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
     if isinstance(model, (Body, ReducedBody, StackelBody)) and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
     _evaluated(name, model)

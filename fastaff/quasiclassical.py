@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .recipe import recorded
-from .scalars import positive, real, whole, whole_numbers
+from .scalars import flag, positive, real, whole, whole_numbers
 from .shown import screen
 from .tori import energy_of_actions
 
@@ -48,6 +48,7 @@ class QuasiclassicalLevels:
 
         Source: Martens & Slawianowski, section 4 (degeneracy of the Bohr-Sommerfeld levels).
         """
+        tolerance = positive("tolerance", tolerance)
         E = np.sort(self.E[np.isfinite(self.E)])
         if E.size == 0:
             return E, np.zeros(0, np.int64)
@@ -73,6 +74,7 @@ def quasiclassical_levels(
     Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack); Keller 1958, Ann. Phys. 4, 180 (EBK).
     """
     h = 2 * np.pi * positive("hbar", hbar)
+    flag("single_valued", single_valued)
     quanta = [whole_numbers(name, value) for name, value in (("n", n), ("m", m), ("l", l))]
     if quanta[0].ndim not in (1, 2) or quanta[0].shape[0] != 2 or np.any(quanta[0] < 0):
         raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {n!r}")

@@ -24,6 +24,10 @@ BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
 
 
+AT_WALL = 1e-13
+"""Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
+
+
 @jit(parallel=True)
 def run_units(work, arguments, units):
     """Run work(unit, *arguments) for every unit below `units`.
@@ -233,6 +237,7 @@ def run_adaptive(
     memory = np.empty(memory_rows * LANES)
     t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     ahead, ceiling, kinetic, reached = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
+    longest = np.zeros(LANES)
     bound = np.zeros(LANES)
     code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
@@ -244,7 +249,7 @@ def run_adaptive(
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                ahead[lanes], ceiling[lanes], kinetic[lanes] = step0[following], 10.0, kinetic0[following]
+                ahead[lanes], ceiling[lanes], kinetic[lanes], longest[lanes] = step0[following], 10.0, kinetic0[following], 0.0
                 bound[lanes] = radius[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
@@ -276,8 +281,8 @@ def run_adaptive(
             # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
             ahead[i] = h[i] * (factor if code[i] == 0.0 else min(factor, 0.2))
             if fresh[i] > 0.0:
-                code[i] = 0.0
-            elif not (t[i] + ahead[i] > t[i]):
+                code[i], longest[i] = 0.0, max(longest[i], h[i])
+            elif not (t[i] + ahead[i] > t[i]) or (code[i] > 0.0 and ahead[i] < AT_WALL * longest[i]):
                 code[i] = code[i] if code[i] > 0.0 else STEP_TOO_SMALL_CODE
                 ended += 1
             else:

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 
 from ..charts import ALPHA_BETA, TWO_POLAR, Chart
 from ..kernels.phases import phase_sums
-from ..scalars import positive
+from ..scalars import an_array, positive
+from ..scalars import function as a_function
 from .grids import resolved
 from .states import Product, State, checked_invariants, invariants_of
 from .symmetry import SymmetryClass
@@ -145,6 +146,7 @@ class Packet:
         where they cannot be. Cost: about 1 ns for each state, node (some 10^4) and time.
         """
         chosen, moments = invariants_of(ALPHA_BETA if chart is None else chart), _moments(time)
+        a_function("function", function)
         classes = list(self.classes.values())
         tables, grid = resolved([[self.states[k] for k in places] for places in classes])
         values = np.asarray(function(*chosen.from_radii(*grid.radii)))
@@ -193,7 +195,7 @@ def _amplitudes(x: ArrayLike, y: ArrayLike, chart: Chart) -> Callable[[State], n
 
 
 def _moments(time: ArrayLike) -> np.ndarray:
-    given = np.asarray(time)
+    given = an_array("time", time)
     if given.dtype.kind not in "fiu":
         raise TypeError(f"time must be real numbers, got {given.dtype}")
     moments = given.astype(float)
@@ -203,7 +205,7 @@ def _moments(time: ArrayLike) -> np.ndarray:
 
 
 def _row(name: str, value: ArrayLike, kind: type, size: int) -> np.ndarray:
-    given = np.asarray(value)
+    given = an_array(name, value)
     if given.dtype.kind not in ("fiu" if kind is float else "fiuc"):
         raise TypeError(f"{name} must be {'real' if kind is float else 'complex'} numbers, got {given.dtype}")
     row: np.ndarray = given.astype(kind)

@@ -18,10 +18,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..boundary import checked_chart
 from ..charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
 from ..charts.checks import checked
 from ..kernels.quantum_factors import plane_radii, turn_planes
 from ..scalars import fits, whole
+from ..scalars import function as a_function
 from ..shown import screen
 from .factors import Factor
 from .symmetry import SymmetryClass
@@ -78,13 +80,23 @@ def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA
 
 def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.ndarray, np.ndarray]:
     """Return invariants of a chart as floats; raises ValueError or TypeError for what is not finite, or outside of their ranges."""
-    rows = []
-    for name, value, (least, most) in zip(chart.names, (x, y), invariants_of(chart).ranges, strict=False):
+    ranges, rows = invariants_of(chart).ranges, []
+    for letter, own, value, (least, most) in zip("xy", chart.names, (x, y), ranges, strict=False):
+        name = f"{letter} ({own})"
         row = checked(name, value, ())
         if np.any((row < least) | (row > most)):
             raise ValueError(f"{name} must lie in [{least:g}, {most:.3g}], got {row.min():.6g} to {row.max():.6g}")
         rows.append(row)
     return rows[0], rows[1]
+
+
+def _together(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y broadcast; raises ValueError where they do not."""
+    try:
+        first, second = np.broadcast_arrays(x, y)
+    except (ValueError, RuntimeError):
+        raise ValueError(f"x and y must broadcast, got shapes {x.shape} and {y.shape}") from None
+    return first, second
 
 
 class Shape(Protocol):
@@ -205,7 +217,7 @@ class State:
         With m + l odd the angles decide between the two values; radii must not be negative then.
         """
         rows = checked("q", q, (4,))
-        planes = chart.points_to_planes(rows)
+        planes = checked_chart(chart).points_to_planes(rows)
         m, l = self.symmetry
         if (m + l) % 2 == 0:
             return self.planes(planes)
@@ -223,7 +235,7 @@ class State:
         Raises ValueError for what are no invariants: negative radii, vartheta outside of [0, pi], D1 < |D2|.
         """
         own = self.chart if chart is None else chart
-        first, second = np.broadcast_arrays(*checked_invariants(x, y, own))
+        first, second = _together(*checked_invariants(x, y, own))
         if own.name == self.chart.name:
             return self.shape(first, second)[()]
         alpha, beta = invariants_of(own).to_radii(first, second)
@@ -240,7 +252,7 @@ class State:
         """
         own_chart = self.chart if chart is None else chart
         chosen = invariants_of(own_chart)
-        first, second = np.broadcast_arrays(*checked_invariants(x, y, own_chart))
+        first, second = _together(*checked_invariants(x, y, own_chart))
         alpha, beta = chosen.to_radii(first, second)
         inside: Any = True
         if chosen is INVARIANTS[TWO_POLAR.name]:
@@ -264,6 +276,7 @@ class State:
         raise `order` until the digits stand otherwise.
         """
         chosen = invariants_of(self.chart if chart is None else chart)
+        a_function("function", function)
         first, second, weights = self._rule(order, self.shape.degrees)
         alpha, beta = INVARIANTS[self.chart.name].to_radii(first, second)
         values = np.asarray(function(*(first, second) if chosen is INVARIANTS[self.chart.name] else chosen.from_radii(alpha, beta)))
@@ -271,6 +284,8 @@ class State:
 
     def overlap(self, other: State, *, order: int | None = None) -> float:
         """Return <self|other>; 0 between different classes. `order` as in `expectation`, with the larger n of both states."""
+        if not isinstance(other, State):
+            raise TypeError(f"other must be a State, got {type(other).__name__}")
         if self.symmetry != other.symmetry:
             return 0.0
         first, second, weights = self._rule(order, (max(self.shape.degrees + other.shape.degrees),) * 2)
