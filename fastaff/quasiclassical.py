@@ -56,6 +56,10 @@ class QuasiclassicalLevels:
         return E[first], np.diff(np.append(np.flatnonzero(first), E.size))
 
 
+LONGEST_ROW = 2**20
+"""Levels that differ in one quantum number only, below an energy: more are not listed."""
+
+
 @recorded
 def quasiclassical_levels(
     body: Any, *, n: ArrayLike, m: ArrayLike, l: ArrayLike, maslov: tuple[int, int] = EBK, hbar: float = 1.0,
@@ -112,7 +116,7 @@ def quasiclassical_levels_below(
     Source: Martens & Slawianowski, EQ3.2 and EQ3.6; Keller 1958, Ann. Phys. 4, 180.
     """
     top = real("energy", energy)
-    rows = list(_search(body, top, maslov, hbar, 2 if single_valued else 1, chart))
+    rows = list(_search(body, top, maslov, hbar, 2 if flag("single_valued", single_valued) else 1, chart))
     signed = [
         (n1, n2, (g + e) // 2, (g - e) // 2)
         for n1, n2, eta, gamma in rows
@@ -156,6 +160,8 @@ def _search(body: Any, top: float, maslov: tuple[int, int], hbar: float, step: i
                         if last < size:
                             break
                         size *= 2
+                        if size > LONGEST_ROW:
+                            raise ValueError(f"hbar must be larger: more than {LONGEST_ROW} levels lie below the energy in one row")
                     if n1 == 0:
                         break
                     found_gamma = True

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..boundary import phase_points
+from ..boundary import checked_model, phase_points
 from ..charts.checks import checked
 from ..scalars import whole
 from .grids import resolved
@@ -41,7 +41,7 @@ def coherent_packet(
     angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
     Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
     """
-    z, tolerance = phase_points("z0", z0, body), fraction(missing)
+    z, tolerance = phase_points("z0", z0, checked_model(body)), fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
     widths = checked("width", width, ())

@@ -123,7 +123,7 @@ def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[Tables], Grid]:
         if max(np.abs(table.norms(grid.weights) - 1).max() for table in tables) < 1e-9:
             return tables, grid
         orders = int(GROWTH * orders[0]), int(GROWTH * orders[1])
-    raise ValueError(f"states must be resolved by {LARGEST} nodes in each coordinate; take fewer, or lower ones")
+    raise ValueError(f"states must be resolved by {LARGEST} nodes in each coordinate; take fewer, or lower ones, or another hbar")
 
 
 def grid_tables(states: Sequence[State], grid: Grid) -> Tables:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..charts import Chart
-from ..scalars import fits, whole_numbers
+from ..scalars import an_array, fits, whole_numbers
 from .grids import converged_box, grid_tables
 from .levels import Levels
 from .packets import Packet
@@ -97,7 +97,7 @@ def _pair(name: str, n: ArrayLike) -> tuple[int, int]:
 
 
 def _reals(name: str, given: ArrayLike, sizes: tuple[int, ...]) -> np.ndarray:
-    row = np.asarray(given)
+    row = an_array(name, given)
     if row.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be real numbers, got {given!r}")
     if row.ndim != 1 or row.size not in sizes or not np.isfinite(row).all():
