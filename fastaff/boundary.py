@@ -48,7 +48,8 @@ def checked_model(model: Any, name: str = "body") -> Any:
 
 def _evaluated(name: str, model: Any) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
-    _functions(model), _functions(getattr(model, "potential", None))
+    for part in (model, getattr(model, "potential", None)):
+        _functions(part)
     n = model.degrees_of_freedom
     q, p = np.linspace(1.3, 0.2, n), np.linspace(0.3, 1.1, n)
     try:
