@@ -97,7 +97,7 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     basis = np.zeros((len(centre), n, n), np.int64)
     basis[:, :m, :m] = found.combination
     if layout.body:
-        chosen, basis[:, :m, :m] = _own_angles(chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time)
+        chosen, basis[:, :m, :m] = _own_angles(chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0)
         planes = rates.of(slice(2 * m, None))
         near = np.where(planes.error * time < 3, planes.nu, 0.0)
         planes = _with_lines(planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback)
@@ -185,10 +185,21 @@ def _with_lines(
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
 
 
-def _own_angles(lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: float) -> tuple[_Rates, np.ndarray]:
+def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return k . nu (orbits, vectors) of vectors k ((orbits,) vectors, m): in the same order for any number of orbits."""
+    result = np.zeros((len(nu), k.shape[-2]))
+    for j in range(nu.shape[1]):
+        result += k[..., j] * nu[:, j, None]
+    return result
+
+
+def _own_angles(
+    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: float, lines: bool
+) -> tuple[_Rates, np.ndarray]:  # fmt: skip
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading lines' integers.
 
-    An incomplete lattice has no say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
+    With `lines` the values are those of the lattice's lines where the own angles say which they are. An incomplete lattice has no say
+    against angles that turn steadily; nor has any against angles made for bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
     k = box([REACH] * m)
@@ -196,20 +207,21 @@ def _own_angles(lattice: _Rates, own: _Rates, found: Modes, separate: bool, time
     vectors, matched = np.zeros((orbits, m, m), np.int64), found.rank == m
     bar = np.minimum(lattice.error, 1 / time)
     for j in range(m):
-        miss = np.abs(lattice.nu @ k.T - own.nu[:, j, None])
-        within = miss <= bar @ np.abs(k).T + own.error[:, j, None] + 1e-3 / time
+        miss = np.abs(_applied(k, lattice.nu) - own.nu[:, j, None])
+        within = miss <= _applied(np.abs(k), bar) + own.error[:, j, None] + 1e-3 / time
         vectors[:, j] = k[within.argmax(axis=1)]
         matched &= within.any(axis=1) & (own.error[:, j] * time < SAME)
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate
     through = _Rates(
-        np.einsum("oij,oj->oi", vectors, lattice.nu),
-        np.where(basis[:, None], np.einsum("oij,oj->oi", np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
+        _applied(vectors, lattice.nu),
+        np.where(basis[:, None], _applied(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
         np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
-        np.einsum("oij,oj->oi", vectors, lattice.step), np.einsum("oij,ojh->oih", vectors, lattice.halves),
+        _applied(vectors, lattice.step), np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
     )  # fmt: skip
-    chosen = own.better(through).where(kept[:, None], lattice)
+    best = through.where(np.isfinite(through.error), own) if lines else own.better(through)
+    chosen = best.where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
     inverse = np.zeros_like(vectors)
     inverse[basis] = np.rint(np.linalg.inv(vectors[basis].astype(float))).astype(np.int64)
