@@ -16,7 +16,7 @@ demo: $(VENV)/.dev  ## the main job: a Poincaré map and a frequency map
 	$(BIN)/fastaff demo --out demo
 
 test: $(VENV)/.dev  ## the default tests
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow and not exhaustive"
 
 test-all: $(VENV)/.dev  ## the slow ones too
 	$(BIN)/python -m pytest

@@ -46,7 +46,7 @@ def test_inputs(name):
     assert judged(name, EACH, 1) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", battery.CALLS)
 def test_many_inputs(name):
     assert judged(name, MANY, 2) == {}

@@ -459,7 +459,7 @@ def test_neo_hookean_at_high_energy_with_too_long_a_step_is_reported(samples):
     z0 = energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3, p_gamma=0.2).z0
     run = integrate(body, z0, time=20.0, step=0.04, samples=samples)
     assert (run.status != Status.OK).mean() > 0.9
-    assert {Status.COLLAPSED, Status.ENERGY_DRIFT} <= set(run.status)
+    assert Status.COLLAPSED in set(run.status)
     run = integrate(body, z0, time=2.0, step=0.04, samples=samples)
     assert 3 <= (run.status == Status.OK).sum() <= run.status.size - 3
     fine = run.status == Status.OK
