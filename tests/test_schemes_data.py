@@ -356,7 +356,7 @@ def test_exchanged_coefficients_are_refused(scheme):
     (LEAPFROG, {"drift": (0.5,)}, "one drift more than kicks, got 1 drifts and 1 kicks"),
     (LEAPFROG, {"drift": (1.0,), "kick": ()}, "one drift more than kicks"),
     (LEAPFROG, {"order": 4}, "contradict the order 4"),
-    (LEAPFROG, {"order": 0}, "order must be positive, got 0"),
+    (LEAPFROG, {"order": 0}, "order must be at least 1, got 0"),
     (RK4, {"a": RK4.a[1:]}, "one row or entry per stage"),
     (RK4, {"a": ((0.0,), *RK4.a[1:])}, "must have i entries"),
     (RK4, {"order": 5}, "b contradicts the order 5"),
