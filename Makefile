@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all bench peers lint clean
+.PHONY: demo test test-all bounds bench peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -20,6 +20,9 @@ test: $(VENV)/.dev  ## the default tests
 
 test-all: $(VENV)/.dev  ## the slow ones too
 	$(BIN)/python -m pytest
+
+bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest tests/test_inputs.py -k calls_that_work
 
 bench: $(VENV)/.dev  ## benchmarks with their errors
 	$(BIN)/python -m pytest bench -s --benchmark-columns=min,median,rounds
