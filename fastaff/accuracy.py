@@ -76,9 +76,8 @@ def planned_alike(flow: Flow | TransformedFlow, model: Any, z: np.ndarray, threa
     return Plan(np.full(z.shape[1], step), np.full(z.shape[1], np.nan), found)
 
 
-def planned(flow: Flow, z: np.ndarray, time: np.ndarray | float, accuracy: float) -> Plan:
+def planned(flow: Flow, z: np.ndarray, found: Motion, time: np.ndarray | float, accuracy: float) -> Plan:
     """Return steps whose errors, growing in proportion to time as on regular orbits, stay below a share of the accuracy."""
-    found = motion(flow.model, z, flow.threads)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)
     return Plan(step, local, found)

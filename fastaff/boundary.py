@@ -108,10 +108,17 @@ def _functions(value: Any) -> None:
     """Refuse numbers and plain functions in the fields V_... of a separable potential or body."""
     for field in getattr(value, "_fields", ()):
         entry = getattr(value, field)
-        if field.startswith("V_") and not is_value(entry):
-            angle = field in ("V_eta", "V_gamma")
-            what = "of the angle such as one_variable(f) or Zero()" if angle else "such as Oscillator(k=1.0) or one_variable(f)"
-            raise TypeError(f"{field} must be a function {what}, got {entry!r}")
+        if field.startswith("V_"):
+            checked_function(field, entry)
+
+
+def checked_function(field: str, entry: Any) -> Any:
+    """Return the entry of the field V_... if it is a function of one variable."""
+    if not is_value(entry) or not hasattr(entry, "value"):
+        angle = field in ("V_eta", "V_gamma")
+        what = "of the angle such as one_variable(f) or Zero()" if angle else "such as Oscillator(k=1.0) or one_variable(f)"
+        raise TypeError(f"{field} must be a function {what}, got {entry!r}")
+    return entry
 
 
 def checked_chart(chart: Any) -> Chart:
@@ -178,14 +185,6 @@ def energies(model: Any, z: np.ndarray) -> np.ndarray:
     n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
         return model.kinetic_energy(*z[n:]) + model.potential_energy(*z[:n])
-
-
-def energy_scale(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return T + |V| of each phase point, what energy errors are relative to."""
-    n = model.degrees_of_freedom
-    with np.errstate(all="ignore"):
-        scale = model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
-    return np.where(scale > 0, scale, 1.0)
 
 
 def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from . import observers
 from ._blocks import idle_block, model_block, parameters
 from ._jit import JIT_DISABLED, LANES, loop_over_units
 from .boundary import FARTHEST, energies, energy_drift, escape_radii, kinetic_energies
@@ -179,8 +180,11 @@ class Flow:
         """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that small."""
         return isinstance(self.scheme, Splitting) and self.scheme.order >= 10
 
-    def ensemble(self, z0: np.ndarray, deviations: np.ndarray | None = None) -> Ensemble:
-        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n, orbits)."""
+    def ensemble(self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None) -> Ensemble:
+        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n, orbits).
+
+        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, where they are known already.
+        """
         n = self.model.degrees_of_freedom
         state = z0
         if deviations is not None:
@@ -191,7 +195,7 @@ class Flow:
             slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
-        started.radius = escape_radii(self.model, z0)
+        started.radius = escape_radii(self.model, z0) if radius is None else radius
         started.ahead[:] = np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
         return started
 
@@ -238,6 +242,21 @@ class Flow:
         """
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, report)
+
+    def sampled(
+        self, ensemble: Ensemble, count: int, *, time: float | np.ndarray, states: np.ndarray | None = None, report: Report | None = None
+    ) -> np.ndarray:  # fmt: skip
+        """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not reached.
+
+        They are written to `states` where it is given, so that those met before Ctrl-C are not lost.
+        """
+        rows, orbits = ensemble.z.shape
+        if states is None:
+            states = np.full((orbits, count, rows), np.nan)
+        observer = observers.samples(rows)
+        out, memory = states.reshape(orbits, count * rows), np.zeros((observer.rows, orbits))
+        self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
+        return states
 
     def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance with step control; lanes are always refilled, so `refill` changes nothing."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from . import observers
 from ._jit import LANES
 from .angle_loops import Layout, Plain
 from .boundary import checked_model
@@ -196,6 +195,7 @@ class _Work:
         self.layout = Layout(angles)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
+        self.radius = self.ensemble.radius
         self.nu, self.leading = np.zeros((2, self.n, self.orbits))
         self.halves = np.zeros((2, self.n, self.orbits))
         self.error, self.leading_error = np.full((2, self.n, self.orbits), np.inf)
@@ -234,7 +234,7 @@ class _Work:
         """Find the frequencies of these orbits, which take so many steps."""
         share = int(_share(np.array(steps)))
         time, count = self.time / share, steps // share
-        pilot, _ = self._sample(self._finer().of(orbits), self.z0[:, orbits], time, count)
+        pilot, _ = self._sample(self._finer(), orbits, time, count)
         with np.errstate(all="ignore"):
             rate = fastest(self.layout.signals(pilot), time / count)
         allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
@@ -243,7 +243,7 @@ class _Work:
         for d in np.unique(every):
             own = np.flatnonzero(every == d)
             part = orbits[own]
-            samples, run = self._sample(self.flow.of(part), self.z0[:, part], self.time, steps // int(d))
+            samples, run = self._sample(self.flow, part, self.time, steps // int(d))
             self.ensemble.take(part, run)
             self.used[part] = self.time / steps
             fine = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)) & np.isfinite(samples).all(axis=(1, 2))
@@ -263,12 +263,10 @@ class _Work:
             return replace(self.flow, rtol=max(self.flow.rtol / 100, 1e-15), atol=self.flow.atol / 100)
         return replace(self.flow, step=self.flow.step / 2)
 
-    def _sample(self, flow: Flow, z0: np.ndarray, time: float, count: int) -> tuple[np.ndarray, Ensemble]:
-        rows, orbits = z0.shape
-        observer, run = observers.samples(rows), flow.ensemble(np.ascontiguousarray(z0))
-        memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * rows), np.nan)
-        flow.advance(run, observer, memory, out, time=time, observations=count)
-        return out.reshape(orbits, count, rows), run
+    def _sample(self, flow: Flow, orbits: np.ndarray, time: float, count: int) -> tuple[np.ndarray, Ensemble]:
+        flow = flow.of(orbits)
+        run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.radius[orbits])
+        return flow.sampled(run, count, time=time), run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import observers
 from .accuracy import halved, planned, planned_alike, refined, until, wants_accuracy
 from .auto import Automatic
 from .boundary import energy_drift
-from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
+from .motion import motion
 from .recipe import recorded
 from .scalars import fits, positive, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
@@ -178,14 +178,15 @@ class _Accurate:
             if isinstance(self.flow, TransformedFlow) or self.flow.adaptive:
                 self.plan = planned_alike(self.flow, self.body, z, 1)
             else:
-                plan = planned(self.flow, z, self.time, self.accuracy)
+                plan = planned(self.flow, z, motion(self.flow.model, z, self.flow.threads), self.time, self.accuracy)
                 self.plan = plan._replace(step=on_ladder(plan.step, self.time, 2 * self.parts))
             halved(self.flow, self.plan, self.accuracy, self._run, self._compare, self._keep)
             self.done += len(self.chunk)
 
     def _run(self, orbits: np.ndarray, step: np.ndarray) -> _Run:
         flow = refined(self.flow, step)
-        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, self.chunk[orbits]]))
+        where = self.chunk[orbits]
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.plan.motion.radius[orbits])
         if isinstance(flow, TransformedFlow):
             states, interrupted = flow.sample(ensemble, self.parts, self._report)
             states, ensemble.z = np.array([lowered(state) for state in states]), lowered(ensemble.z)
@@ -194,8 +195,8 @@ class _Accurate:
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
             ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = Status.INTERRUPTED
-            self.ensemble.take(self.chunk[orbits], ensemble)
-            self.step[self.chunk[orbits]] = used
+            self.ensemble.take(where, ensemble)
+            self.step[where] = used
             raise KeyboardInterrupt
         return _Run(states, ensemble, used)
 
@@ -243,14 +244,10 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
 def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
     """Run to the end; return the samples (count, 2n, orbits), NaN where not reached, and whether it was interrupted."""
     rows, orbits = ensemble.z.shape
-    fits("samples", orbits, count, rows)
-    observer, (memory, out) = observers.nothing(), no_memory(ensemble)
-    if count:
-        observer = observers.samples(rows)
-        memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * rows), np.nan)
-    interrupted = False
+    fits("samples", orbits, max(count, 1), rows)
+    states, interrupted = np.full((orbits, max(count, 1), rows), np.nan), False
     try:
-        flow.advance(ensemble, observer, memory, out, time=time, observations=max(count, 1), report=report)
+        flow.sampled(ensemble, max(count, 1), time=time, states=states, report=report)
     except KeyboardInterrupt:
         interrupted = True
-    return out.reshape(orbits, count, rows).transpose(1, 2, 0) if count else np.zeros((0, rows, orbits)), interrupted
+    return states[:, :count].transpose(1, 2, 0), interrupted

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import observers
+from .boundary import escape_radii
 from .engine import Flow
 from .schemes import KAHAN_LI8
 from .status import Status
@@ -36,14 +36,16 @@ class Motion(NamedTuple):
 
     rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an oscillator;
     kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the amplitudes
-    (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy. They follow changes of units, and
-    know neither the origin of coordinates nor the zero of V. Of an orbit at rest in an equilibrium kinetic is 0.
+    (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius (orbits,): the distance from
+    the origin beyond which an orbit has escaped, `escape_radii`. They follow changes of units and know not the zero of V; all but the
+    radius know not the origin of coordinates. Of an orbit at rest in an equilibrium kinetic is 0.
     """
 
     rate: np.ndarray
     kinetic: np.ndarray
     position: np.ndarray
     momentum: np.ndarray
+    radius: np.ndarray
 
     def of(self, orbits: Any) -> Motion:
         """Return those of some of the orbits."""
@@ -61,28 +63,28 @@ def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
     return motion(model, z, threads).rate
 
 
-def motion(model: Any, z: np.ndarray, threads: int = 1, scheme: Any = KAHAN_LI8) -> Motion:
+def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
 
     The look's step is fitted to what it finds until it is about a fifth of a radian. Cost: 64 steps a look, mostly one or two.
     """
     n, orbits = z.shape[0] // 2, z.shape[1]
-    found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)))
+    found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)), np.zeros(orbits))
     for start in range(0, orbits, CHUNK):
         part = slice(start, start + CHUNK)
-        for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads, scheme), strict=True):
+        for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads), strict=True):
             whole[..., part] = entry
     return found
 
 
-def _observed(model: Any, z: np.ndarray, threads: int, scheme: Any) -> Motion:
+def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     """Look at the orbits with steps that are fitted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = inverse_masses(model, z)
     rate = _first_rates(model, z, W)
-    kinetic, step, todo = np.zeros(orbits), PHASE / rate, np.arange(orbits)
+    kinetic, step, todo, radius = np.zeros(orbits), PHASE / rate, np.arange(orbits), escape_radii(model, z)
     for round_ in range(ROUNDS):
-        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], threads, scheme)
+        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         moves = np.isfinite(now) & (now > 0)
         rate[todo] = np.where(moves, now, rate[todo])
@@ -98,17 +100,14 @@ def _observed(model: Any, z: np.ndarray, threads: int, scheme: Any) -> Motion:
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
-        return Motion(rate, kinetic, np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own))
+        return Motion(rate, kinetic, np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own), radius)
 
 
-def _look(model: Any, z: np.ndarray, step: np.ndarray, threads: int, scheme: Any) -> tuple[np.ndarray, np.ndarray]:
+def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who failed."""
-    rows, orbits = z.shape
-    flow = Flow(model, scheme, step, 1e-12, 1e-12, threads)
-    observer, ensemble = observers.samples(rows), flow.ensemble(z.copy())
-    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, LOOKS * rows), np.nan)
-    flow.advance(ensemble, observer, memory, out, time=LOOKS * step, observations=LOOKS)
-    states = out.reshape(orbits, LOOKS, rows).transpose(1, 2, 0)
+    flow = Flow(model, KAHAN_LI8, step, 1e-12, 1e-12, threads)
+    ensemble = flow.ensemble(z.copy(), radius=radius)
+    states = flow.sampled(ensemble, LOOKS, time=LOOKS * step).transpose(1, 2, 0)
     return np.concatenate([z[None], states]), ensemble.status != Status.OK
 
 

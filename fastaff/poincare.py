@@ -136,12 +136,12 @@ def poincare_map(
     return result
 
 
-def _mapped(flow, z, section, wanted, max_time, tolerance, report) -> tuple[SectionMap, np.ndarray, bool]:
+def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) -> tuple[SectionMap, np.ndarray, bool]:
     """Follow the orbits once; return their crossings, the times that they reached, and whether it was interrupted."""
     asked = section
     if isinstance(flow, TransformedFlow):
         section = transformed_section(section, flow.model.degrees_of_freedom - 1)
-    ensemble, (rows, orbits) = flow.ensemble(z), z.shape
+    ensemble, (rows, orbits) = flow.ensemble(z, radius=radius), z.shape
     width, slots = kernels.RECORD + rows, wanted + SPARE
     fits("crossings", orbits, slots, width)
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
@@ -201,7 +201,7 @@ def _plan(flow, body, z, wanted, max_time, accuracy) -> Plan:
     if flow.adaptive:
         return planned_alike(flow, body, z, flow.threads)
     found = motion(body, z, flow.threads)
-    plan = planned(flow, z, np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate), accuracy)
+    plan = planned(flow, z, found, np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate), accuracy)
     return plan._replace(step=on_ladder(plan.step, max_time, 2))
 
 
@@ -222,8 +222,9 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
 
     def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
         part, reached, interrupted = _mapped(
-            refined(flow, step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report
-        )
+            refined(flow, step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report,
+            plan.motion.radius[orbits],
+        )  # fmt: skip
         part = replace(part, step=np.full(len(step), np.inf) if flow.adaptive else step)
         if interrupted:
             take(orbits, part)

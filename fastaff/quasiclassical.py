@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .recipe import recorded
-from .scalars import flag, positive, real, whole, whole_numbers
+from .scalars import flag, nonnegative, positive, real, whole, whole_numbers
 from .shown import screen
 from .tori import energy_of_actions
 
@@ -48,7 +48,7 @@ class QuasiclassicalLevels:
 
         Source: Martens & Slawianowski, section 4 (degeneracy of the Bohr-Sommerfeld levels).
         """
-        tolerance = positive("tolerance", tolerance)
+        tolerance = nonnegative("tolerance", tolerance)
         E = np.sort(self.E[np.isfinite(self.E)])
         if E.size == 0:
             return E, np.zeros(0, np.int64)

@@ -56,13 +56,14 @@ class Reading(NamedTuple):
 class _Rates(NamedTuple):
     """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
 
-    halves (orbits, loops, 2): values of the halves; step: what they lose where the step is halved.
+    halves (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and step_error: how much that may be.
     """
 
     nu: np.ndarray
     error: np.ndarray
     method: np.ndarray
     step: np.ndarray
+    step_error: np.ndarray
     halves: np.ndarray
 
     def where(self, chosen: np.ndarray, other: _Rates) -> _Rates:
@@ -117,7 +118,7 @@ def _with_scheme(
         growth, correction = samples.run.shape[1] / samples.start.shape[1], np.zeros_like(rates.step)
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
-        more = SAFETY * growth * np.abs(rates.step) + ROUNDING * top
+        more = SAFETY * growth * rates.step_error + ROUNDING * top
         nu, error = rates.nu - correction, rates.error + more
     known = np.isfinite(error) & np.isfinite(nu)
     leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
@@ -160,9 +161,13 @@ def _averages(layout: Layout, samples: Samples, s: np.ndarray, start: np.ndarray
     error = SAFETY * np.abs(rates[:, :, 1:-1] - nu[:, :, None]).max(axis=2) + np.abs(rates[:, :, -1] - nu)
     error = error + damping(np.abs(nu) * time) / time
     count = start.shape[2]
-    brief = windows(count - 1)[:1]
-    coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads)[:, :, 0] for x in (s, start))
-    return _Rates(nu, np.where(np.isfinite(error), error, np.inf), np.zeros(nu.shape, np.int8), coarse - fine, rates[:, :, 1:3])
+    brief = windows(count - 1)[:3]  # the halves too: what one window says may be small by chance
+    coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
+    change = coarse - fine
+    return _Rates(
+        nu, np.where(np.isfinite(error), error, np.inf), np.zeros(nu.shape, np.int8), change[:, :, 0], np.abs(change).max(axis=2),
+        rates[:, :, 1:3],
+    )  # fmt: skip
 
 
 def _with_lines(
@@ -218,7 +223,8 @@ def _own_angles(
         _applied(vectors, lattice.nu),
         np.where(basis[:, None], _applied(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
         np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
-        _applied(vectors, lattice.step), np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
+        _applied(vectors, lattice.step), _applied(np.abs(vectors), lattice.step_error),
+        np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
     )  # fmt: skip
     best = through.where(np.isfinite(through.error), own) if lines else own.better(through)
     chosen = best.where(kept[:, None], lattice)

@@ -24,6 +24,14 @@ def positive(name: str, value: Any) -> float:
     return number
 
 
+def nonnegative(name: str, value: Any) -> float:
+    """Return `value` as a finite float of at least 0."""
+    number = real(name, value)
+    if number < 0.0:
+        raise ValueError(f"{name} must be at least 0, got {value!r}")
+    return number
+
+
 def real(name: str, value: Any) -> float:
     """Return `value` as a finite float."""
     try:

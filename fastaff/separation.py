@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._blocks import function_block, is_value, parameters
-from .boundary import checked_model, phase_points
+from ._blocks import function_block, parameters
+from .boundary import checked_function, checked_model, phase_points
 from .features import knots
 from .models import Body, SeparableElliptic, StackelBody, Zero
 from .scalars import shown
@@ -119,12 +119,8 @@ def separate(body: Any, chart: Any = None) -> Separated:
         )
     member = getattr(body.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
-        if not is_value(function) or not hasattr(function, "value"):
-            raise TypeError(f"{field} must be a function such as Oscillator(k=1.0) or one_variable(f), got {function!r}")
+        checked_function(field, function)
     angular = (body.V_eta, body.V_gamma) if isinstance(body, StackelBody) else (Zero(), Zero())
-    for field, function in zip(("V_eta", "V_gamma"), angular, strict=True):
-        if not is_value(function) or not hasattr(function, "value"):
-            raise TypeError(f"{field} must be a function of the angle such as one_variable(f) or Zero(), got {function!r}")
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from . import observers
 from .boundary import checked_model, energies, energy_drift, phase_points
 from .chaos import chaos
 from .engine import Flow, mark_drift
@@ -213,11 +212,9 @@ def _sampled(flow: Flow, z0: np.ndarray, time: float) -> tuple[np.ndarray, np.nd
 
 def _path(flow: Flow, z0: np.ndarray, time: float, inside: int) -> tuple[np.ndarray, dict]:
     """Return the states (2n, samples) over 3/2 of the time, `inside` of them in it, and what became of the orbit."""
-    rows, count = len(z0), 3 * inside // 2
-    ensemble, observer = flow.ensemble(z0.copy()), observers.samples(len(z0))
-    out = np.full((1, count * rows), np.nan)
-    flow.advance(ensemble, observer, np.zeros((observer.rows, 1)), out, time=1.5 * time, observations=count)
-    path = np.column_stack([z0, out.reshape(count, rows).T])
+    ensemble = flow.ensemble(z0.copy())
+    states = flow.sampled(ensemble, 3 * inside // 2, time=1.5 * time)
+    path = np.column_stack([z0, states[0].T])
     error = 0.0 if _resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
     mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
     return path, {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}

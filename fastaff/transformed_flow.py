@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import observers
 from .auto import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from .boundary import checked_model, energies, energy_drift, phase_points
 from .engine import Ensemble, Flow, Report, checked_threads
@@ -27,6 +26,9 @@ from .trials import ERROR, make_flow, staying, trials_in_time, unset_step
 PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
 
+
+LOOKS = 40
+"""States of each orbit that are looked at for the range of its potential."""
 
 OVERSHOOT = 1e3
 """More than tau = t/time ever is: it is a coordinate and must not count as one that has escaped."""
@@ -93,9 +95,9 @@ class TransformedFlow:
         """Return the most steps that an orbit may take to reach `time`."""
         return self.patience * math.ceil(time / (self.step * self.pace))
 
-    def ensemble(self, z0: np.ndarray) -> Ensemble:
-        """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over."""
-        started = self.flow.ensemble(z0)
+    def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
+        """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over; radius: those of the orbits in the model."""
+        started = self.flow.ensemble(z0, radius=radius)
         started.radius = np.hypot(started.radius, OVERSHOOT)
         return started
 
@@ -266,13 +268,10 @@ def _tried(
 
 def survey(model: Any, sample: np.ndarray, threads: int) -> tuple[float, float, float, float]:
     """Return a time of some librations, the typical angular frequency, the lowest potential and the highest energy of orbits."""
-    n, rows, orbits = model.degrees_of_freedom, *sample.shape
-    flow, seen = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads), 40
-    observer, ensemble = observers.samples(rows), flow.ensemble(sample.copy())
-    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, seen * rows), np.nan)
-    span = 20 / typical_rate(model, sample)
-    flow.advance(ensemble, observer, memory, out, time=span, observations=seen)
-    states = out.reshape(-1, rows).T
+    n, rows = model.degrees_of_freedom, len(sample)
+    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
+    ensemble, span = flow.ensemble(sample.copy()), 20 / typical_rate(model, sample)
+    states = flow.sampled(ensemble, LOOKS, time=span).reshape(-1, rows).T
     states = np.concatenate([sample, states[:, np.isfinite(states).all(axis=0)]], axis=1)
     with np.errstate(all="ignore"):
         V = np.asarray(model.potential_energy(*states[:n]))

@@ -63,12 +63,6 @@ def make_flow(
     return replace(flow, step=chosen_step if time is None else on_ladder(chosen_step, time)), z
 
 
-def with_one_step(flow: Flow, z: np.ndarray, error: float = ERROR) -> Flow:
-    """Return the flow with the shortest of the steps that `chosen_steps` finds for the orbits: for computations that change orbits."""
-    step, _ = chosen_steps(flow, z, motion(flow.model, z, flow.threads), np.full(z.shape[1], error))
-    return replace(flow, step=float(step.min()))
-
-
 def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
     """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, ... (factors 2^(1/4))."""
     least = np.maximum(time / (parts * step) * (1 - 1e-12), 1.0)
@@ -106,20 +100,16 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
 
 def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: Motion) -> np.ndarray:
     """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf where none."""
-    coarse, fine = (_states(replace(flow, step=size), z, time) for size in (step, step / 2))
+    coarse, fine = (_states(replace(flow, step=size), z, time, found.radius) for size in (step, step / 2))
     with np.errstate(all="ignore"):
         apart = found.distance(coarse - fine)
     known = np.isfinite(apart)
     return np.where(known[0], np.where(known, apart, 0.0).max(axis=0), np.inf)
 
 
-def _states(flow: Flow, z: np.ndarray, time: np.ndarray) -> np.ndarray:
+def _states(flow: Flow, z: np.ndarray, time: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Return states (SAMPLES, 2n, orbits) at equidistant moments of each orbit's time, NaN where not reached."""
-    rows, orbits = z.shape
-    observer, ensemble = observers.samples(rows), flow.ensemble(np.array(z))
-    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, SAMPLES * rows), np.nan)
-    flow.advance(ensemble, observer, memory, out, time=time, observations=SAMPLES)
-    return out.reshape(orbits, SAMPLES, rows).transpose(1, 2, 0)
+    return flow.sampled(flow.ensemble(np.array(z), radius=radius), SAMPLES, time=time).transpose(1, 2, 0)
 
 
 def checked_step(step: Any, orbits: int) -> float | np.ndarray:

@@ -436,5 +436,5 @@ def test_expectations_of_functions_that_are_not_finite_are_refused():
     packet = number_packet(Body(Harmonic()), n=(1, 1), m=0, l=0, width=(0.0, 0.0))
     with pytest.raises(ValueError, match="function must return finite"):
         packet.expectation(lambda alpha, beta: np.nan * alpha)
-    with pytest.raises(ValueError, match="beta must lie"):
+    with pytest.raises(ValueError, match=r"y \(beta\) must lie"):
         packet.density(1.0, -1.0)

@@ -507,8 +507,8 @@ def test_whole_floats_are_quantum_numbers():
         (lambda: wave().planes(np.ones(3)), ValueError, "planes takes"),
         (lambda: wave().at(np.ones(4) * 1j), TypeError, "q takes"),
         (lambda: wave().density(1.0, 1.0, EXPONENTIAL), ValueError, "chart must be"),
-        (lambda: wave().density(-1.0, 1.0), ValueError, "alpha must lie"),
-        (lambda: wave().density(1.0, np.inf), ValueError, "beta takes finite"),
+        (lambda: wave().density(-1.0, 1.0), ValueError, r"x \(alpha\) must lie"),
+        (lambda: wave().density(1.0, np.inf), ValueError, r"y \(beta\) takes finite"),
         (lambda: wave().expectation(np.add, chart=EULER), ValueError, "chart must be"),
         (lambda: wave().norm(order=0), ValueError, "order must be"),
         (lambda: PlaneFactor(-1, 0.0, 1.0), ValueError, "n must be at least 0"),
@@ -540,11 +540,11 @@ def states_of_every_solver():
 @pytest.mark.parametrize(
     ("x", "y", "chart", "words"),
     [
-        (1.0, -0.5, ALPHA_BETA, "beta must lie in .0, inf., got -0.5"),
-        ([1.0, np.nan], 0.5, ALPHA_BETA, "alpha takes finite"),
-        (-1.0, 0.5, R_VARTHETA, "r must lie"),
-        (1.0, [0.5, -0.5], R_VARTHETA, "vartheta must lie"),
-        (1.0, np.nan, TWO_POLAR, "D2 takes finite"),
+        (1.0, -0.5, ALPHA_BETA, r"y \(beta\) must lie in .0, inf., got -0.5$"),
+        ([1.0, np.nan], 0.5, ALPHA_BETA, r"x \(alpha\) takes finite"),
+        (-1.0, 0.5, R_VARTHETA, r"x \(r\) must lie"),
+        (1.0, [0.5, -0.5], R_VARTHETA, r"y \(vartheta\) must lie in .0, 3.14., got -0.5 at index \(1,\)"),
+        (1.0, np.nan, TWO_POLAR, r"y \(D2\) takes finite"),
     ],
 )
 def test_states_of_every_solver_refuse_what_are_no_invariants(states_of_every_solver, x, y, chart, words):

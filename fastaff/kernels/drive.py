@@ -39,14 +39,18 @@ def run_units(work, arguments, units):
 
 
 @jit
-def looks(n):
-    """Tell whether a block looks at its orbits after n steps: at powers of two below BURST, then at two moments of each BURST.
+def next_look(n):
+    """Return the number of steps, the first above n, after which a block looks at its orbits.
 
-    Two, because an orbit may be at rest at all multiples of one number of steps.
+    Powers of two up to BURST, then two moments of each BURST: an orbit may be at rest at all multiples of one number of steps.
     """
     if n < BURST:
-        return n & (n - 1) == 0
-    return n % BURST == 0 or n % BURST == BETWEEN
+        power = 1
+        while power <= n:
+            power *= 2
+        return power
+    rest = n % BURST
+    return n - rest + (BETWEEN if rest < BETWEEN else BURST)
 
 
 def run_fixed(
@@ -57,7 +61,7 @@ def run_fixed(
 
     Each is observed every every[orbit] steps.
     With `refill` a lane takes the next orbit as soon as it is free; else the lanes of a block keep the same step number. That orbits
-    are in the domain is checked at every step; their escape radii and kinetic energies are looked at where `looks` says (at every step
+    are in the domain is checked at every step; their escape radii and kinetic energies are looked at at `next_look` (at every step
     with `refill`, before every observation where `strict`).
     `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all steps to the next
     observation at once. kinetic0 keeps the largest kinetic energy that was seen.
@@ -98,14 +102,7 @@ def run_fixed(
         while ran < burst and ended == 0:
             taken = 1
             if solo:
-                taken = min(burst - ran, left[0], BURST - n[0] % BURST)
-                if n[0] < BURST:
-                    following_look = 1
-                    while following_look <= n[0]:
-                        following_look *= 2
-                    taken = min(taken, following_look - n[0])
-                elif n[0] % BURST < BETWEEN:
-                    taken = min(taken, BETWEEN - n[0] % BURST)
+                taken = min(burst - ran, left[0], next_look(n[0]) - n[0])
                 taken = march(params, drift, kick, h[0], taken, z)
             else:
                 advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
@@ -116,7 +113,7 @@ def run_fixed(
                 t[i] = n[i] * h[i]
                 left[i] -= taken
                 due += 1 if left[i] == 0 else 0
-            all_look = refill or looks(n[0])
+            all_look = refill or next_look(n[0] - 1) == n[0]
             if not all_look:
                 inside(params, lanes, z, code)
             if all_look or ran == burst or (strict and due > 0):

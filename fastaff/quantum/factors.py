@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernels.quantum_factors import jacobi_values, laguerre_values
-from ..scalars import fits, positive, real
+from ..scalars import fits, nonnegative, positive
 from .symmetry import whole_quantum
 
 
@@ -48,14 +48,6 @@ def quantum_number(name: str, value: Any) -> int:
     if number < 0:
         raise ValueError(f"{name} must be at least 0, got {value!r}")
     fits(name, 8, number)
-    return number
-
-
-def index(name: str, value: Any) -> float:
-    """Return an index of a weight, a real number of at least 0."""
-    number = real(name, value)
-    if number < 0:
-        raise ValueError(f"{name} must be at least 0, got {value!r}")
     return number
 
 
@@ -142,7 +134,7 @@ class PlaneFactor:
     kappa: float
 
     def __post_init__(self) -> None:
-        quantum_number("n", self.n), index("s", self.s), positive("kappa", self.kappa)
+        quantum_number("n", self.n), nonnegative("s", self.s), positive("kappa", self.kappa)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,7 +169,7 @@ class RadialFactor:
     kappa: float
 
     def __post_init__(self) -> None:
-        quantum_number("n", self.n), index("s", self.s), positive("kappa", self.kappa)
+        quantum_number("n", self.n), nonnegative("s", self.s), positive("kappa", self.kappa)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -223,7 +215,7 @@ class AngleFactor:
     b: float
 
     def __post_init__(self) -> None:
-        quantum_number("n", self.n), index("a", self.a), index("b", self.b)
+        quantum_number("n", self.n), nonnegative("a", self.a), nonnegative("b", self.b)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..boundary import checked_chart
 from ..charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
-from ..charts.checks import checked
+from ..charts.checks import checked, first
 from ..kernels.quantum_factors import plane_radii, turn_planes
 from ..scalars import fits, whole
 from ..scalars import function as a_function
@@ -84,8 +84,10 @@ def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.nda
     for letter, own, value, (least, most) in zip("xy", chart.names, (x, y), ranges, strict=False):
         name = f"{letter} ({own})"
         row = checked(name, value, ())
-        if np.any((row < least) | (row > most)):
-            raise ValueError(f"{name} must lie in [{least:g}, {most:.3g}], got {row.min():.6g} to {row.max():.6g}")
+        outside = (row < least) | (row > most)
+        if outside.any():
+            index = first(outside)
+            raise ValueError(f"{name} must lie in [{least:g}, {most:.3g}], got {row[index]}{f' at index {index}' if index else ''}")
         rows.append(row)
     return rows[0], rows[1]
 
