@@ -311,19 +311,31 @@ def values(signals: np.ndarray, loops: Loops, orbits: np.ndarray, number: np.nda
     return f - loops.offset[orbits, number, None] - loops.drift[orbits, number, None] * (stride * np.arange(samples.shape[2]))
 
 
-def line_rates(f: np.ndarray, interval: float, nu: np.ndarray, lines: int = 8) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its error bar.
+def line_rates(
+    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, lines: int = 8
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its uncertainty.
 
-    It is the strongest within three bins; NaN where there is none.
+    It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error bar and of its
+    changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given up, with inf for it.
     """
-    samples, rates, bars = f.shape[1], [], []
-    for begin, end in SPANS[:5]:
-        part = np.ascontiguousarray(f[:, round(begin * samples) : round(end * samples)])
+    samples, count = f.shape[1], len(f)
+    rates, uncertainty, left = np.full((5, count), np.nan), np.zeros(count), np.arange(count)
+    for window in (0, 3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
+        begin, end = SPANS[window]
+        part = np.ascontiguousarray(f[left, round(begin * samples) : round(end * samples)])
         n = part.shape[1]
         found = naff(part, interval, lines=max(1, min(lines, n // 4 - WINDOW_ORDER)), window_order=WINDOW_ORDER)
-        near = (np.abs(found.nu - nu[:, None]) * n * interval < 3) & np.isfinite(found.error)
+        near = (np.abs(found.nu - nu[left, None]) * n * interval < 3) & np.isfinite(found.error)
         best = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)[:, None]
         chosen = np.take_along_axis(near, best, axis=1)[:, 0]
-        rates.append(np.where(chosen, np.take_along_axis(found.nu, best, axis=1)[:, 0], np.nan))
-        bars.append(np.where(chosen, np.take_along_axis(found.error, best, axis=1)[:, 0], np.inf))
-    return np.array(rates), bars[0]
+        rates[window, left] = np.where(chosen, np.take_along_axis(found.nu, best, axis=1)[:, 0], np.nan)
+        if window == 0:
+            uncertainty[left] = np.where(chosen, np.take_along_axis(found.error, best, axis=1)[:, 0], np.inf)
+        elif window > 2:
+            change = np.abs(rates[window, left] - rates[0, left])
+            uncertainty[left] = np.maximum(uncertainty[left], np.where(chosen, change, np.inf))
+        left = left[uncertainty[left] < useless[left]]
+        if not left.size:
+            break
+    return rates, np.where(uncertainty < useless, uncertainty, np.inf)

@@ -183,9 +183,9 @@ def _with_lines(
         orbits, numbers = np.nonzero(needed & (stride == k)[:, None])
         for begin in range(0, orbits.size, AT_ONCE):
             o, j = orbits[begin : begin + AT_ONCE], numbers[begin : begin + AT_ONCE]
-            nu, bar = line_rates(values(s, loops, o, j, int(k)), dt * int(k), centre[o, j])
-            error = SAFETY * np.maximum(np.abs(nu[3:] - nu[0]).max(axis=0), bar)
-            lines.nu[o, j], lines.error[o, j] = nu[0], np.where(np.isfinite(error), error, np.inf)
+            useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
+            nu, uncertainty = line_rates(values(s, loops, o, j, int(k)), dt * int(k), centre[o, j], useless)
+            lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
             lines.halves[o, j] = np.where(np.isfinite(nu[1:3]).all(axis=0), nu[1:3], rates.halves[o, j].T).T
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
 

@@ -21,7 +21,7 @@ from .schemes import DOP853
 from .sections import Linear
 from .status import Status
 from .transformed import Algebraic, Logistic, TimeTransformed, lifted, transformed_model
-from .trials import ERROR, make_flow, staying, trials_in_time, unset_step
+from .trials import ERROR, following_step, make_flow, staying, trial_step, trials_in_time, unset_step
 
 PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
@@ -195,7 +195,7 @@ def prepared(
 ) -> tuple[TransformedFlow, float, float]:
     """Return the flow with rate and step, by trial where they are missing; its largest energy error there and its forces per unit time.
 
-    Each rate tries steps that shrink by sqrt(2) until the largest energy error of a sample of orbits is below `error`; the rate with
+    Each rate tries steps that shrink until the largest energy error of a sample of orbits is below `error`; the rate with
     the fewest forces per unit time is taken, or where none gets there that of least error.
     """
     _check_rate(model, scheme, z)
@@ -205,15 +205,17 @@ def prepared(
     sample = spread(z, TRIAL_ORBITS)
     span, rate, bottom, top = survey(model, sample, threads)
     rounds = trial_rounds(sample, span, time)
-    sample = staying(model, sample, span * rounds, threads)
+    sample, most = staying(model, sample, span * rounds, threads)
     best: tuple[TransformedFlow, float, float] | None = None
     for transformed in [scheme] if scheme.rate is not None else [replace(scheme, rate=r) for r in rates(bottom, top)]:
-        for size in [0.4 / (rate * 2 ** (k / 2)) for k in range(14)] if step is None else [step]:
-            found = _tried(model, transformed, size, span, rounds, sample, threads)
+        k = 0
+        while k < most:
+            found = _tried(model, transformed, step or trial_step(k, rate), span, rounds, sample, threads)
             if best is None or _rank(found, error) < _rank(best, error):
                 best = found
-            if found[1] <= error or (best[1] <= error and found[2] >= best[2]):
+            if step is not None or found[1] <= error or (best[1] <= error and found[2] >= best[2]):
                 break
+            k = following_step(k, found[1], error, transformed.splitting.order)
     flow, worst, cost = best  # type: ignore[misc]
     return _flow(time, model, flow.scheme, flow.step, flow.pace, threads), worst, cost
 

@@ -32,6 +32,9 @@ FIRST, COARSEST, FINEST = 0.25, 1.2, 1.5e-3
 LADDER = 4
 """Numbers of steps go up by factors 2^(1/4): neighbours share lane blocks."""
 
+STEPS = 14
+"""Steps that are tried for a set of orbits at most."""
+
 TRIALS = 8
 """Steps that are tried for an orbit at most."""
 
@@ -141,7 +144,7 @@ def trials_in_time(
     sample, tried = spread(z, TRIAL_ORBITS), []
     span = 60 / typical_rate(model, sample)
     rounds = trial_rounds(sample, span, time)
-    sample = staying(model, sample, span * rounds, threads)
+    sample, most = staying(model, sample, span * rounds, threads)
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
@@ -150,41 +153,54 @@ def trials_in_time(
             worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
             worst *= max(1.0, (time or span) / (span * rounds))
         else:
-            flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds)
+            flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds, most)
             steps = span / float(flow.step)
         tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / span))
     return tried
 
 
-def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> np.ndarray:
-    """Return the orbits of a sample that stay in the domain for `time` and a while after, all where none does.
+def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> tuple[np.ndarray, int]:
+    """Return the orbits of a sample that stay in the domain for `time` and a while after, and how many steps to try on them.
 
-    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy.
+    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are returned, for
+    one step.
     """
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
     ensemble = flow.ensemble(sample.copy())
     flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * time)
     stays = ensemble.status == Status.OK
-    return np.ascontiguousarray(sample[:, stays]) if stays.any() else sample
+    return (np.ascontiguousarray(sample[:, stays]), STEPS) if stays.any() else (sample, 1)
 
 
 def try_steps(
-    flow: Flow, sample: np.ndarray, error: float, span: float, quantile: float, rounds: int = 1
+    flow: Flow, sample: np.ndarray, error: float, span: float, quantile: float, rounds: int = 1, most: int = STEPS
 ) -> tuple[Flow, float]:
-    """Return the flow with the longest step 0.4/(2^(k/2) omega) below the error, and that quantile of its energy errors.
+    """Return the flow with the longest `trial_step` below the error, and that quantile of its energy errors.
 
-    The errors are those at the ends of `rounds` spans; where no step gets there the one of least error is taken.
+    The errors are those at the ends of `rounds` spans; where none of `most` steps gets there the one of least error is taken.
     """
-    best, least = math.inf, math.inf
+    best, least, k = math.inf, math.inf, 0
     rate = typical_rate(flow.model, sample)
-    for k in range(13):
-        step = 0.4 / (rate * 2 ** (k / 2))
+    while k < most:
+        step = trial_step(k, rate)
         worst, _ = _run_trial(replace(flow, step=step), sample, span, quantile, rounds)
         if worst < least:
             best, least = step, worst
         if worst <= error:
             break
+        k = following_step(k, worst, error, flow.scheme.order)
     return replace(flow, step=best if math.isfinite(best) else 1e-3), least
+
+
+def trial_step(k: int, rate: float) -> float:
+    """Return the k-th of the steps that are tried for a set of orbits of that angular frequency: 0.4/(2^(k/2) rate)."""
+    return 0.4 / (rate * 2 ** (k / 2))
+
+
+def following_step(k: int, worst: float, error: float, order: int) -> int:
+    """Return which step to try after the k-th gave the error `worst`: that before the one that should reach `error`, by the order."""
+    ahead = 2 * math.log2(worst / error) / order if math.isfinite(worst) else 0.0
+    return k + max(1, int(ahead) - 1)
 
 
 def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rounds: int) -> tuple[float, float]:
