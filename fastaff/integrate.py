@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from . import observers
 from .accuracy import halved, planned, planned_alike, refined, until, wants_accuracy
 from .auto import Automatic
 from .boundary import energy_drift
-from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
+from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
 from .motion import motion
 from .recipe import recorded
 from .scalars import fits, positive, whole
@@ -244,10 +245,13 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
 def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
     """Run to the end; return the samples (count, 2n, orbits), NaN where not reached, and whether it was interrupted."""
     rows, orbits = ensemble.z.shape
-    fits("samples", orbits, max(count, 1), rows)
-    states, interrupted = np.full((orbits, max(count, 1), rows), np.nan), False
+    fits("samples", orbits, count, rows)
+    states, interrupted = np.full((orbits, count, rows), np.nan), False
     try:
-        flow.sampled(ensemble, max(count, 1), time=time, states=states, report=report)
+        if count:
+            flow.sampled(ensemble, count, time=time, states=states, report=report)
+        else:
+            flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
     except KeyboardInterrupt:
         interrupted = True
-    return states[:, :count].transpose(1, 2, 0), interrupted
+    return states.transpose(1, 2, 0), interrupted
