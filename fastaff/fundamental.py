@@ -36,6 +36,9 @@ SHARP = 0.03
 LINE_WIDTH = 1e-5
 """What is added to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are fitted as one."""
 
+DRIFTS = 0.6
+"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for any more."""
+
 AT_REST = 1e-12
 """Relative size of a loop (root of its Q times its P) below which it is at rest."""
 
@@ -61,7 +64,7 @@ class Modes(NamedTuple):
     rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines; leading,
     leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination @ nu, 0 where none is
     known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q and P itself where a loop has none of
-    its own; owned: which have; moving: which loops move.
+    its own; owned: which have; moving: which loops move; drifting (orbits,): whether the lattice is incomplete as no line is steady.
     """
 
     rank: np.ndarray
@@ -75,6 +78,7 @@ class Modes(NamedTuple):
     drift: np.ndarray
     owned: np.ndarray
     moving: np.ndarray
+    drifting: np.ndarray
 
 
 def weight_at(x: np.ndarray) -> np.ndarray:
@@ -187,6 +191,8 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
     result = _lattice(loops, x, h, time, moving, m + LINES, threads)
     short = np.flatnonzero((result.rank < moving.sum(axis=1)) & moving.any(axis=1))
     lines = min(m + MORE_LINES, n // 4 - WINDOW_ORDER)
+    result.drifting[short] = _drifts(loops[short], result.leading[short], moving[short], h)
+    short = short[~result.drifting[short]]
     if short.size and lines > m + LINES:
         again = _lattice(loops[short], np.ascontiguousarray(x[short]), h, time, moving[short], lines, threads)
         for old, new in zip(result, again, strict=True):
@@ -195,6 +201,20 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
     offset = (dual * centre[:, None, :]).sum(axis=2)
     step = (dual * drift[:, None, :]).sum(axis=2) / stride
     return result._replace(dual=dual, offset=offset, drift=step)
+
+
+def _drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
+    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest of both halves."""
+    half = loops.shape[2] // 2
+    lines = min(3, half // 4 - WINDOW_ORDER)
+    if lines < 1 or not len(loops):
+        return np.zeros(len(loops), bool)
+    change = np.zeros(leading.shape)
+    for part in (loops[:, :, :half], loops[:, :, -half:]):
+        found = naff(np.ascontiguousarray(part), h, lines=lines, window_order=WINDOW_ORDER)
+        near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
+        change = np.maximum(change, near.min(axis=2) * half * h)
+    return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
 
 
 def _drift(x: np.ndarray) -> np.ndarray:
@@ -248,7 +268,10 @@ def _lattice(
     # A loop without a frequency of its own shows its leading line, which depends on the others.
     nu, spread = np.where(owned, nu, top), np.where(owned, spread, np.where(top > 0, top_bar, np.inf))
     zero = np.zeros((orbits, m), complex)
-    return Modes(rank, nu, spread, top, np.where(top > 0, top_bar, np.inf), combination, dual, zero, zero.copy(), owned, moving)
+    return Modes(
+        rank, nu, spread, top, np.where(top > 0, top_bar, np.inf), combination, dual, zero, zero.copy(), owned, moving,
+        np.zeros(orbits, bool),
+    )  # fmt: skip
 
 
 def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:

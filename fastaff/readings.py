@@ -90,7 +90,8 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     own, centre = rates.of(slice(0, m)), found.nu
     sound = (np.abs(own.nu - centre) * time < SAME) | (found.rank == 0)[:, None]
     own = own._replace(error=np.where(sound & found.moving, own.error, np.inf))
-    chosen = _with_lines(own, s, loops, centre, stride, dt, fallback)
+    steady = np.where(found.drifting[:, None] & (fallback > 0), 0.0, centre)
+    chosen = _with_lines(own, s, loops, steady, stride, dt, fallback)
     line = own._replace(nu=centre, error=np.where(centre > 0, found.spread, np.inf), method=np.ones_like(own.method))
     chosen = chosen.better(line) if np.isfinite(fallback) else chosen.where(np.isfinite(chosen.error), line)
     leading, leading_error = np.zeros((2, len(centre), n))

@@ -198,7 +198,7 @@ def refit(signal, window, work, m, strict):
     cost = residual_moments(signal, window, u[0], a[0], m, work)
     normal_equations(window, u[0], a[0], m, work)
     damping, last = 0.0, 0.0
-    for _ in range(80):
+    for _ in range(80 if strict else 8):
         trial_step(work, m, damping)
         top, small, last = 0.0, True, 0.0
         for k in range(m):
