@@ -1,8 +1,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark --durations=10
 
-.PHONY: demo test test-all bounds bench peers lint clean
+.PHONY: demo test test-ci test-all bounds bench peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -15,11 +17,14 @@ $(VENV)/.dev: pyproject.toml
 demo: $(VENV)/.dev  ## the main job: a Poincaré map and a frequency map
 	$(BIN)/fastaff demo --out demo
 
-test: $(VENV)/.dev  ## the default tests
-	$(BIN)/python -m pytest -m "not slow and not exhaustive"
+test: $(VENV)/.dev  ## the default tests, on WORKERS cores
+	$(PYTEST) -m "not slow and not exhaustive"
 
-test-all: $(VENV)/.dev  ## the slow ones too
-	$(BIN)/python -m pytest
+test-ci: $(VENV)/.dev  ## the slow ones too
+	$(PYTEST) -m "not exhaustive"
+
+test-all: $(VENV)/.dev  ## and ten thousand inputs to all public callables
+	$(PYTEST)
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest tests/test_inputs.py -k calls_that_work

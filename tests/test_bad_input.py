@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from naive import states
+from own_models import OneSpring
 
 from fastaff import (
     DOP853,
@@ -243,33 +244,10 @@ def test_angles():
     refused("frequency_map", ValueError, "angles must have 2 angles for HenonHeiles", body=BALL, z0=np.full(4, 0.1), angles=AlphaBeta())
 
 
-class Anonymous(NamedTuple):
-    """A model that names no angles."""
-
-    k: float = 1.0
-    degrees_of_freedom = 1
-    coordinates = ("x",)
-
-    def velocity(self, p):
-        return (p,)
-
-    def force(self, x):
-        return (-self.k * x,)
-
-    def kinetic_energy(self, p):
-        return p * p / 2
-
-    def potential_energy(self, x):
-        return self.k * x * x / 2
-
-    def margin(self, x):
-        return 1.0 + 0 * x
-
-
 def test_a_model_without_angles_of_its_own():
     """Its coordinates and momenta are loops enough."""
-    found = frequency_map(Anonymous(), np.ones(2), time=300.0)
-    np.testing.assert_allclose(found.nu, np.sqrt(Anonymous().k) / (2 * np.pi), rtol=1e-10)
+    found = frequency_map(OneSpring(), np.ones(2), time=300.0)
+    np.testing.assert_allclose(found.nu, np.sqrt(OneSpring().k) / (2 * np.pi), rtol=1e-10)
 
 
 @every_call

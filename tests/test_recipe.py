@@ -1,10 +1,10 @@
 """A file is enough to run again: model, formula, z0 and every option come back, and the same bits with them; nothing is executed."""
 
 import json
-from typing import NamedTuple
 
 import numpy as np
 import pytest
+from own_models import OneSpring
 
 import fastaff as fa
 from fastaff import files
@@ -81,39 +81,16 @@ def test_arrays_are_written_once(tmp_path):
     assert "call_z0" not in arrays
 
 
-class Mine(NamedTuple):
-    """A model that no file can hold."""
-
-    k: float = 1.0
-    degrees_of_freedom = 1
-    coordinates = ("x",)
-
-    def velocity(self, p):
-        return (p,)
-
-    def force(self, x):
-        return (-self.k * x,)
-
-    def kinetic_energy(self, p):
-        return p * p / 2
-
-    def potential_energy(self, x):
-        return self.k * x * x / 2
-
-    def margin(self, x):
-        return 1.0 + 0 * x
-
-
 def test_models_of_ones_own_are_to_be_given(tmp_path):
     """By their value: the file names the class, and imports nothing."""
-    result = fa.integrate(Mine(2.0), np.ones((2, 2)), time=1.0, step=0.1)
+    result = fa.integrate(OneSpring(2.0), np.ones((2, 2)), time=1.0, step=0.1)
     path = files.save(tmp_path / "mine", result)
-    with pytest.raises(ValueError, match=r"body has the class test_recipe.Mine, which is not the package's: give body="):
+    with pytest.raises(ValueError, match=r"body has the class own_models.OneSpring, which is not the package's: give body="):
         files.recipe(path)
-    same(result, files.recipe(path, body=Mine(2.0)).run())
+    same(result, files.recipe(path, body=OneSpring(2.0)).run())
 
 
-class HenonHeiles(Mine):
+class HenonHeiles(OneSpring):
     """A name that the package has."""
 
     __slots__ = ()
