@@ -364,6 +364,7 @@ def test_schemes_agree_on_a_regular_orbit(scheme):
 
 RUNS = {
     "default": {}, "given step": {"step": 0.05}, "early stop": {"early_stop": True, "indicators": STREAMED}, "adaptive": {"scheme": DOP853},
+    "averages": {"indicators": (LyapunovSpectrum(), BirkhoffDigits(), ReversibilityError(), FrequencyDiffusion())},
 }  # fmt: skip
 
 
