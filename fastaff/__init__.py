@@ -7,7 +7,7 @@ from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_ma
 from .continuation import Branch, continuation
 from .engine import Interrupted
 from .formula import formula, hamiltonian
-from .frequency import FrequencyMap, frequency_map
+from .frequency import FrequencyKind, FrequencyMap, frequency_map
 from .grid import Grid, NotReached, energy_grid
 from .indicators import (
     FLI,
@@ -150,6 +150,7 @@ __all__ = [
     "ExactLevels",
     "Exponential",
     "FrequencyDiffusion",
+    "FrequencyKind",
     "FrequencyMap",
     "Grid",
     "Harmonic",

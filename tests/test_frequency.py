@@ -152,7 +152,7 @@ def population(body, orbits):
 def test_random_orbits(body, record_property):
     error, estimate = population(body, 200)
     covered = (error <= estimate + 1e-14).mean()  # 1e-14: rounding of the truth
-    record_property("covered", covered)
+    record_property("covered", float(covered))
     assert covered >= 0.95
     assert np.median(error) < 1e-13
 

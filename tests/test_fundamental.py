@@ -1,9 +1,12 @@
 """Independent frequencies of any system: chains against eigenvalues, pendulums against elliptic integrals, tori; errors that cover."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis.strategies import floats
 from naive import frequencies, states
 
 from fastaff import (
@@ -27,6 +30,7 @@ from fastaff import (
     rotation_number,
 )
 from fastaff.frequency import FrequencyKind
+from fastaff.kernels.fundamental import angle_of
 
 LETTERS = "abcdef"
 
@@ -176,6 +180,19 @@ def test_errors_of_rotation_numbers_cover(crossings):
     ratio = np.abs(found.rotation - rotation) / found.error
     assert (ratio <= 1).mean() >= 0.99
     assert ratio.max() < 10
+
+
+@settings(max_examples=200)
+@given(x=floats(-1e100, 1e100), y=floats(-1e100, 1e100))
+def test_angles_without_branches(x, y):
+    truth = math.atan2(y, x) if y else math.pi * (x < 0)  # of the two arguments of negative numbers the positive one
+    assert angle_of(x, y) == pytest.approx(truth, rel=4e-16, abs=4e-16)
+
+
+def test_angles_around_the_circle():
+    angle = np.concatenate([np.linspace(-np.pi, np.pi, 20001), np.geomspace(1e-300, 1.0, 1000)])
+    got = np.array([angle_of(x, y) for x, y in zip(np.cos(angle), np.sin(angle))])
+    np.testing.assert_allclose(got, np.arctan2(np.sin(angle), np.cos(angle)), rtol=4e-16, atol=4e-16)
 
 
 # --- nonlinear systems ----------------------------------------------------------------------------------------------

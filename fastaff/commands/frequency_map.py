@@ -35,13 +35,11 @@ def frequencies(
     time
         Time over which frequencies are averaged, best 100 periods or more. [1000]
     method
-        birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff; always naff for neo-hookean]
+        birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff]
     max_order
         Largest m + n of the resonances m:n to look for. [7]
     """
     import fastaff
-
-    from .. import demo as demonstration
 
     body = options.build()
     section = surface.build(body)
@@ -50,10 +48,6 @@ def frequencies(
     stem = output.stem("fastaff-frequency-map")
     output.check()
     fixed: dict[str, Any] = {"time": fastaff.scalars.positive("time", time), "method": method}
-    inner = getattr(body, "potential", body)
-    if isinstance(inner, fastaff.NeoHookean):  # its librations mix; only these loops tell them apart
-        method = fixed["method"] = "naff"
-        fixed["angles"] = demonstration.NormalModes()
 
     def smallest() -> None:
         scheme = fastaff.scheme_named(run.scheme.replace("-", "_"))
@@ -70,16 +64,13 @@ def frequencies(
     def save(result: Any, seconds: float, interrupted: bool = True) -> Path:
         return output.save(stem, result, {**facts, "wall_time": seconds, "interrupted": interrupted})
 
-    def sorted_out(found: Any) -> Any:
-        return demonstration.sorted_out(found) if "angles" in fixed else found
-
-    result = sorted_out(watched(
+    result = watched(
         Progress("frequencies", z0.shape[1]),
         lambda report: fastaff.frequency_map(body, z0, report=report, **fixed, **choices),
-        lambda partial: kept(partial, lambda: save(sorted_out(partial), clock.perf_counter() - start)),
-    ))  # fmt: skip
+        lambda partial: kept(partial, lambda: save(partial, clock.perf_counter() - start)),
+    )
     seconds = clock.perf_counter() - start
-    shown = demonstration.told_apart(result) if "angles" in fixed else np.ones(result.status.size, bool)
+    shown = np.isin(result.kind, (fastaff.FrequencyKind.INDEPENDENT, fastaff.FrequencyKind.DEPENDENT))
     say(finished(result, seconds))
     with drawing(save(result, seconds, interrupted=False)):
         if not output.no_figure:
