@@ -5,29 +5,53 @@ from __future__ import annotations
 import json
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import files, plot
-from .frequency import FrequencyKind, FrequencyMap, frequency_map
+from .angles import deformation_loops
+from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .models import Body, Hyperelastic, NeoHookean
 from .poincare import SectionMap, poincare_map
+from .recipe import keep
 from .sections import AlphaTurning
 from .status import Status, describe
 
 P_ETA, P_GAMMA = 0.3, 0.2
 SECTION = AlphaTurning(+1)
 SEED = 1
-DRAWN = (FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
 CHAOTIC = -4.0
 """log10 of the change of frequency between the halves above which an orbit is counted as chaotic."""
 
 Say = Callable[[str], None]
 Meter = Callable[[str], Any]
+
+
+@deformation_loops
+class NormalModes(NamedTuple):
+    """Loops in alpha^2 + c beta^2 for two c, in which the breathing and the shear libration lead; and the planes a and b.
+
+    In alpha^2 and beta^2 themselves now one libration and now the other is the stronger, so their leading lines change places
+    across the map; and where orbits circle in a chain of islands they stand on its resonance, while the frequencies that
+    `frequency_map` finds by itself are those of the chain. For NAFF only.
+    Source: Laskar 1993, Physica D 67, 257 (the choice of the quasi-integrals).
+    """
+
+    breathing: float = 1.8
+    shear: float = -4.5
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("breathing", "shear", "eta", "gamma")
+
+    def mix(self, A, B):
+        """Return the two combinations that the loops are in."""
+        return A + self.breathing * B, A + self.shear * B
 
 
 @dataclass(frozen=True)
@@ -40,7 +64,7 @@ class Size:
     time: float
 
 
-FULL = Size(orbits=320, crossings=800, cells=(110, 110), time=1000.0)
+FULL = Size(orbits=320, crossings=800, cells=(56, 56), time=600.0)
 QUICK = Size(orbits=40, crossings=60, cells=(24, 20), time=200.0)
 
 
@@ -60,8 +84,28 @@ class Portrait:
 
     @property
     def shown(self) -> np.ndarray:
-        """Orbits (orbits,) drawn in the plane of frequencies: those that have frequencies."""
-        return (self.map.status == Status.OK) & np.isin(self.map.kind, DRAWN)
+        """Orbits (orbits,) drawn in the plane of frequencies."""
+        return told_apart(self.map)
+
+
+def told_apart(found: FrequencyMap) -> np.ndarray:
+    """Return where (orbits,) the two librations were told apart: nu_1 near the median of all and nu_2/nu_1 neither 1 nor 2.
+
+    Close to a periodic orbit only one libration is left, and both loops show it or its harmonic.
+    """
+    ratio = plot.frequency(found, f"{found.names[1]}/{found.names[0]}")
+    near = np.abs(found.nu[0] / np.median(found.nu[0]) - 1.0) < 0.2
+    return (found.status == Status.OK) & near & (ratio > 1.001) & (ratio < 1.999)
+
+
+def sorted_out(found: FrequencyMap) -> FrequencyMap:
+    """Return a map over NormalModes in which the shear is the shear.
+
+    Where both librations are weak in its loop, the leading line is their difference; the sum restores it.
+    """
+    nu = found.nu.copy()
+    nu[1] += np.where((nu[1] > 0) & (nu[1] < nu[0]), nu[0], 0.0)
+    return keep(replace(found, nu=nu), getattr(found, "call", None))
 
 
 def run(
@@ -82,8 +126,8 @@ def run(
     folder.mkdir(parents=True, exist_ok=True)
     start = clock.perf_counter()
     portraits = [
-        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, size, threads, say, meter),
-        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, size, threads, say, meter),
+        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, NormalModes(), size, threads, say, meter),
+        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, None, size, threads, say, meter),
     ]
     seconds = clock.perf_counter() - start
     stem = folder / "fastaff-demo"
@@ -115,34 +159,34 @@ def run(
     return [image, *written]
 
 
-def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
+def portrait(name, body, energy, angles, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
     """Compute section and frequency map of one body."""
     report = meter or (lambda title: None)
     edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA, p_gamma=P_GAMMA)
     z0 = random_starts(body, edge, energy, size.orbits)
-    _compile(body, z0[:, :1], threads, say)
+    _compile(body, z0[:, :1], angles, threads, say)
     say(f"{name}: section of {size.orbits} orbits x {size.crossings} crossings")
     start = clock.perf_counter()
     # Return times are below one breathing period.
     section = poincare_map(
-        body, z0, section=SECTION, crossings=size.crossings, max_time=20.0 * size.crossings, threads=threads,
+        body, z0, section=SECTION, crossings=size.crossings, max_time=20.0 * size.crossings, accuracy=1e-8, threads=threads,
         report=report(f"{name}, section"),
     )  # fmt: skip
     between = clock.perf_counter()
-    diffusion = frequency_map(body, z0, time=size.time, threads=threads).diffusion
+    diffusion = _map(body, z0, angles, size, threads, None).diffusion
     say(f"{name}: frequency map")
     grid = surface(body, energy, size.cells)
     grown = clock.perf_counter()
-    found = frequency_map(body, grid.z0, time=size.time, threads=threads, report=report(f"{name}, frequency map"))
+    found = _map(body, grid.z0, angles, size, threads, report(f"{name}, frequency map"))
     seconds = (between - start, clock.perf_counter() - grown)
     return Portrait(name, body, energy, section, diffusion, grid, found, edge, seconds)
 
 
-def _compile(body: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
+def _compile(body: Any, z0: np.ndarray, angles: Any, threads: int | None, say: Say) -> None:
     """Compile what a portrait needs, so that its times are those of the computation."""
     start = clock.perf_counter()
     poincare_map(body, z0, section=SECTION, crossings=1, max_time=20.0, step=0.05, threads=threads)
-    frequency_map(body, z0, time=5.0, threads=threads)
+    _map(body, z0, angles, replace(QUICK, time=5.0), threads, None)
     seconds = clock.perf_counter() - start
     if seconds > 2.0:
         say(f"compiled in {seconds:.0f} s, once for this version")
@@ -179,6 +223,14 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> Grid:
     )
 
 
+def _map(body: Any, z0: np.ndarray, angles: Any, size: Size, threads: int | None, report: Any) -> FrequencyMap:
+    """Return the frequency map: NAFF with the given angles, Birkhoff averages with the model's own where None."""
+    if angles is None:
+        return frequency_map(body, z0, time=size.time, fallback=float("inf"), threads=threads, report=report)
+    found = frequency_map(body, z0, time=size.time, method="naff", angles=angles, threads=threads, report=report)
+    return sorted_out(found)
+
+
 def numbers(p: Portrait) -> list[str]:
     """Return what a reader wants to know of one portrait, in lines."""
     crossings, (section_time, map_time) = int(p.section.counts.sum()), p.seconds
@@ -207,8 +259,7 @@ LINES = ((2, 0, -3), (3, 0, -4), (5, 0, -6), (7, 0, -10))
 
 
 def _plane(p: Portrait) -> tuple[str, str]:
-    other, r = sorted(p.map.names[:2], key="r".__eq__)
-    return f"{other}/{r}", f"gamma/{r}"
+    return f"{p.map.names[1]}/{p.map.names[0]}", f"gamma/{p.map.names[0]}"
 
 
 def draw(chaotic: Portrait, integrable: Portrait) -> Any:
@@ -286,10 +337,10 @@ def _caption(chaotic: Portrait, integrable: Portrait) -> str:
         r"potential. $p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines." "\n"
         rf"Sections: {a.section.status.size} orbits × {a.section.points.shape[1]} crossings, grey: edge of the accessible region. "
         rf"(b), (e): {a.map.status.size} and {b.map.status.size} orbits over the time {a.map.time:g}, halves (1) and (2). "
-        r"$\nu_{\rm area}$, $\nu_r$: librations of area and" "\n"
-        r"size, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm area}=m\,\nu_r$, "
+        r"$\nu_{\rm b}$, $\nu_{\rm s}$: breathing and shear" "\n"
+        r"librations, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm s}=m\,\nu_{\rm b}$, "
         r"with islands on them and gaps or chaos beside them. "
-        rf"Not drawn: {np.count_nonzero(~a.shown)} chaotic or undecided orbits in (c)" "\n"
-        rf"and {np.count_nonzero(~b.shown)} in (f). "
+        rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and" "\n"
+        rf"{np.count_nonzero(~b.shown)} in (f) that are too close to a periodic orbit to show both librations. "
         rf"Colour scale clipped at 5 % and 95 % of the top row. Largest energy error {worst:.0e}."
     )
