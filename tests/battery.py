@@ -267,7 +267,7 @@ CONTAINERS = {
     "LevelDiagram", "LevelList", "Levels", "Lines", "MeanRatio", "Multiplets", "Orbits", "Packet", "PeriodicOrbits", "Quantizations",
     "QuasiclassicalLevels", "Resonances", "Revivals", "Rotation", "Sample", "SectionMap", "SpacingFit", "State", "TangentMap",
     "TimeScales", "Tori", "TorusFit", "WebLine",
-    "Character", "Event", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status", "Verdict",
+    "Character", "Event", "FrequencyKind", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status", "Verdict",
 }  # fmt: skip
 """Results, which hold what a function put there, enumerations and exceptions."""
 

@@ -310,7 +310,7 @@ def test_the_fallback_is_named_and_better():
     taken = rescued.method == METHODS.index("naff")
     assert taken.any()
     assert not taken.all()
-    assert (rescued.error <= plain.error * (1 + 1e-9)).all()
+    assert (rescued.error <= plain.error * (1 + 1e-6)).all()  # rounding is relative to the largest frequency, which others give
     np.testing.assert_array_equal(rescued.nu[~taken], plain.nu[~taken])
     assert (rescued.nu[taken] != plain.nu[taken]).all()
     eta = np.abs([f.nu_eta - frequencies(BODY, z0)[2] for f in (plain, rescued)])
