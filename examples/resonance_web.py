@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 
 import fastaff
 from fastaff import plot
-from fastaff.demo import NormalModes
 from fastaff.plot_resonance import plot_diffusion_histogram, plot_web
 from fastaff.resonance import diffusion_histogram, resonances
 from fastaff.web import web
@@ -21,12 +20,12 @@ surface = {"energy": 1.0, "p_eta": 0.3, "p_gamma": 0.2}
 edge = plot.edge(body, section, **surface)
 axes = [np.linspace(low, high, cells + 2)[1:-1] for (low, high), cells in zip(edge.axes, (64, 72))]
 grid = fastaff.energy_grid(body, section=section, axes=axes, **surface)
-found = fastaff.frequency_map(body, grid.z0, time=600.0, step=0.05, method="naff", angles=NormalModes())
+found = fastaff.frequency_map(body, grid.z0, time=600.0)
 print(f"{grid.cell.size} orbits: {found.summary()}")
 
-# Only where frequencies exist: not on chaotic orbits, nor beside a normal mode, where a harmonic is the second line.
-ratio = found.nu[1] / found.nu[0]
-regular = (found.diffusion < CHAOTIC) & (found.status == fastaff.Status.OK) & (ratio > 1.2) & (ratio < 1.6)
+# Only where frequencies exist, and outside of large islands, which have a lattice of their own.
+ratio = found.nu[0] / found.nu[1]
+regular = (found.kind <= fastaff.FrequencyKind.DEPENDENT) & (found.status == fastaff.Status.OK) & (ratio > 1.2) & (ratio < 1.6)
 chosen = found.nu[:2, regular], found.error[:2, regular]
 librations = resonances(chosen[0], errors=chosen[1], tolerance=1e-6, max_order=24, names=found.names[:2])
 print(librations.summary())
@@ -43,7 +42,7 @@ left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
 plot.plot_diffusion_grid(grid, found.diffusion, ax=left)
 left.plot(edge.coordinate, edge.momentum, edge.coordinate, -edge.momentum, color="0.35", lw=0.8)
 plot_web(lines, ax=left, names=found.names[:2], axes=axes, labels=6)
-left.set_title("a   breathing (b) and shear (s) at $p_{\\alpha}=0$, order $\\leq 24$; circles: locked", loc="left", fontsize=10)
+left.set_title("a   librations of area and size r at $p_{\\alpha}=0$, order $\\leq 24$; circles: locked", loc="left", fontsize=10)
 plot_diffusion_histogram(diffusion_histogram(found.diffusion, threshold=CHAOTIC, status=found.status), ax=right)
 right.set_title("b   diffusion of the orbits of the grid", loc="left", fontsize=10)
 figure.savefig("resonance_web.png")

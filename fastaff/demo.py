@@ -5,53 +5,29 @@ from __future__ import annotations
 import json
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from . import files, plot
-from .angles import deformation_loops
-from .frequency import FrequencyMap, frequency_map
+from .frequency import FrequencyKind, FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .models import Body, Hyperelastic, NeoHookean
 from .poincare import SectionMap, poincare_map
-from .recipe import keep
 from .sections import AlphaTurning
 from .status import Status, describe
 
 P_ETA, P_GAMMA = 0.3, 0.2
 SECTION = AlphaTurning(+1)
 SEED = 1
+DRAWN = (FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
 CHAOTIC = -4.0
 """log10 of the change of frequency between the halves above which an orbit is counted as chaotic."""
 
 Say = Callable[[str], None]
 Meter = Callable[[str], Any]
-
-
-@deformation_loops
-class NormalModes(NamedTuple):
-    """Loops in alpha^2 + c beta^2 for two c, in which the breathing and the shear libration lead; and the planes a and b.
-
-    In alpha^2 and beta^2 themselves now one libration and now the other is the stronger, so their leading lines change places
-    across the map; and where orbits circle in a chain of islands they stand on its resonance, while the frequencies that
-    `frequency_map` finds by itself are those of the chain. For NAFF only.
-    Source: Laskar 1993, Physica D 67, 257 (the choice of the quasi-integrals).
-    """
-
-    breathing: float = 1.8
-    shear: float = -4.5
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the angles."""
-        return ("breathing", "shear", "eta", "gamma")
-
-    def mix(self, A, B):
-        """Return the two combinations that the loops are in."""
-        return A + self.breathing * B, A + self.shear * B
 
 
 @dataclass(frozen=True)
@@ -84,28 +60,11 @@ class Portrait:
 
     @property
     def shown(self) -> np.ndarray:
-        """Orbits (orbits,) drawn in the plane of frequencies."""
-        return told_apart(self.map)
-
-
-def told_apart(found: FrequencyMap) -> np.ndarray:
-    """Return where (orbits,) the two librations were told apart: nu_1 near the median of all and nu_2/nu_1 neither 1 nor 2.
-
-    Close to a periodic orbit only one libration is left, and both loops show it or its harmonic.
-    """
-    ratio = plot.frequency(found, f"{found.names[1]}/{found.names[0]}")
-    near = np.abs(found.nu[0] / np.median(found.nu[0]) - 1.0) < 0.2
-    return (found.status == Status.OK) & near & (ratio > 1.001) & (ratio < 1.999)
-
-
-def sorted_out(found: FrequencyMap) -> FrequencyMap:
-    """Return a map over NormalModes in which the shear is the shear.
-
-    Where both librations are weak in its loop, the leading line is their difference; the sum restores it.
-    """
-    nu = found.nu.copy()
-    nu[1] += np.where((nu[1] > 0) & (nu[1] < nu[0]), nu[0], 0.0)
-    return keep(replace(found, nu=nu), getattr(found, "call", None))
+        """Orbits (orbits,) drawn in the plane of frequencies: those that have some, but for islands, whose chain has its own."""
+        found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
+        r = found.nu[found.names.index("r")]
+        near = (np.abs(r / np.median(r) - 1.0) < 0.2) & (ratio > 1.001) & (ratio < 1.999)
+        return (found.status == Status.OK) & np.isin(found.kind, DRAWN) & near
 
 
 def run(
@@ -120,14 +79,14 @@ def run(
     Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean body,
     2 C for the hyperelastic one). At this energy of the neo-Hookean body (G = 1, K = 2) the chains of islands of the
     resonances 3:2, 4:3, 10:7 stand in a sea of chaos that covers about a third of the section; at 1.2 there is hardly any chaos,
-    at 1.8 little else. Cost: about 40 s on two cores, and about 40 s of compilation the first time.
+    at 1.8 little else. Cost: two to three minutes on two cores, and one of compilation the first time.
     """
     size, folder = QUICK if quick else FULL, Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
     start = clock.perf_counter()
     portraits = [
-        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, NormalModes(), size, threads, say, meter),
-        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, None, size, threads, say, meter),
+        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, size, threads, say, meter),
+        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, size, threads, say, meter),
     ]
     seconds = clock.perf_counter() - start
     stem = folder / "fastaff-demo"
@@ -159,12 +118,12 @@ def run(
     return [image, *written]
 
 
-def portrait(name, body, energy, angles, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
+def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
     """Compute section and frequency map of one body."""
     report = meter or (lambda title: None)
     edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA, p_gamma=P_GAMMA)
     z0 = random_starts(body, edge, energy, size.orbits)
-    _compile(body, z0[:, :1], angles, threads, say)
+    _compile(body, z0[:, :1], threads, say)
     say(f"{name}: section of {size.orbits} orbits x {size.crossings} crossings")
     start = clock.perf_counter()
     # Return times are below one breathing period.
@@ -173,20 +132,20 @@ def portrait(name, body, energy, angles, size: Size, threads, say: Say, meter: M
         report=report(f"{name}, section"),
     )  # fmt: skip
     between = clock.perf_counter()
-    diffusion = _map(body, z0, angles, size, threads, None).diffusion
+    diffusion = frequency_map(body, z0, time=size.time, threads=threads).diffusion
     say(f"{name}: frequency map")
     grid = surface(body, energy, size.cells)
     grown = clock.perf_counter()
-    found = _map(body, grid.z0, angles, size, threads, report(f"{name}, frequency map"))
+    found = frequency_map(body, grid.z0, time=size.time, threads=threads, report=report(f"{name}, frequency map"))
     seconds = (between - start, clock.perf_counter() - grown)
     return Portrait(name, body, energy, section, diffusion, grid, found, edge, seconds)
 
 
-def _compile(body: Any, z0: np.ndarray, angles: Any, threads: int | None, say: Say) -> None:
+def _compile(body: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
     """Compile what a portrait needs, so that its times are those of the computation."""
     start = clock.perf_counter()
     poincare_map(body, z0, section=SECTION, crossings=1, max_time=20.0, step=0.05, threads=threads)
-    _map(body, z0, angles, replace(QUICK, time=5.0), threads, None)
+    frequency_map(body, z0, time=5.0, threads=threads)
     seconds = clock.perf_counter() - start
     if seconds > 2.0:
         say(f"compiled in {seconds:.0f} s, once for this version")
@@ -223,14 +182,6 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> Grid:
     )
 
 
-def _map(body: Any, z0: np.ndarray, angles: Any, size: Size, threads: int | None, report: Any) -> FrequencyMap:
-    """Return the frequency map: NAFF with the given angles, Birkhoff averages with the model's own where None."""
-    if angles is None:
-        return frequency_map(body, z0, time=size.time, fallback=float("inf"), threads=threads, report=report)
-    found = frequency_map(body, z0, time=size.time, method="naff", angles=angles, threads=threads, report=report)
-    return sorted_out(found)
-
-
 def numbers(p: Portrait) -> list[str]:
     """Return what a reader wants to know of one portrait, in lines."""
     crossings, (section_time, map_time) = int(p.section.counts.sum()), p.seconds
@@ -244,22 +195,19 @@ def numbers(p: Portrait) -> list[str]:
         f"  {chaotic} chaotic (diffusion > {CHAOTIC:g}), {p.map.status.size - chaotic} regular; "
         f"{np.count_nonzero(~p.shown)} not drawn in the plane of frequencies",
     ]
-    if p.name == "neo-Hookean":
-        x, y = _plane(p)
-        held = ", ".join(f"{-k[2]}:{k[0]} {plot.on_line(p.map, k, x=x, y=y, tolerance=1e-6, shown=p.shown)}" for k in LINES if not k[1])
-        lines.append(f"  orbits on the labelled resonances, to 1e-6: {held}")
-    else:
+    if p.name == "hyperelastic":
         exact = np.sqrt(p.body.potential.C / p.body.mu) / np.pi
         lines.append(f"  nu_r = sqrt(C/mu)/pi for all orbits, to {np.abs(p.map.nu[0] - exact).max():.1e}")
     return lines
 
 
 LINES = ((2, 0, -3), (3, 0, -4), (5, 0, -6), (7, 0, -10))
-"""The resonances m:n, as (n, 0, -m), on which orbits of the neo-Hookean map stand; `numbers` counts them."""
+"""The resonances m:n, as (n, 0, -m), of the largest chains of islands of the neo-Hookean body."""
 
 
 def _plane(p: Portrait) -> tuple[str, str]:
-    return f"{p.map.names[1]}/{p.map.names[0]}", f"gamma/{p.map.names[0]}"
+    other, r = sorted(p.map.names[:2], key="r".__eq__)
+    return f"{other}/{r}", f"gamma/{r}"
 
 
 def draw(chaotic: Portrait, integrable: Portrait) -> Any:
@@ -293,8 +241,6 @@ def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> None:
     plot.plot_frequency_map(
         p.map, ax=axes[2], x=x, y=y, shown=p.shown, norm=norm, colorbar=False, lines=lines, limits=limits, size=2.2
     )
-    for line in lines:
-        _name_islands(p, axes[1], line)
     titles = (
         (r"neo-Hookean body: section $p_\alpha=0$, rising", r"hyperelastic body: section $p_\alpha=0$, rising"),
         (r"same energy, all $p_\gamma$, at $p_\beta=0$", r"same energy, all $p_\gamma$, at $p_\beta=0$"),
@@ -304,23 +250,6 @@ def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> None:
         above = row == 0 and k == 2
         ax.set_title(f"({'abcdef'[3 * row + k]})  {titles[k][row]}", fontsize=9.5, loc="left", pad=19 if above else 6)
         ax.tick_params(labelsize=8.5)
-
-
-def _name_islands(p: Portrait, ax: Any, line: tuple[int, int, int], least: int = 40) -> None:
-    """Write m:n on the largest cluster of orbits that stand on the resonance, where there are enough of them."""
-    from matplotlib.patheffects import withStroke
-
-    x, _ = _plane(p)
-    held = np.abs(line[0] * plot.frequency(p.map, x) + line[2]) < 1e-5
-    held = np.ma.filled(p.grid.spread(held & p.shown), False)
-    if np.count_nonzero(held) < least:
-        return
-    around = sum(np.roll(held, (i, j), (0, 1)) for i in range(-4, 5) for j in range(-3, 4))
-    i, j = np.unravel_index(int(np.argmax(around)), held.shape)
-    ax.text(
-        p.grid.axes[0][i], p.grid.axes[1][j], f"{-line[2]}:{line[0]}", fontsize=8, color="white", ha="center", va="center",
-        path_effects=[withStroke(linewidth=1.8, foreground="0.1")],
-    )  # fmt: skip
 
 
 def _padded(values: np.ndarray) -> tuple[float, float]:
@@ -337,10 +266,10 @@ def _caption(chaotic: Portrait, integrable: Portrait) -> str:
         r"potential. $p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines." "\n"
         rf"Sections: {a.section.status.size} orbits × {a.section.points.shape[1]} crossings, grey: edge of the accessible region. "
         rf"(b), (e): {a.map.status.size} and {b.map.status.size} orbits over the time {a.map.time:g}, halves (1) and (2). "
-        r"$\nu_{\rm b}$, $\nu_{\rm s}$: breathing and shear" "\n"
-        r"librations, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm s}=m\,\nu_{\rm b}$, "
-        r"with islands on them and gaps or chaos beside them. "
+        r"$\nu_{\rm area}$, $\nu_r$: librations of area and" "\n"
+        r"size, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm area}=m\,\nu_r$, "
+        r"gaps or chaos beside them; orbits in their islands have the chain's own frequencies. "
         rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and" "\n"
-        rf"{np.count_nonzero(~b.shown)} in (f) that are too close to a periodic orbit to show both librations. "
+        rf"{np.count_nonzero(~b.shown)} in (f), chaotic, undecided or in islands. "
         rf"Colour scale clipped at 5 % and 95 % of the top row. Largest energy error {worst:.0e}."
     )

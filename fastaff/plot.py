@@ -26,8 +26,7 @@ __all__ = [
 
 SYMBOLS = {
     "alpha": r"\alpha", "beta": r"\beta", "eta": r"\eta", "gamma": r"\gamma", "phi": r"\varphi", "psi": r"\psi",
-    "vartheta": r"\vartheta", "D1": "D_1", "D2": "D_2", "breathing": r"\mathrm{b}", "shear": r"\mathrm{s}",
-    "area": r"\mathrm{area}",
+    "vartheta": r"\vartheta", "D1": "D_1", "D2": "D_2", "area": r"\mathrm{area}",
 }  # fmt: skip
 PALE_END = 0.93
 DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
