@@ -25,7 +25,7 @@ print(f"{grid.cell.size} orbits: {found.summary()}")
 
 # Only where frequencies exist, and outside of large islands, which have a lattice of their own.
 ratio = found.nu[0] / found.nu[1]
-regular = (found.kind <= fastaff.FrequencyKind.DEPENDENT) & (found.status == fastaff.Status.OK) & (ratio > 1.2) & (ratio < 1.6)
+regular = found.regular & (ratio > 1.2) & (ratio < 1.6)
 chosen = found.nu[:2, regular], found.error[:2, regular]
 librations = resonances(chosen[0], errors=chosen[1], tolerance=1e-6, max_order=24, names=found.names[:2])
 print(librations.summary())

@@ -12,17 +12,16 @@ from typing import Any
 import numpy as np
 
 from . import files, plot
-from .frequency import FrequencyKind, FrequencyMap, frequency_map
+from .frequency import FrequencyMap, frequency_map
 from .grid import Grid, energy_grid
 from .models import Body, Hyperelastic, NeoHookean
 from .poincare import SectionMap, poincare_map
 from .sections import AlphaTurning
-from .status import Status, describe
+from .status import describe
 
 P_ETA, P_GAMMA = 0.3, 0.2
 SECTION = AlphaTurning(+1)
 SEED = 1
-DRAWN = (FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
 CHAOTIC = -4.0
 """log10 of the change of frequency between the halves above which an orbit is counted as chaotic."""
 
@@ -64,7 +63,7 @@ class Portrait:
         found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
         r = found.nu[found.names.index("r")]
         near = (np.abs(r / np.median(r) - 1.0) < 0.2) & (ratio > 1.001) & (ratio < 1.999)
-        return (found.status == Status.OK) & np.isin(found.kind, DRAWN) & near
+        return found.regular & near
 
 
 def run(

@@ -98,6 +98,11 @@ class FrequencyMap:
         """Raise OrbitError unless every orbit is OK."""
         raise_if_failed(self.status)
 
+    @property
+    def regular(self) -> np.ndarray:
+        """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
+        return (self.status == Status.OK) & np.isin(self.kind, (FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT))
+
     def summary(self) -> str:
         """Say in one line what became of the orbits."""
         return describe(self.status)
@@ -195,7 +200,6 @@ class _Work:
         self.layout = Layout(angles)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
-        self.radius = self.ensemble.radius
         self.nu, self.leading = np.zeros((2, self.n, self.orbits))
         self.halves = np.zeros((2, self.n, self.orbits))
         self.error, self.leading_error = np.full((2, self.n, self.orbits), np.inf)
@@ -265,7 +269,7 @@ class _Work:
 
     def _sample(self, flow: Flow, orbits: np.ndarray, time: float, count: int) -> tuple[np.ndarray, Ensemble]:
         flow = flow.of(orbits)
-        run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.radius[orbits])
+        run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
         return flow.sampled(run, count, time=time), run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:

@@ -32,6 +32,7 @@ from fastaff import (
 )
 from fastaff.angles import AlphaBeta
 from fastaff.frequency import METHODS
+from fastaff.readings import ROUNDING
 
 SEPARABLE_AB = [Body(Harmonic(1.3), 0.7), Body(Anharmonic(0.9), 1.4)]
 SEPARABLE_RV = [Body(Hyperelastic(1.0), 1.0), Body(HeavyTop(1.0, 0.5), 1.0)]
@@ -310,7 +311,9 @@ def test_the_fallback_is_named_and_better():
     taken = rescued.method == METHODS.index("naff")
     assert taken.any()
     assert not taken.all()
-    assert (rescued.error <= plain.error * (1 + 1e-6)).all()  # rounding is relative to the largest frequency, which others give
+    # Rounding is relative to the orbit's largest frequency, which may be one that NAFF has changed.
+    rounding = ROUNDING * np.abs(rescued.nu - plain.nu).max(axis=0) + 1e-15 * plain.error
+    assert (rescued.error <= plain.error + rounding).all()
     np.testing.assert_array_equal(rescued.nu[~taken], plain.nu[~taken])
     assert (rescued.nu[taken] != plain.nu[taken]).all()
     eta = np.abs([f.nu_eta - frequencies(BODY, z0)[2] for f in (plain, rescued)])

@@ -41,7 +41,7 @@ def cache(seed, tmp_path):
     """A copy of the cache for one test."""
     folder = tmp_path / "cache"
     folder.mkdir(mode=0o700)
-    shutil.copytree(seed, folder / seed.name, ignore=shutil.ignore_patterns(".probe*", "*.tmp"))
+    shutil.copytree(seed, folder / seed.name, ignore=shutil.ignore_patterns(".probe*", "*.tmp*"))
     return folder
 
 
@@ -405,10 +405,11 @@ def test_a_refused_folder_costs_one_warning_and_no_code_is_run_from_it(cache, tm
     """A planted formula raises when executed: a process whose folder others can write must not see it."""
     code = "from fastaff import hamiltonian; print(hamiltonian('k*x**2/2', coordinates='x', k=2.0).force(3.0))"
     expected, _ = python(code, cache)
-    planted = [path for path in cache.rglob("formulas/*.py") if "k*x" in path.read_text()]
     body = "raise SystemExit('planted')\n"
-    key = planted[0].stem
-    planted[0].write_text(f"# {key} {hashlib.sha256(body.encode()).hexdigest()}\n{body}")
+    digest = hashlib.sha256(body.encode()).hexdigest()
+    planted = list(cache.rglob("formulas/*.py"))
+    for path in planted:
+        path.write_text(f"# {path.stem} {digest}\n{body}")
     planted[0].parent.parent.chmod(0o777)
     out, err = python(code, cache)
     assert out == expected

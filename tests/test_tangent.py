@@ -1,6 +1,5 @@
 """Tangent maps: the derivative of every scheme's map, symplectic, and bitwise the orbit of `integrate`."""
 
-
 import numpy as np
 import pytest
 from own_models import OneSpring

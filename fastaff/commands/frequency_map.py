@@ -70,15 +70,14 @@ def frequencies(
         lambda partial: kept(partial, lambda: save(partial, clock.perf_counter() - start)),
     )
     seconds = clock.perf_counter() - start
-    shown = np.isin(result.kind, (fastaff.FrequencyKind.INDEPENDENT, fastaff.FrequencyKind.DEPENDENT))
     say(finished(result, seconds))
     with drawing(save(result, seconds, interrupted=False)):
         if not output.no_figure:
-            _draw_frequencies(result, shown, grid, starts, body, surface, section, max_order, stem, facts)
+            _draw_frequencies(result, grid, starts, body, surface, section, max_order, stem, facts)
     return 0
 
 
-def _draw_frequencies(result, shown, grid, starts, body, surface, section, max_order, stem, facts) -> None:
+def _draw_frequencies(result, grid, starts, body, surface, section, max_order, stem, facts) -> None:
     from .. import plot
 
     figure, ax = figure_of(panels=1 if starts.orbits is not None else 2)
@@ -90,13 +89,13 @@ def _draw_frequencies(result, shown, grid, starts, body, surface, section, max_o
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
     ratio = plot.frequency(result, f"{second}/{first}")
-    fine = np.isfinite(ratio) & (result.status == 0) & shown
+    fine = np.isfinite(ratio) & result.regular
     low, high = np.quantile(ratio[fine], [0.01, 0.99]) if fine.any() else (0.0, 1.0)
     least = max(3, result.status.size // 200)
     lines = []
     for n, _, m in plot.resonances_between(low - 1e-3, high + 1e-3, max_order):
         line = (n, 0, m) if plane else (m, n, 0)
-        if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=shown) >= least:
+        if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=result.regular) >= least:
             lines.append(line)
-    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=shown)
+    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=result.regular)
     finish(figure, axes[-1], body, surface, section, f"{counted(result.status)}; {drawn.missing} not drawn", stem, facts)
