@@ -40,14 +40,14 @@ class Plan(NamedTuple):
     motion: Motion
 
 
-def wants_accuracy(scheme: Any, step: Any, accuracy: Any) -> float | None:
-    """Return the accuracy to reach by halving, None where a step or a scheme that controls its steps was chosen instead.
+def wants_accuracy(scheme: Any, step: Any, accuracy: Any, default: float = ACCURACY) -> float | None:
+    """Return the accuracy to reach by halving, or the default; None where a step or a scheme that controls its steps was chosen instead.
 
     Raises ValueError where both were, TypeError or ValueError for an accuracy that is no number between 0 and 1.
     """
     fixed = isinstance(scheme, (Splitting, Automatic)) or (isinstance(scheme, RungeKutta) and not scheme.adaptive)
     if accuracy is None:
-        return ACCURACY if step is None and fixed else None
+        return default if step is None and fixed else None
     value = positive("accuracy", accuracy)
     if value >= 1:
         raise ValueError(f"accuracy must be below 1, relative to the amplitudes of the motion, got {accuracy!r}")

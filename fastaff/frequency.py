@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._jit import LANES
+from .accuracy import HALVINGS, wants_accuracy
 from .angle_loops import Layout, Plain
 from .boundary import checked_model
 from .engine import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
@@ -22,6 +23,12 @@ from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .shown import screen
 from .status import Status, describe, raise_if_failed
 from .trials import make_flow
+
+ACCURACY = 1e-11
+"""Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
+
+FALLBACK = 1e-9
+"""Relative error of averages above which lines are fitted, where no accuracy is asked for."""
 
 BUDGET = 1 << 27
 """Bytes of samples in memory at once."""
@@ -110,17 +117,19 @@ class FrequencyMap:
 
 @recorded
 def frequency_map(
-    body: Any, z0: Any, *, time: float, method: str = "birkhoff", angles: Any = None, fallback: float = 1e-9,
-    step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
-    energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
+    body: Any, z0: Any, *, time: float, accuracy: float | None = None, method: str = "birkhoff", angles: Any = None,
+    fallback: float | None = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
 ) -> FrequencyMap:  # fmt: skip
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; method "birkhoff" or "naff"; angles: a value of
-    `fastaff.angles` (default: those natural to the potential, or the coordinates and momenta themselves); step: for an adaptive
-    scheme the interval between the states that are sampled (default: a sixteenth of a typical radian); fallback: relative error
-    estimate above which a Birkhoff value is replaced by the NAFF one where that has the smaller error (inf: never); the
-    other options as in `integrate`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's largest frequency,
+    that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave more; what `time` is too
+    short for stays in `error`; method "birkhoff" or "naff"; angles: a value of `fastaff.angles` (default: those natural to the
+    potential, or the coordinates and momenta themselves); step: instead of an accuracy, and for an adaptive scheme the interval
+    between the states that are sampled (default: a sixteenth of a typical radian); fallback: relative error estimate above which
+    a Birkhoff value is replaced by the NAFF one where that has the smaller error (default: the accuracy asked for, or 1e-9; inf:
+    never); the other options as in `integrate`.
     Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     Identification: the orbit is sampled at every step, or every 2, 4 or 8 where a quarter of a radian of its fastest motion allows.
@@ -142,16 +151,19 @@ def frequency_map(
     averages); the paper's nu = dE/dJ.
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
+    goal = wants_accuracy(scheme, step, accuracy, ACCURACY)
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    if fallback is None:
+        fallback = FALLBACK if accuracy is None else accuracy
     if isinstance(fallback, bool) or not (isinstance(fallback, (int, float, np.number)) and fallback > 0):
         raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
     angles = checked_angles(angles, checked_model(body))
-    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=1e-11)
-    work = _Work(flow, angles, z, time, 0.0 if method == "naff" else float(fallback), report)
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=goal or ACCURACY)
+    work = _Work(flow, angles, z, time, goal, 0.0 if method == "naff" else float(fallback), report)
     interrupted = False
     try:
-        work.run()
+        work.run(tolerance)
     except KeyboardInterrupt:
         interrupted = True
     result = work.result(tolerance)
@@ -189,20 +201,27 @@ def _share(steps: np.ndarray) -> np.ndarray:
     return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))
 
 
+def _finer(flow: Flow) -> Flow:
+    """Return a flow of half the step, or of a hundredth of the tolerances."""
+    if flow.adaptive:
+        return replace(flow, rtol=max(flow.rtol / 100, 1e-15), atol=flow.atol / 100)
+    return replace(flow, step=flow.step / 2)
+
+
 class _Work:
     """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
 
     def __init__(
-        self, flow: Flow, angles: Any, z0: np.ndarray, time: float, fallback: float, report: Report | None
+        self, flow: Flow, angles: Any, z0: np.ndarray, time: float, accuracy: float | None, fallback: float, report: Report | None
     ):  # fmt: skip
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
-        self.fallback = fallback
+        self.accuracy, self.fallback = accuracy, fallback
         self.layout = Layout(angles)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.nu, self.leading = np.zeros((2, self.n, self.orbits))
         self.halves = np.zeros((2, self.n, self.orbits))
-        self.error, self.leading_error = np.full((2, self.n, self.orbits), np.inf)
+        self.error, self.leading_error, self.scheme_error = np.full((3, self.n, self.orbits), np.inf)
         self.method = np.zeros((self.n, self.orbits), np.int8)
         self.rank = np.zeros(self.orbits, np.int64)
         self.basis = np.zeros((self.n, self.n, self.orbits), np.int64)
@@ -210,35 +229,56 @@ class _Work:
         self.used = np.full(self.orbits, np.nan)
         self.done = 0
 
-    def run(self) -> None:
-        """Sample the orbits and find their frequencies, as many at a time as memory allows."""
-        steps = self._steps()
-        for count in np.unique(steps):
-            same = np.flatnonzero(steps == count)
+    def run(self, tolerance: float) -> None:
+        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves more."""
+        flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
+        for _ in range(1 if self.accuracy is None else HALVINGS + 1):
+            self._pass(flow, orbits)
+            excess = np.zeros(self.orbits) if self.accuracy is None else self._excess(self.accuracy, tolerance)
+            # What a finer step does not change is rounding, or chaos.
+            again = (excess > 1) & (excess < before / 4)
+            orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), _finer(flow)
+            if not orbits.size:
+                return
+
+    def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
+        """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there are none."""
+        change = np.abs(self.halves[0] - self.halves[1])
+        known = self._kind(change) <= FrequencyKind.DEPENDENT
+        share = np.where(np.isfinite(self.scheme_error), self.scheme_error, 0.0).max(axis=0)
+        share = np.where(known, share / np.maximum(np.abs(self.nu).max(axis=0), 1e-300), 0.0)
+        energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
+        return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
+
+    def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
+        """Sample these orbits and find their frequencies, as many at a time as memory allows."""
+        steps = self._steps(flow)
+        for count in np.unique(steps[orbits]):
+            same = orbits[steps[orbits] == count]
             portion = max(1, BUDGET // (8 * self.z0.shape[0] * int(count) * 2))
             if portion > LANES:
                 portion -= portion % LANES
             for begin in range(0, same.size, portion):
-                self._portion(same[begin : begin + portion], int(count))
+                self._portion(flow, same[begin : begin + portion], int(count))
 
-    def _steps(self) -> np.ndarray:
+    def _steps(self, flow: Flow) -> np.ndarray:
         """Return the number of steps (or samples, for an adaptive scheme) of each orbit: a multiple of what pilots take."""
-        if self.flow.adaptive and not np.isfinite(self.flow.step):
-            interval = 1 / (16 * natural_rates(self.flow.model, self.z0, self.flow.threads))
+        if flow.adaptive and not np.isfinite(flow.step):
+            interval = 1 / (16 * natural_rates(flow.model, self.z0, flow.threads))
             # By powers of 2: orbits of equal numbers are sampled together.
             steps = 2 ** np.ceil(np.log2(np.maximum(64, self.time / interval))).astype(np.int64)
         else:
-            steps = np.maximum(64 if self.flow.adaptive else 32, self.flow.steps(self.time))
+            steps = np.maximum(64 if flow.adaptive else 32, flow.steps(self.time))
         steps = np.broadcast_to(steps, self.orbits)
         share = _share(steps)
         unit = np.where(share > 1, 8 * share, 1)
         return unit * -(-steps // unit)
 
-    def _portion(self, orbits: np.ndarray, steps: int) -> None:
+    def _portion(self, flow: Flow, orbits: np.ndarray, steps: int) -> None:
         """Find the frequencies of these orbits, which take so many steps."""
         share = int(_share(np.array(steps)))
         time, count = self.time / share, steps // share
-        pilot, _ = self._sample(self._finer(), orbits, time, count)
+        pilot, _ = self._sample(_finer(flow), orbits, time, count)
         with np.errstate(all="ignore"):
             rate = fastest(self.layout.signals(pilot), time / count)
         allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
@@ -247,7 +287,7 @@ class _Work:
         for d in np.unique(every):
             own = np.flatnonzero(every == d)
             part = orbits[own]
-            samples, run = self._sample(self.flow, part, self.time, steps // int(d))
+            samples, run = self._sample(flow, part, self.time, steps // int(d))
             self.ensemble.take(part, run)
             self.used[part] = self.time / steps
             fine = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)) & np.isfinite(samples).all(axis=(1, 2))
@@ -259,13 +299,7 @@ class _Work:
                 self._adopt(part[kept], Samples(samples[kept], start, interval, order))
             self.done += own.size
             if self.report is not None:
-                self.report(self.done / self.orbits)
-
-    def _finer(self) -> Flow:
-        """Return a flow of half the step, or of a hundredth of the tolerances."""
-        if self.flow.adaptive:
-            return replace(self.flow, rtol=max(self.flow.rtol / 100, 1e-15), atol=self.flow.atol / 100)
-        return replace(self.flow, step=self.flow.step / 2)
+                self.report(min(self.done / self.orbits, 1.0))
 
     def _sample(self, flow: Flow, orbits: np.ndarray, time: float, count: int) -> tuple[np.ndarray, Ensemble]:
         flow = flow.of(orbits)
@@ -275,7 +309,7 @@ class _Work:
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
-        for name in ("nu", "error", "method", "leading", "leading_error"):
+        for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
             getattr(self, name)[:, orbits] = getattr(found, name).T
         self.halves[:, :, orbits] = found.halves.transpose(2, 1, 0)
         self.basis[:, :, orbits], self.rank[orbits] = found.basis.transpose(1, 2, 0), found.rank
@@ -303,7 +337,8 @@ class _Work:
             nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
             error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
             method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
-        step = self.flow.step if self.flow.adaptive else self.used if np.ndim(self.flow.step) else float(np.nanmax(self.used, initial=0.0))
+        each = np.ndim(self.flow.step) > 0 or self.accuracy is not None
+        step = self.flow.step if self.flow.adaptive else self.used if each else float(np.nanmax(self.used, initial=0.0))
         return FrequencyMap(
             names, nu, error, diffusion, method, energy, ensemble.status, eta, gamma, self.time, self.flow.scheme, step,
             kind, self.rank, leading, leading_error, basis,

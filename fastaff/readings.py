@@ -41,10 +41,14 @@ class Samples(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves (orbits, n, 2), basis (orbits, n, n)."""
+    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves (orbits, n, 2), basis (orbits, n, n).
+
+    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's.
+    """
 
     nu: np.ndarray
     error: np.ndarray
+    scheme_error: np.ndarray
     halves: np.ndarray
     method: np.ndarray
     rank: np.ndarray
@@ -124,7 +128,7 @@ def _with_scheme(
     known = np.isfinite(error) & np.isfinite(nu)
     leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
     return Reading(
-        np.where(known, nu, 0.0), np.where(known, error, np.inf), rates.halves, rates.method, rank, leading, leading_error, basis
+        np.where(known, nu, 0.0), np.where(known, error, np.inf), more, rates.halves, rates.method, rank, leading, leading_error, basis
     )  # fmt: skip
 
 

@@ -351,7 +351,7 @@ def test_energy_drift_is_marked():
 
 RUNS = {
     "birkhoff": {"step": 0.1, "scheme": KAHAN_LI8}, "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
-    "naff": {"step": 0.1, "method": "naff"}, "adaptive": {"step": 0.06, "scheme": DOP853},
+    "naff": {"step": 0.1, "method": "naff"}, "adaptive": {"step": 0.06, "scheme": DOP853}, "accuracy": {"accuracy": 1e-6},
 }  # fmt: skip
 every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis.strategies import floats
 from naive import frequencies, states
 
+import fastaff as fa
 from fastaff import (
     DOP853,
     LEAPFROG,
@@ -66,6 +67,45 @@ def test_all_frequencies_of_a_linear_chain(n):
     np.testing.assert_allclose(through[known], f.leading[known], atol=1e-7)
     if n <= 4:
         assert (resonances(f).rank == 0).mean() >= 0.99
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
+def test_the_accuracy_asked_for_is_reached(accuracy):
+    """Steps as long as it allows; what the time leaves is below 1e-12 here: few lines, far apart."""
+    model, truth = chain(2, 40 + int(-np.log10(accuracy)))
+    z0 = 7.0 * np.random.default_rng(8).normal(size=(4, 40))
+    options = {"time": 400 / truth.min(), "accuracy": accuracy, "energy_tolerance": 1.0}
+    f = frequency_map(model, z0, **options)
+    assert f.regular.all(), f.summary()
+    assert frequency_map(model, z0[:, :9], **(options | {"energy_tolerance": 1e-6})).regular.all()
+    assert (f.error <= accuracy * f.nu.max(axis=0)).mean() >= 0.99
+    assert (np.abs(np.sort(f.nu, axis=0) - truth[:, None]) <= f.error).mean() >= 0.99
+    finer = frequency_map(model, z0, **(options | {"accuracy": accuracy / 100}))
+    assert (finer.step < f.step).all()
+    alone = frequency_map(model, z0[:, 17], **options)
+    np.testing.assert_array_equal(alone.nu[:, 0], f.nu[:, 17])
+    assert alone.step[0] == f.step[17]
+
+
+def test_steps_are_halved_where_the_trial_was_too_hopeful():
+    """A spring that stiffens late: the trial sees 16 radians of soft motion only."""
+    model = hamiltonian("(x**2 + 1.7*y**2)/2 + 0.8*exp(6*(x + y - 1.2))")
+    z0 = np.random.default_rng(2).uniform(-0.6, 0.6, (4, 30))
+    f = frequency_map(model, z0, time=400.0, accuracy=1e-9)
+    fine = frequency_map(model, z0, time=400.0, step=0.01)
+    both = f.regular & fine.regular & (f.kind == FrequencyKind.INDEPENDENT) & (fine.kind == FrequencyKind.INDEPENDENT)
+    assert both.sum() > 10
+    assert (np.abs(f.nu - fine.nu) <= f.error + fine.error)[:, both].mean() >= 0.99
+
+
+@pytest.mark.parametrize(("problem", "options", "says"), [
+    (ValueError, {"accuracy": 1e-9, "step": 0.1}, "accuracy and step"), (ValueError, {"accuracy": 0.0}, "accuracy must be positive"),
+    (ValueError, {"accuracy": 2.0}, "accuracy must be below 1"), (TypeError, {"accuracy": "high"}, "accuracy"),
+    (ValueError, {"accuracy": 1e-9, "scheme": fa.DOP853}, "accuracy takes a scheme of fixed steps"),
+])  # fmt: skip
+def test_wrong_accuracies_are_named(problem, options, says):
+    with pytest.raises(problem, match=says):
+        frequency_map(HenonHeiles(), np.full((4, 2), 0.1), time=100.0, **options)
 
 
 def test_no_orbit_of_a_linear_system_is_chaotic():
