@@ -56,7 +56,7 @@ class Automatic:
     energy_error: float = 1e-9
 
     def __post_init__(self) -> None:
-        positive("energy_error", self.energy_error)
+        object.__setattr__(self, "energy_error", positive("energy_error", self.energy_error))
         if not isinstance(self.candidates, tuple) or not self.candidates:
             raise ValueError(f"candidates must be a tuple of at least one scheme, got {self.candidates!r}")
         for candidate in self.candidates:

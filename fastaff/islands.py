@@ -245,7 +245,9 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
     enough = counts >= LEAST
     steps = np.where(enough, counts - 1, LEAST)
     turns = _means(_displacements(np.arctan2(dy, dx)) / (2 * np.pi), steps)
-    radius = _means(dx * dx + dy * dy, np.where(enough, counts, LEAST))
+    exponent = np.frexp(np.fmax.reduce(np.fmax(np.abs(dx), np.abs(dy)), axis=1, keepdims=True))[1]
+    x, y = np.ldexp(dx, -exponent), np.ldexp(dy, -exponent)  # squares in any units
+    radius = _means(x * x + y * y, np.where(enough, counts, LEAST))
     difference = np.abs(turns[1] - turns[2])
     uneven = np.abs(turns[1:] - turns[0]).max(axis=0)
     spread = np.abs(radius[1] - radius[2]) / np.where(radius[0] > 0, radius[0], 1.0)

@@ -274,7 +274,7 @@ def diffusion_histogram(
     kept = np.isfinite(values)
     if status is not None:
         status = an_array("status", status)
-        if np.shape(status) != values.shape:
+        if an_array("status", status).shape != values.shape:
             raise ValueError(f"status must have the shape {values.shape} of diffusion, got {np.shape(status)}")
         kept = kept & (status == Status.OK)
     missing, values = int(values.size - np.count_nonzero(kept)), values[kept]

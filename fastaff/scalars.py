@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 MOST = 2**53
 """Whole numbers up to here are floats too; more steps than that no run comes to the end of."""
 
+DEEPEST = 24
+"""Dimensions that an array may have: NumPy makes more, and fails with them later."""
+
 
 def positive(name: str, value: Any) -> float:
     """Return `value` as a finite float above 0."""
@@ -75,6 +78,8 @@ def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
     numbers = an_array(name, value)
     if numbers.dtype.kind not in "iuf" or numbers.size == 0:
         raise TypeError(f"{name} must be whole numbers, got {shown(value)}")
+    if numbers.dtype.kind == "f":
+        numbers = numbers.astype(np.float64)
     if not np.all(np.abs(numbers) < MOST) or np.any(numbers != np.round(numbers)):
         raise ValueError(f"{name} must be whole numbers below 2**53, got {shown(value)}")
     return numbers.astype(np.int64)
@@ -85,9 +90,12 @@ def an_array(name: str, value: Any) -> np.ndarray:
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ValueError(f"{name} must have no masked entries, whose values mean nothing; got {shown(value)}")
     try:
-        return np.asarray(value)
+        array = np.asarray(value)
     except (ValueError, OverflowError) as problem:
         raise ValueError(f"{name} must be an array of numbers, got {shown(value)}: {problem}") from None
+    if array.ndim > DEEPEST:
+        raise ValueError(f"{name} must have at most {DEEPEST} dimensions, got {array.ndim}")
+    return array
 
 
 def numbers(name: str, value: Any) -> np.ndarray:
@@ -185,6 +193,7 @@ def shown(value: Any, length: int = 200) -> str:
 
 
 def _bytes(size: float) -> str:
+    size = float(min(size, 10**300))
     for unit in ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB"):
         if size < 1024:
             return f"{size:.4g} {unit}"

@@ -81,11 +81,12 @@ class ChaosScan:
 
         Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
         """
-        sigmas = positive("sigmas", sigmas)
-        n, p = (self.chaotic + self.regular).astype(float), self.fraction
+        # Beyond these the ends are 0 and 1, or the fraction itself.
+        sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)
+        count, p = (self.chaotic + self.regular) / sigmas**2, self.fraction
         with np.errstate(all="ignore"):
-            width = sigmas / (1 + sigmas**2 / n) * np.sqrt(p * (1 - p) / n + sigmas**2 / (4 * n * n))
-            middle = (p + sigmas**2 / (2 * n)) / (1 + sigmas**2 / n)
+            width = np.sqrt(p * (1 - p) * count + 0.25) / (1 + count)
+            middle = (p * count + 0.5) / (1 + count)
         return np.clip([middle - width, middle + width], 0.0, 1.0)
 
     def summary(self) -> str:

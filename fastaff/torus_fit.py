@@ -17,7 +17,7 @@ from .fourier_torus import Samples, Series, fit, grow, weights, window
 from .lattice import determinant, first_basis, inverse, quotient, relations
 from .motion import motion
 from .recipe import recorded
-from .scalars import numbers, positive, whole
+from .scalars import numbers, positive, shown, whole
 from .schemes import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from .shown import screen
 from .status import Status
@@ -105,6 +105,8 @@ class TorusFit:
         theta = numbers("theta", theta)
         if theta.ndim < 1 or len(theta) != self.dimension:
             raise ValueError(f"theta must have shape ({self.dimension}, ...), got {theta.shape}")
+        if not np.isfinite(theta).all():
+            raise ValueError(f"theta must be finite, got {shown(theta)}")
         flat = theta.reshape(self.dimension, int(np.prod(theta.shape[1:])))
         return _evaluate(self.k, self.coefficients, flat).reshape(len(self.coefficients), *theta.shape[1:])
 

@@ -300,7 +300,7 @@ def test_negative_r_is_refused():
 @pytest.mark.parametrize(("value", "error", "message"), [
     (np.zeros((4, 2)), ValueError, r"z takes finite real numbers of shape \(8, ...\); got shape \(4, 2\)"),
     (1.0, ValueError, r"got shape \(\)"),
-    ([[1.0], [2.0, 3.0]], ValueError, "z takes .* rows of different lengths"),
+    ([[1.0], [2.0, 3.0]], ValueError, "z takes .* inhomogeneous"),
     ([[0, 0]]*7 + [[0, np.nan]], ValueError, r"got nan at index \(7, 1\)"),
     ([0]*7 + [np.inf], ValueError, r"z takes .* got inf at index \(7,\)"),
     (np.zeros(8, complex), TypeError, "z takes .* got ndarray of complex128"),

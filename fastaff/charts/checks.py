@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scalars import an_array
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
@@ -15,9 +17,9 @@ def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
     """Return `value` as floats of shape (*leading, ...), or say what was wrong with it."""
     takes = f"{name} takes finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
     try:
-        array = np.asarray(value)
-    except ValueError as error:
-        raise ValueError(f"{takes}; got rows of different lengths") from error
+        array = an_array(name, value)
+    except ValueError as problem:
+        raise ValueError(f"{takes}; {problem}") from None
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{takes}; got {type(value).__name__} of {array.dtype}")
     if array.shape[: len(leading)] != leading:

@@ -245,7 +245,7 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
     Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
     """
     for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
-        if function is not None:
+        if function is not None or name == "value":
             _check_function(name, function)
     if slope is None:
         slope = _complex_slope("value", value)

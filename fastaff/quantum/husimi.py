@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..charts import ALPHA_BETA
 from ..charts.checks import checked
-from ..scalars import positive
+from ..scalars import an_array, positive, shown
 from ..shown import screen
 from .factors import PlaneFactor
 from .states import State
@@ -84,8 +84,8 @@ def husimi(state: State, *, widths: tuple[float, float] | None = None, tolerance
     tolerance, hbar = positive("tolerance", tolerance), positive("state.hbar", state.hbar)
     if not tolerance < 1:
         raise ValueError(f"tolerance must be below 1, got {tolerance!r}")
-    if widths is not None and np.shape(widths) != (2,):
-        raise ValueError(f"widths must be two numbers, of the planes a and b, got {widths!r}")
+    if widths is not None and an_array("widths", widths).shape != (2,):
+        raise ValueError(f"widths must be two numbers, of the planes a and b, got {shown(widths)}")
     sigmas = (math.sqrt(hbar),) * 2 if widths is None else (positive("widths", widths[0]), positive("widths", widths[1]))
     momenta = ((m - l) // 2, (m + l) // 2)
     count = 40

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..engine import Interrupted
 from ..recipe import recorded
-from ..scalars import real, reporter, shown, whole
+from ..scalars import flag, real, reporter, shown, whole
 from ..shown import screen
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
@@ -137,7 +137,7 @@ def all_levels(
     wanted = None if count is None else whole("count", count, 1)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     solved: dict[Key, Levels] = {}
-    seeds = ((0, 0),) if single_valued else ((0, 0), (1, 1))
+    seeds = ((0, 0),) if flag("single_valued", single_valued) else ((0, 0), (1, 1))
     todo = {(0, 0): FIRST if wanted is None else wanted + 1}
     top, share = limit, 0.0
     try:

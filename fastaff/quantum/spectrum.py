@@ -11,7 +11,7 @@ from ..boundary import checked_model
 from ..charts import ALPHA_BETA, R_VARTHETA
 from ..models import Body, StackelBody
 from ..recipe import recorded
-from ..scalars import fits, positive, whole
+from ..scalars import an_array, fits, positive, whole
 from ..separation import FAMILIES, separate
 from .interruptible import interruptible
 from .levels import Levels, level_scale
@@ -40,9 +40,9 @@ def spectrum(
     Source: Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
     """
     chosen = checked_class(m, l, single_valued)
-    _checked(body, levels, hbar, tolerance)
+    levels, hbar, tolerance = _checked(body, levels, hbar, tolerance)
     if chart is None and not _families(body):
-        return plane_levels(body, chosen, int(levels), float(hbar), float(tolerance))
+        return plane_levels(body, chosen, levels, hbar, tolerance)
     return spectrum_table(
         body, m=[chosen.m], l=[chosen.l], levels=levels, hbar=hbar, single_valued=single_valued, chart=chart, tolerance=tolerance
     )[0]
@@ -59,32 +59,31 @@ def spectrum_table(
     Classes with the same |m - l| and |m + l| have the same levels and are computed once; eigenproblems of one size are solved in stacks.
     Source: as `spectrum`.
     """
-    _checked(body, levels, hbar, tolerance)
-    if np.ndim(m) != 1 or np.shape(m) != np.shape(l) or np.size(m) == 0:
-        raise ValueError(f"m and l must be sequences of the same length, got shapes {np.shape(m)} and {np.shape(l)}")
+    levels, hbar, tolerance = _checked(body, levels, hbar, tolerance)
+    spins, vorticities = an_array("m", m), an_array("l", l)
+    if spins.ndim != 1 or spins.shape != vorticities.shape or spins.size == 0:
+        raise ValueError(f"m and l must be sequences of the same length, got shapes {spins.shape} and {vorticities.shape}")
     classes = [checked_class(one, other, single_valued) for one, other in zip(m, l, strict=True)]
     chart = _families(body)[0].chart if chart is None and _families(body) else chart
     separated = separate(body, chart)
     if separated.family.code not in _SOLVED:
         raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
-    fits("levels", len(pairs), 16 * int(levels))
-    solved = interruptible(_SOLVED[separated.family.code], separated, np.array(pairs), int(levels), float(hbar), float(tolerance))
-    return [_levels(c, solved[pairs.index((c.a, c.b))], separated, float(hbar), tolerance) for c in classes]
+    fits("levels", len(pairs), 16 * levels)
+    solved = interruptible(_SOLVED[separated.family.code], separated, np.array(pairs), levels, hbar, tolerance)
+    return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
 
 
 def _families(body: Any) -> list[Any]:
     return [family for family in FAMILIES if family.code in _SOLVED and hasattr(body.potential, family.member)]
 
 
-def _checked(body: Any, levels: int, hbar: float, tolerance: float) -> None:
+def _checked(body: Any, levels: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
     checked_model(body)
     if not isinstance(body, Body):
         why = "; with angular potentials spin and vorticity are no quantum numbers" if isinstance(body, StackelBody) else ""
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
-    whole("levels", levels, 1)
-    action_quantum(hbar, body.mu)
-    positive("tolerance", tolerance)
+    return whole("levels", levels, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
 
 
 def _alpha_beta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float) -> list[Any]:
