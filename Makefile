@@ -4,7 +4,7 @@ BIN := $(VENV)/bin
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark --durations=10
 
-.PHONY: demo test test-ci test-all bounds bench peers lint clean
+.PHONY: demo test test-ci bounds bench peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -18,12 +18,9 @@ demo: $(VENV)/.dev  ## the main job: a Poincaré map and a frequency map
 	$(BIN)/fastaff demo --out demo
 
 test: $(VENV)/.dev  ## the default tests, on WORKERS cores
-	$(PYTEST) -m "not slow and not exhaustive"
+	$(PYTEST) -m "not slow"
 
 test-ci: $(VENV)/.dev  ## the slow ones too
-	$(PYTEST) -m "not exhaustive"
-
-test-all: $(VENV)/.dev  ## and ten thousand inputs to all public callables
 	$(PYTEST)
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked

@@ -23,7 +23,7 @@ class TangentMap:
     """End states of orbits and of their tangent vectors.
 
     z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), where deviations[j] of the start was taken by the
-    derivative of the map; energy_error (orbits,) = |E - E0|/(T0 + |V0|); status (orbits,) of `Status`; step as in `Orbits`.
+    derivative of the map; energy_error, status (orbits,) and step as in `Orbits`.
     """
 
     z: np.ndarray

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from naive import march
+from own_models import HenonHeilesInUnits
 
 import fastaff
 import fastaff.files
@@ -198,40 +199,6 @@ class Quartic(NamedTuple):
     def tangent_force(self, x, y, dx, dy):
         cross = -2 * self.c * x * y
         return (-3 * self.a * x * x - self.c * y * y) * dx + cross * dy, cross * dx + (-3 * self.b * y * y - self.c * x * x) * dy
-
-
-class InUnits(NamedTuple):
-    """Henon-Heiles with unit length L, unit time T and unit mass M."""
-
-    L: float
-    T: float
-    M: float
-
-    degrees_of_freedom = 2
-    coordinates = ("x", "y")
-    margin, angles = HenonHeiles.margin, HenonHeiles.angles
-
-    def velocity(self, px, py):
-        return px / self.M, py / self.M
-
-    def kinetic_energy(self, px, py):
-        return (px * px + py * py) / (2 * self.M)
-
-    def potential_energy(self, x, y):
-        x, y = x / self.L, y / self.L
-        return self.M * (self.L / self.T) ** 2 * ((x * x + y * y) / 2 + x * x * y - y * y * y / 3)
-
-    def force(self, x, y):
-        x, y, unit = x / self.L, y / self.L, self.M * self.L / self.T**2
-        return -unit * (x + 2 * x * y), -unit * (y + x * x - y * y)
-
-    def tangent_force(self, x, y, dx, dy):
-        x, y, unit = x / self.L, y / self.L, self.M / self.T**2
-        return -unit * ((1 + 2 * y) * dx + 2 * x * dy), -unit * ((1 - 2 * y) * dy + 2 * x * dx)
-
-    def states(self, z):
-        """Phase points in these units."""
-        return z * np.repeat([self.L, self.M * self.L / self.T], 2)[:, None]
 
 
 class Toda(NamedTuple):
@@ -566,17 +533,17 @@ def surface(energy, orbits, seed=2):
 @pytest.mark.parametrize("units", [(1e6, 1.0, 1.0), (1.0, 1e-6, 1.0), (1e-6, 1e6, 3e5), (7e3, 3e-2, 1e-6)], ids=str)
 def test_units_change_nothing(units):
     """Lengths, times and masses from 1e-6 to 1e6: verdicts are the same, and values where chaos magnifies no rounding."""
-    z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), InUnits(*units)
+    z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), HenonHeilesInUnits(*units)
     indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
-    plain = chaos(InUnits(1.0, 1.0, 1.0), z0, time=400.0, step=0.1, indicators=indicators)
-    found = chaos(own, own.states(z0), time=400.0 * own.T, step=0.1 * own.T, indicators=indicators)
+    plain = chaos(HenonHeilesInUnits(), z0, time=400.0, step=0.1, indicators=indicators)
+    found = chaos(own, own.rows(z0), time=400.0 * own.time, step=0.1 * own.time, indicators=indicators)
     np.testing.assert_array_equal(found.status, plain.status)
     np.testing.assert_array_equal(found.verdict, plain.verdict)
     assert plain.regular[:20].all()
     assert plain.chaotic[20:].mean() > 0.7
     for name in ("fli", "ofli", "megno", "sali", "gali_3"):
         np.testing.assert_allclose(getattr(found, name)[:20], getattr(plain, name)[:20], rtol=0, atol=1e-5, err_msg=name)
-    np.testing.assert_allclose(found.spectrum[:, :20] * own.T, plain.spectrum[:, :20], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(found.spectrum[:, :20] * own.time, plain.spectrum[:, :20], rtol=0, atol=1e-7)
 
 
 def test_the_step_is_the_one_asked_for():

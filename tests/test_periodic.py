@@ -2,7 +2,6 @@
 
 import sys
 from functools import cache, partial
-from typing import NamedTuple
 
 import naive
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
+from own_models import HenonHeilesInUnits
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, minimize
 from scipy.special import ellipk
@@ -300,61 +300,10 @@ def test_without_angular_momentum_beta_runs_through_zero():
     np.testing.assert_allclose(lifted.samples[:, 2, 0], run.samples[:, 1, 0], atol=1e-9)
 
 
-class CubicInUnits(NamedTuple):
-    """Henon-Heiles with the origin, the zero of V and the units of length, time and mass changed (x in other units than y)."""
-
-    length: float = 1.0
-    time: float = 1.0
-    mass: float = 1.0
-    origin: float = 0.0
-    zero: float = 0.0
-
-    @property
-    def degrees_of_freedom(self):
-        return 2
-
-    @property
-    def coordinates(self):
-        return "x", "y"
-
-    @property
-    def energy(self):
-        return self.mass * self.length**2 / self.time**2
-
-    def velocity(self, px, py):
-        return px / self.mass, py / self.mass
-
-    def force(self, x, y):
-        x, y, f = x / self.length - self.origin, y / self.length - self.origin, self.mass * self.length / self.time**2
-        return -f * (x + 2 * x * y), -f * (y + x * x - y * y)
-
-    def tangent_force(self, x, y, dx, dy):
-        x, y, k = x / self.length - self.origin, y / self.length - self.origin, self.mass / self.time**2
-        return -k * (dx + 2 * (y * dx + x * dy)), -k * (dy + 2 * (x * dx - y * dy))
-
-    def kinetic_energy(self, px, py):
-        return (px * px + py * py) / (2 * self.mass)
-
-    def potential_energy(self, x, y):
-        x, y = x / self.length - self.origin, y / self.length - self.origin
-        return self.energy * ((x * x + y * y) / 2 + x * x * y - y * y * y / 3 + self.zero)
-
-    def margin(self, x, y):
-        return 0.0 * x + 1.0
-
-    def rows(self, z):
-        """Phase points of these units."""
-        momentum = self.mass * self.length / self.time
-        return np.concatenate([(z[:2] + self.origin) * self.length, z[2:] * momentum])
-
-    def section(self):
-        return fa.Linear(normal=(1, 0, 0, 0), offset=self.origin * self.length)
-
-
-UNITS = [
-    CubicInUnits(length=1e-6), CubicInUnits(length=3e5), CubicInUnits(time=1e-6), CubicInUnits(time=1e6), CubicInUnits(mass=1e-6),
-    CubicInUnits(mass=1e6), CubicInUnits(length=2e-4, time=3e3, mass=1e5, zero=-7.0), CubicInUnits(origin=3.0), CubicInUnits(zero=40.0),
-]  # fmt: skip
+UNITS = [HenonHeilesInUnits(**units) for units in (
+    {"length": 1e-6}, {"length": 3e5}, {"time": 1e-6}, {"time": 1e6}, {"mass": 1e-6}, {"mass": 1e6},
+    {"length": 2e-4, "time": 3e3, "mass": 1e5, "zero": -7.0}, {"origin": 3.0}, {"zero": 40.0},
+)]  # fmt: skip
 
 
 @pytest.mark.parametrize("model", UNITS, ids=str)
@@ -362,7 +311,7 @@ def test_units_origin_and_zero_of_the_potential_change_nothing(model):
     E = 0.11
     axes = np.linspace(-0.4, 0.6, 10), np.linspace(-0.4, 0.4, 10)
     z0 = fa.energy_grid(fa.HenonHeiles(), energy=E, section=X, axes=axes).z0
-    plain = all_of(CubicInUnits(), z0, E)
+    plain = all_of(HenonHeilesInUnits(), z0, E)
     other = all_of(model, z0, E)
     assert other.period.tolist() == plain.period.tolist()
     assert plain.period.size >= 6
@@ -387,7 +336,7 @@ def all_of(model, z0, E):
 def test_branches_are_the_same_in_any_units(model):
     guess, E = straight(0.12), 0.12
     run = partial(fa.continuation, steps=60)
-    plain = run(CubicInUnits(), guess, section=X, energy=E, bounds=(0.11, 0.16))
+    plain = run(HenonHeilesInUnits(), guess, section=X, energy=E, bounds=(0.11, 0.16))
     scale = model.energy
     bounds = tuple((end + model.zero) * scale for end in (0.11, 0.16))
     other = run(model, model.rows(guess), section=model.section(), energy=(E + model.zero) * scale, bounds=bounds)
