@@ -30,7 +30,7 @@ from .returns import (
     step_goal,
     vector_field,
 )
-from .scalars import positive, real, whole
+from .scalars import numbers, positive, real, shown, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .shown import screen
 from .status import Status
@@ -113,7 +113,7 @@ def continuation(
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
-    longest = positive("longest", longest)
+    longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
     first = periodic_orbits(
@@ -153,13 +153,10 @@ def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
 
 
 def _bounds(bounds: Any) -> tuple[float, float]:
-    try:
-        low, high = map(float, bounds)
-    except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"bounds must be two numbers, got {bounds!r}") from None
-    if not low < high:
-        raise ValueError(f"bounds must be two increasing numbers, got {bounds!r}")
-    return low, high
+    given = numbers("bounds", bounds)
+    if given.shape != (2,) or not given[0] < given[1]:
+        raise ValueError(f"bounds must be two increasing numbers, got {shown(bounds)}")
+    return float(given[0]), float(given[1])
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from .models import Body
 from .motion import natural_rates
 from .readings import METHODS, Samples, read
 from .recipe import recorded
-from .scalars import positive
+from .scalars import fits, positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .shown import screen
 from .status import Status, describe, raise_if_failed
@@ -156,11 +156,11 @@ def frequency_map(
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
     if fallback is None:
         fallback = FALLBACK if accuracy is None else accuracy
-    if isinstance(fallback, bool) or not (isinstance(fallback, (int, float, np.number)) and fallback > 0):
-        raise ValueError(f"fallback must be a positive number or inf, got {fallback!r}")
+    if not (isinstance(fallback, float) and fallback == np.inf):
+        fallback = positive("fallback", fallback)
     angles = checked_angles(angles, checked_model(body))
     flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=goal or ACCURACY)
-    work = _Work(flow, angles, z, time, goal, 0.0 if method == "naff" else float(fallback), report)
+    work = _Work(flow, angles, z, time, goal, 0.0 if method == "naff" else fallback, report)
     interrupted = False
     try:
         work.run(tolerance)
@@ -253,6 +253,7 @@ class _Work:
     def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
         steps = self._steps(flow)
+        fits("time", len(self.z0), int(steps.max(initial=0)) // 8)  # samples of one orbit, as few as there may be
         for count in np.unique(steps[orbits]):
             same = orbits[steps[orbits] == count]
             portion = max(1, BUDGET // (8 * self.z0.shape[0] * int(count) * 2))
@@ -281,7 +282,7 @@ class _Work:
         pilot, _ = self._sample(_finer(flow), orbits, time, count)
         with np.errstate(all="ignore"):
             rate = fastest(self.layout.signals(pilot), time / count)
-        allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
+            allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
         every = np.where(allowed >= 8, 8, np.where(allowed >= 4, 4, np.where(allowed >= 2, 2, 1)))
         every = np.where(np.isfinite(pilot).all(axis=(1, 2)) & (share > 1), every, 1)
         for d in np.unique(every):

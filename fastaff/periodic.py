@@ -31,7 +31,7 @@ from .returns import (
     step_goal,
     vector_field,
 )
-from .scalars import an_array, positive, shown, whole
+from .scalars import an_array, fits, positive, shown, whole
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .shown import screen
 from .status import Status, describe, raise_if_failed
@@ -222,6 +222,7 @@ def periodic_orbits(
     tolerance = positive("tolerance", tolerance)
     flow, z, energy = checked_guesses(model, z0, energy, scheme, step, rtol, atol, threads)
     end = None if max_time is None else positive("max_time", max_time)
+    fits("period", *z.shape, period)
     search = _Search(flow, section, period, end, tolerance, iterations, step is None and not flow.adaptive)
     state = search.start(z, energy)
     try:

@@ -233,7 +233,9 @@ def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> n
     """Return the expected number (orbits,) of accidental relations, at most that of all vectors; NaN where spread is."""
     density = math.gamma(n / 2) / (math.sqrt(math.pi) * math.gamma((n - 1) / 2))
     with np.errstate(divide="ignore", invalid="ignore"):
-        expected = 2 * density * _sum_of_ratios(n, max_order) * spread.sum(axis=0) / np.sqrt((nu * nu).sum(axis=0))
+        top = np.abs(nu).max(axis=0)
+        ratio = nu / top  # squares in any units
+        expected = 2 * density * _sum_of_ratios(n, max_order) * (spread.sum(axis=0) / top) / np.sqrt((ratio * ratio).sum(axis=0))
     most = float(len(vectors(n, max_order)))
     resting = np.isfinite(spread).all(axis=0) & ~(np.abs(nu).max(axis=0) > 0)
     return np.where(resting, most, np.minimum(expected, most))

@@ -19,7 +19,7 @@ from .engine import Flow
 from .kernels import crossings as kernels
 from .motion import inverse_masses, motion
 from .poincare import SPARE, follow_crossings, start_crossings
-from .scalars import fits
+from .scalars import fits, numbers
 from .shown import screen
 from .status import Status
 from .trials import make_flow, unset_step
@@ -45,10 +45,7 @@ def checked_guesses(
         unset_step(step)
         scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
     flow, z = make_flow(model, z0, scheme, step, rtol, atol, threads, error=STEP_ERROR)
-    try:
-        given = energies(model, z) if energy is None else np.asarray(energy, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"energy must be a number, or one for each orbit, got {energy!r}") from None
+    given = energies(model, z) if energy is None else numbers("energy", energy)
     if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
         raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
     return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))

@@ -11,7 +11,7 @@ from .allowed import LARGEST, Function, evaluated, extrema, highest, intervals, 
 from .grid import ARRAYS, NotReached, checked_surface, lift_sheets, planes, radial, room
 from .models import Body
 from .recipe import recorded
-from .scalars import fits, shown, span, whole
+from .scalars import entries, fits, shown, span, whole
 from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .shown import screen
 
@@ -74,9 +74,8 @@ def energy_sample(
         parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
         boxes = [((part.low, part.high), (-part.top, part.top)) for part in parts]
     else:
-        if not isinstance(axes, (tuple, list, np.ndarray)) or len(axes) != 2:
-            raise TypeError(f"axes must be two ranges (low, high), got {shown(axes)}")
-        (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(axes))
+        ranges = entries("axes", axes, "two ranges (low, high)", 2)
+        (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
         boxes = [((u0, u1), (v0, v1))]
     if isinstance(section, AreaEquals):  # |P| is below |p| times the length of the section over that of beta
         boxes = [((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1)) for (u0, u1), (v0, v1) in boxes]

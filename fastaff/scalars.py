@@ -106,11 +106,17 @@ def numbers(name: str, value: Any) -> np.ndarray:
     return array.astype(np.float64, copy=False)
 
 
+def entries(name: str, value: Any, takes: str, *counts: int) -> list[Any]:
+    """Return the entries of a tuple, list or array; TypeError with what it `takes` for anything else, or for another count."""
+    listed = isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0 and not np.ma.is_masked(value))
+    if not listed or (counts and len(value) not in counts):
+        raise TypeError(f"{name} must be {takes}, got {shown(value)} ({type(value).__name__})")
+    return list(value)
+
+
 def reals(name: str, value: Any) -> tuple[float, ...]:
     """Return a sequence of finite numbers as a tuple of floats."""
-    if not isinstance(value, (tuple, list, np.ndarray)) or (isinstance(value, np.ndarray) and value.ndim == 0):
-        raise TypeError(f"{name} must be a tuple of numbers, got {shown(value)} ({type(value).__name__})")
-    return tuple(real(f"{name}[{k}]", entry) for k, entry in enumerate(value))
+    return tuple(real(f"{name}[{k}]", entry) for k, entry in enumerate(entries(name, value, "a tuple of numbers")))
 
 
 def span(name: str, value: Any) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from .engine import Interrupted, Report
 from .grid import NotReached
 from .indicators import MEGNO, SALI, Indicator
 from .recipe import recorded
-from .scalars import function, positive, shown, texts
+from .scalars import entries, function, positive, shown, texts
 from .schemes import KAHAN_LI8, VERNER9, RungeKutta, Splitting
 from .shown import screen
 from .status import Status
@@ -112,6 +112,9 @@ def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
         return np.where(whole > 0, part / whole, np.nan)
 
 
+AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
+
+
 @recorded
 def chaotic_fraction(
     make: Callable[..., tuple[Any, Any]], axes: Sequence[Any], *, time: float | Callable[[Any, np.ndarray], float],
@@ -133,7 +136,7 @@ def chaotic_fraction(
     section's invariant area, not of the energy surface's volume. Cost: that of `chaos` for each case, and a trial of steps.
     Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
     """
-    values = tuple(_axis(k, axis) for k, axis in enumerate(_listed(axes)))
+    values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
     function("make", make)
     names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
     if len(names) != len(values):
@@ -160,12 +163,6 @@ def chaotic_fraction(
         if report is not None:
             report((number + 1) / len(cells))
     return scan
-
-
-def _listed(axes: Any) -> list[Any]:
-    if not isinstance(axes, (list, tuple)) or len(axes) not in (1, 2):
-        raise TypeError(f"axes must be one or two arrays of values, such as (np.linspace(1, 2, 5),), got {axes!r}")
-    return list(axes)
 
 
 def _axis(k: int, axis: Any) -> np.ndarray:

@@ -11,7 +11,7 @@ from . import observers
 from .boundary import checked_tangent_model
 from .engine import Flow, Interrupted, Report, energy_error, mark_drift, no_memory
 from .recipe import recorded
-from .scalars import positive
+from .scalars import numbers, positive
 from .schemes import KAHAN_LI8, RungeKutta, Splitting
 from .shown import screen
 from .status import Status, describe, raise_if_failed
@@ -121,10 +121,7 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
 def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:
     """Return tangent vectors (count, 2n, orbits) for the orbits z (2n, orbits): the unit vectors for None."""
     rows, orbits = z.shape
-    try:
-        given = np.eye(rows) if deviations is None else np.asarray(deviations, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"deviations must be an array of real numbers, got {type(deviations).__name__}") from None
+    given = np.eye(rows) if deviations is None else numbers("deviations", deviations)
     shapes = f"(count, {rows}) or (count, {rows}, {orbits})"
     if given.ndim not in (2, 3) or given.shape[0] == 0 or given.shape[1] != rows or given.shape[2:] not in ((), (orbits,)):
         raise ValueError(f"deviations must have shape {shapes}, got {given.shape}")

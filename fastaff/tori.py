@@ -15,12 +15,14 @@ from .kernels import closed_tori, torus_points
 from .kernels import tori as quadrature
 from .models import Barriers, Oscillator, Spring, Zero
 from .recipe import recorded
-from .scalars import numbers
+from .scalars import numbers, shown
 from .separation import Separated, separate
 from .shown import screen
 from .status import Status, describe, raise_if_failed
 
 TURN = 2 * np.pi
+LARGEST_ACTION = 1e150
+"""Actions whose squares are numbers."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -257,6 +259,8 @@ def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
         raise ValueError("body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others")
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
+    if not np.all(np.abs(J) < LARGEST_ACTION):
+        raise ValueError(f"J must be below {LARGEST_ACTION:g} in size, got {shown(J)}")
     return np.array([J[0], J[1], (J[2] - J[3]) / (2 * TURN), (J[2] + J[3]) / (2 * TURN)])
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .boundary import checked_model, energies, energy_drift, phase_points
+from .boundary import checked_model, energies, energy_drift, kinetic_energies, phase_points
 from .chaos import chaos
 from .engine import Flow, mark_drift
 from .fourier_torus import Samples, Series, fit, grow, weights, window
@@ -185,7 +185,8 @@ def fit_torus(
     times, inside, (path, evidence) = np.zeros(0), 0, _path(flow, z, time, 64) if short else (z, {})
     if not short:
         times, path, inside, evidence = _sampled(flow, z, time)
-    if short or evidence["status"] != Status.OK:
+    tiny = not _resting(path) and not (kinetic_energies(body, path) > 0).any()  # its energy is below the smallest number
+    if short or tiny or evidence["status"] != Status.OK:
         evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
         return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
     if _resting(path):

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .resonance import MAX_ORDER, checked_frequencies, vectors, widths
-from .scalars import an_array, numbers, real, shown, span, whole
+from .scalars import an_array, entries, numbers, real, shown, span, whole
 from .shown import screen
 
 
@@ -125,11 +125,11 @@ def _segment(k: np.ndarray, box: np.ndarray) -> np.ndarray | None:
 
 def _axes(axes: Sequence[Any] | None, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the two coordinates of a grid."""
-    if axes is not None and not isinstance(axes, (list, tuple, np.ndarray)):
-        raise TypeError(f"axes must be two increasing arrays of {shape[0]} and {shape[1]} coordinates, got {shown(axes)}")
-    chosen = [numbers("axes", a) for a in (axes if axes is not None else [np.arange(m) for m in shape])]
+    takes = f"two increasing arrays of {shape[0]} and {shape[1]} coordinates"
+    given = [np.arange(m) for m in shape] if axes is None else entries("axes", axes, takes)
+    chosen = [numbers("axes", a) for a in given]
     if len(chosen) != 2 or any(a.shape != (m,) or not (np.diff(a) > 0).all() for a, m in zip(chosen, shape, strict=True)):
-        raise ValueError(f"axes must be two increasing arrays of {shape[0]} and {shape[1]} coordinates, got {axes!r}")
+        raise ValueError(f"axes must be {takes}, got {shown(axes)}")
     return chosen[0], chosen[1]
 
 

@@ -99,7 +99,7 @@ def level_diagram(
     rows: list[list[Levels]] = []
     try:
         for number, value in enumerate(points):
-            rows.append(_row(make(float(value)), chosen, levels, options))
+            rows.append(_row_at(number, float(value), make, chosen, levels, options))
             if report is not None:
                 report((number + 1) / points.size)
     except KeyboardInterrupt:
@@ -139,6 +139,14 @@ def _classes(m: Any, l: Any, single_valued: bool) -> list[SymmetryClass]:
         raise ValueError(f"m and l must be of the same length, got {spins.size} and {vorticities.size}")
     pairs = np.broadcast_arrays(spins, vorticities)
     return [checked_class(one, other, single_valued) for one, other in zip(*pairs, strict=True)]
+
+
+def _row_at(number: int, value: float, make: Callable, chosen: list[Any], levels: int, options: dict[str, Any]) -> list[Levels]:
+    """Return the levels of the body of one value, which messages name."""
+    try:
+        return _row(make(value), chosen, levels, options)
+    except ValueError as problem:
+        raise type(problem)(f"values[{number}] = {value:g}: {problem}") from problem
 
 
 def _row(body: Any, chosen: list[Any], levels: int, options: dict[str, Any]) -> list[Levels]:

@@ -16,6 +16,8 @@ from ..charts import ALPHA_BETA, R_VARTHETA, Chart
 from .factors import Factor
 from .states import INVARIANTS, Product, State
 
+SAMPLED = 1e-24, 1e24, 9601
+"""Lengths between which states are looked for, and at how many of them."""
 TAIL = 1e-30
 """Density, relative to its maximum, below which a state has ended."""
 LARGEST = 2400
@@ -105,7 +107,7 @@ def converged_box(states: Sequence[State]) -> tuple[Box, tuple[int, int]]:
     ends: list[list[float]] = []
     orders: list[int] = []
     for i in (0, 1):
-        samples = np.geomspace(1e-6, 1e6, 2401) if i == 0 or planes else np.linspace(0, math.pi, 1001)
+        samples = np.geomspace(*SAMPLED) if i == 0 or planes else np.linspace(0, math.pi, 1001)
         profile = _profile(longest, pairs, i, planes, ends)
         measure: Callable[[np.ndarray], np.ndarray] = (lambda u: u) if planes else (np.sin if i else lambda u: u**3)
         lo, hi = _ends(profile, measure, samples)
@@ -162,6 +164,8 @@ def _ends(profile: Callable, measure: Callable, samples: np.ndarray) -> tuple[fl
     """Return where all states have ended: next to the last samples where they have not, or at the wall beyond which they are 0."""
     square = profile(samples) ** 2 * measure(samples)
     alive = np.flatnonzero((square > TAIL * square.max(axis=1, keepdims=True)).any(axis=0))
+    if not alive.size:
+        raise ValueError(f"hbar is too small or too large for the body: its states vanish between {samples[0]:g} and {samples[-1]:g}")
     found = []
     for inside, step in ((alive[0], -1), (alive[-1], 1)):
         here, there = (float(samples[min(max(k, 0), samples.size - 1)]) for k in (inside, inside + step))

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..engine import Interrupted
 from ..recipe import recorded
-from ..scalars import flag, real, reporter, shown, whole
+from ..scalars import fits, flag, real, reporter, shown, whole
 from ..shown import screen
 from .levels import Levels
 from .spectrum import spectrum, spectrum_table
@@ -135,6 +135,8 @@ def all_levels(
     reporter(report)
     limit = math.inf if below is None else real("below", below)
     wanted = None if count is None else whole("count", count, 1)
+    if wanted is not None:
+        fits("count", 16, wanted)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     solved: dict[Key, Levels] = {}
     seeds = ((0, 0),) if flag("single_valued", single_valued) else ((0, 0), (1, 1))

@@ -48,7 +48,8 @@ def number_packet(
     ranges = [range(c - math.ceil(TAIL * s), c + math.ceil(TAIL * s) + 1) for c, s in zip(centre.tolist(), sigma, strict=True)]
     rows = np.array(list(product(*ranges)))
     steps = np.where(sigma > 0, (rows - centre) / np.where(sigma > 0, sigma, 1.0), 0.0)
-    inside = ((steps**2).sum(axis=1) <= TAIL**2) & (rows[:, 0] >= 0) & (rows[:, 1] >= 0)
+    with np.errstate(over="ignore"):
+        inside = ((steps**2).sum(axis=1) <= TAIL**2) & (rows[:, 0] >= 0) & (rows[:, 1] >= 0)
     if single_valued:
         inside &= rows[:, 2:].sum(axis=1) % 2 == 0
     rows, steps = rows[inside], steps[inside]

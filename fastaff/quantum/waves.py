@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..charts import ALPHA_BETA, R_VARTHETA, Chart
+from ..scalars import entries
 from .exact import SolvableBody, solvable
 from .factors import AngleFactor, Factor, PlaneFactor, RadialFactor, quantum_number
 from .states import Product, State, invariants_of
@@ -28,9 +29,8 @@ def wavefunction(
     Source: Martens & Slawianowski, EQ4.3, EQ5.1, EQ5.2 and the factors of section 5.
     """
     symmetry = checked_class(m, l, single_valued)
-    if not isinstance(n, (tuple, list, np.ndarray)) or len(n) != 2:
-        raise TypeError(f"n must be two quantum numbers (n1, n2), got {n!r}")
-    first, second = quantum_number("n1", n[0]), quantum_number("n2", n[1])
+    pair = entries("n", n, "two quantum numbers (n1, n2)", 2)
+    first, second = quantum_number("n1", pair[0]), quantum_number("n2", pair[1])
     invariants_of(chart, (ALPHA_BETA, R_VARTHETA))
     model = solvable(body, chart, hbar)
     quanta = np.array([first, second])
