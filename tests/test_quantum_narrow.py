@@ -231,6 +231,31 @@ def test_ridges_along_rays(h, c, w):
     assert np.all(np.abs(found.E - truth) <= found.error + 4e-9 * np.abs(truth))
 
 
+BUMP = "(D1**2 + D2**2)/2 + g*D1*D2 + h*exp(-((D1**2 + D2**2 - c)/w)**2 - ((D1*D2 - d)/w)**2)"
+
+
+@pytest.mark.parametrize(
+    ("h", "c", "d", "w"),
+    [(90.0, 4.0, 0.7, 0.06), pytest.param(400.0, 3.3, -0.45, 0.012, marks=pytest.mark.slow),
+     pytest.param(-60.0, 5.1, 1.3, 0.03, marks=pytest.mark.slow), pytest.param(700.0, 2.2, 0.1, 0.006, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_isolated_bumps(h, c, d, w):
+    """Narrow in both coordinates: no line of a grid need cross them."""
+    found = spectrum(formula(BUMP, h=h, c=c, d=d, w=w, g=0.1), m=0, l=0, levels=6, tolerance=1e-7)
+
+    def V(a, b):
+        r, s = a * a + b * b, (a * a - b * b) / 2
+        return r / 2 + 0.1 * s + h * np.exp(-(((r - c) / w) ** 2) - ((s - d) / w) ** 2)
+
+    half = np.arccos(2 * d / c) / 2
+    edges = mesh(0, 9, [(np.sqrt(c), w / (2 * np.sqrt(c)))], 14), mesh(0, np.pi / 2, [(half, w / (c * np.sin(2 * half)))], 5)
+    truth = in_polar_coordinates(V, edges, 6, found.E[0] - 0.3, degree=6)
+    without = spectrum(formula(BUMP, h=0.0, c=c, d=d, w=w, g=0.1), m=0, l=0, levels=6, tolerance=1e-9).E
+    assert found.converged.all()
+    assert np.abs(found.E - without).max() > 1e3 * found.error.max()
+    assert np.all(np.abs(found.E - truth) <= found.error + 1e-8 * np.abs(truth))
+
+
 def test_what_cannot_be_resolved_counts_as_error():
     """Waves of V of length 3e-4, far more than panels: their part of V is in the error, and no level is called converged."""
 

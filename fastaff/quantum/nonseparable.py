@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from .elements import elements, left_over, lowest, quadratic
 from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
 from .interruptible import interruptible
 from .levels import Levels, level_scale
-from .panels import DENSE, Panels, merged, panels
+from .panels import DENSE, Panels, between, merged, panels
 from .plane_shape import PlaneShape, Polynomials
 from .separable import angle_of, angular_interval, angular_potential
 from .solvers import Basis, Interval, basis, gauss_jacobi, jacobi_table
@@ -24,6 +23,8 @@ ELEMENTS = ((8,), (11,), (14,), (18,))
 """The same where V has narrow features: nodes of every element."""
 LINES, CLOSE = 48, 3
 """Lines of either coordinate along which V is looked at, and how many of them densely."""
+ROUNDS, WORST = 3, 8
+"""How often partitions are refined along lines through the points where V is not resolved, and through how many of them."""
 PANELS = (120, 30)
 """Panels of rho and of x at most."""
 PRODUCTS = 100_000
@@ -119,21 +120,35 @@ def _wanted(problem: _Problem, levels: int, unit: float) -> float:
 
 
 def _partition(problem: _Problem, ends: tuple[float, float], bottom: float, top: float) -> tuple[Panels, Panels]:
-    """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, and on a few of them densely."""
+    """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, on a few of them densely, and between.
+
+    Where points between the lines find something, lines through them are looked at too; what is not resolved then is counted.
+    """
     x, quasi = _line_x(problem), (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
-    places = [np.sort(quasi[:count]) for count in (LINES, CLOSE)]
-    found: list[Panels] = []
-    for near, far, other, V, most in (
-        (*ends, x, lambda x, q: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[0]),
-        (*x, ends, lambda q, x: problem.U(q, angle_of(-1.0, 1.0, 1 + x)), PANELS[1]),
-    ):
-        rows = [other[0] + (other[1] - other[0]) * place[:, None] for place in places]
-        first, second = (
-            panels(partial(V, row), near, far, bottom, top - bottom, dense, most)
-            for row, dense in zip(rows, (DENSE >> 4, DENSE), strict=True)
+
+    def V(q: np.ndarray, x: np.ndarray) -> np.ndarray:
+        return problem.U(q, angle_of(-1.0, 1.0, 1 + x))
+
+    def along(rows: np.ndarray, columns: np.ndarray, dense: int) -> tuple[Panels, Panels]:
+        """Partitions of rho as seen at `rows` of x, and of x as seen at `columns` of rho."""
+        return (
+            panels(lambda q: V(q, rows[:, None]), *ends, bottom, top - bottom, dense, PANELS[0]),
+            panels(lambda x: V(columns[:, None], x), *x, bottom, top - bottom, dense, PANELS[1]),
         )
-        found.append(merged(first, second))
-    return found[0], found[1]
+
+    def refined(parts: tuple[Panels, Panels], more: tuple[Panels, Panels]) -> tuple[Panels, Panels]:
+        return merged(parts[0], more[0]), merged(parts[1], more[1])
+
+    rows, columns = (lo + (hi - lo) * quasi for lo, hi in (x, ends))
+    few = slice(0, CLOSE)
+    found = refined(along(np.sort(rows), np.sort(columns), DENSE >> 4), along(np.sort(rows[few]), np.sort(columns[few]), DENSE))
+    for _ in range(ROUNDS):
+        at, miss = between(V, found, bottom, top - bottom)
+        if not miss.size:
+            return found
+        found = refined(found, along(at[1, :WORST], at[0, :WORST], DENSE))
+    at, miss = between(V, found, bottom, top - bottom)
+    return found[0].missing(at[0], miss), found[1].missing(at[1], miss)
 
 
 def _line_x(problem: _Problem) -> tuple[float, float]:

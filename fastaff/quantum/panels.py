@@ -25,6 +25,10 @@ SHORTEST = 2.0**-30
 """Shortest panel, relative to the interval; what is not resolved there counts as error."""
 SPAN = 2.0**-13
 """Panels at the ends of an interval are not cut below this part of it: singular ends are in the exponents of the basis."""
+SCATTERED = 1 << 18
+"""Points of a rectangle at which a potential is held against its panels: a Gaussian of 1e-3 of the sides is seen."""
+BETWEEN = 1e-6
+"""The same as MISS at these."""
 WAVES = 7.0
 """Phase of the shortest wave over one element."""
 
@@ -52,6 +56,12 @@ class Panels(NamedTuple):
         """Return some points (panels, ORDER) of every panel."""
         return self.edges[:-1, None] + np.diff(self.edges)[:, None] * chebyshev(FEWEST)[0]
 
+    def missing(self, at: np.ndarray, miss: np.ndarray) -> Panels:
+        """Return the same with what a potential misses by at some points too."""
+        missed = self.missed.copy()
+        np.maximum.at(missed, np.clip(np.searchsorted(self.edges, at, "right") - 1, 0, missed.size - 1), miss)
+        return Panels(self.edges, missed)
+
     def cut(self, phases: np.ndarray) -> Panels:
         """Return the partition, of at least two, with panels cut where the phases (panels,) of waves over them are above WAVES."""
         pieces = np.clip(np.ceil(phases / WAVES), 1 + (phases.size == 1), 10_000).astype(int)
@@ -67,13 +77,15 @@ def merged(first: Panels, second: Panels) -> Panels:
     return Panels(edges, np.maximum(*missed))
 
 
+_PHASES = np.pi * (np.arange(ORDER) + 0.5) / ORDER
+_NODES = (1 - np.cos(_PHASES)) / 2, (-1.0) ** np.arange(ORDER) * np.sin(_PHASES)
+"""Chebyshev points in (0, 1), and their barycentric weights."""
+
+
 @lru_cache(maxsize=64)
 def chebyshev(points: int) -> tuple[np.ndarray, np.ndarray]:
     """Return ORDER Chebyshev points in (0, 1) and the matrix (points, ORDER) from values there to values in the middles of equal parts."""
-    k = np.arange(ORDER) + 0.5
-    nodes = (1 - np.cos(np.pi * k / ORDER)) / 2
-    weights = (-1.0) ** np.arange(ORDER) * np.sin(np.pi * k / ORDER)
-    return nodes, barycentric(nodes, weights, (np.arange(points) + 0.5) / points)
+    return _NODES[0], barycentric(*_NODES, (np.arange(points) + 0.5) / points)
 
 
 def barycentric(nodes: np.ndarray, weights: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -120,6 +132,38 @@ def panels(V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: flo
     edges, missed = (np.concatenate(rows) for rows in zip(*done, strict=True))
     order = np.argsort(edges)
     return Panels(np.append(edges[order], hi), missed[order])
+
+
+def between(V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (2, k) of a rectangle where V is not its polynomial on the products of the panels, and what it misses (k,) there.
+
+    V(x, y) of arrays of one shape. The points are scattered evenly, those of the largest miss come first; panels at the ends, as short as
+    they may be, are left out.
+    """
+    unit = (np.arange(SCATTERED)[None] * np.array([[0.7548776662466927], [0.5698402909980532]]) + 0.5) % 1
+    at = np.array([part.edges[0] + (part.edges[-1] - part.edges[0]) * row for part, row in zip(parts, unit, strict=True)])
+    place = [np.clip(np.searchsorted(part.edges, row, "right") - 1, 0, part.missed.size - 1) for part, row in zip(parts, at, strict=True)]
+    kept = np.ones(SCATTERED, bool)
+    for part, panel in zip(parts, place, strict=True):
+        short = np.diff(part.edges) <= 1.01 * SPAN * (part.edges[-1] - part.edges[0])
+        short[1:-1] = False
+        kept &= ~short[panel]
+    at, (i, j) = at[:, kept], (panel[kept] for panel in place)
+    x, y = (part.points for part in parts)
+    nodes = sampled(lambda y: V(x.reshape(-1, 1), y), y.ravel()).reshape(*x.shape, *y.shape)
+    rows = [
+        barycentric(*_NODES, (row - part.edges[panel]) / np.diff(part.edges)[panel])
+        for part, row, panel in zip(parts, at, (i, j), strict=True)
+    ]
+    seen, inner = sampled(lambda y: V(at[0], y), at[1]), np.empty(at.shape[1])
+    for begin in range(0, inner.size, 1 << 13):
+        some = slice(begin, begin + (1 << 13))
+        inner[some] = np.einsum("pa,pab,pb->p", rows[0][some], nodes[i[some], :, j[some]], rows[1][some])
+    with np.errstate(invalid="ignore", over="ignore"):
+        miss = np.abs(inner - seen)
+        found = np.flatnonzero(miss > BETWEEN * (np.abs(seen - low) + scale))
+    order = found[np.argsort(-miss[found], kind="stable")]
+    return at[:, order], miss[order]
 
 
 def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
