@@ -135,7 +135,7 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
         assert f"at column {column}" in message
         assert "allowed are numbers" in message
     assert len(message) < 700
-    assert time.perf_counter() - start < 5  # a hang, not a speed
+    assert time.perf_counter() - start < 60  # a hang, not a speed
 
 
 @pytest.mark.parametrize(
