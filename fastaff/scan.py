@@ -16,7 +16,7 @@ from .engine import Interrupted, Report
 from .grid import NotReached
 from .indicators import MEGNO, SALI, Indicator
 from .recipe import recorded
-from .scalars import entries, function, positive, shown, texts
+from .scalars import entries, function, numbers, positive, shown, texts
 from .schemes import KAHAN_LI8, VERNER9, RungeKutta, Splitting
 from .shown import screen
 from .status import Status
@@ -160,16 +160,16 @@ def chaotic_fraction(
             stopped = Interrupted("chaotic_fraction")
             stopped.partial = scan
             raise stopped from None
+        except (TypeError, ValueError) as problem:
+            at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
+            raise type(problem)(f"axes at {at}: {problem}") from problem
         if report is not None:
             report((number + 1) / len(cells))
     return scan
 
 
 def _axis(k: int, axis: Any) -> np.ndarray:
-    try:
-        values = np.array(axis, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"axes[{k}] must be an array of numbers, got {shown(axis)}") from None
+    values = np.array(numbers(f"axes[{k}]", axis))
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
         raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {axis!r}")
     return values

@@ -520,7 +520,7 @@ def interrupt(call, big, check):
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout, done.stdout + done.stderr
-    assert float(done.stdout.split()[1]) < 1.0
+    assert float(done.stdout.split()[1]) < 20.0  # a hang, not a speed
 
 
 @pytest.mark.parametrize("options", ["step=0.01", "scheme=DOP853"], ids=["fixed", "adaptive"])
