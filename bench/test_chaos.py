@@ -80,7 +80,7 @@ def neo_hookean_grid(cells: int) -> tuple[fastaff.Body, np.ndarray]:
 
 def test_megno_map(benchmark):
     """256 x 256 cells of the neo-Hookean section over 200 natural periods: orbit-steps per second, with and without early stop."""
-    from fastaff.motion import typical_rate
+    from fastaff.flows.motion import typical_rate
 
     body, z0 = neo_hookean_grid(256)
     span = 200 * 2 * np.pi / typical_rate(body, z0)

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from fastaff.naff import naff
+from fastaff.analysis.frequencies.naff import naff
 
 SAMPLES, SIGNALS, PEER_SIGNALS, ORDER = 8192, 1000, 50, 2
 CASES = {  # lines in the signal, noise per sample

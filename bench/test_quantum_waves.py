@@ -13,8 +13,8 @@ from scipy.special import eval_genlaguerre
 
 from fastaff import ALPHA_BETA, R_VARTHETA, Anharmonic, Body
 from fastaff.quantum.factors import PlaneFactor
-from fastaff.quantum.packets import Packet
-from fastaff.quantum.waves import wavefunction
+from fastaff.quantum.packet import Packet
+from fastaff.quantum.wavefunction import wavefunction
 
 POINTS = 2_000_000
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import fastaff
 from fastaff import plot
-from fastaff.plot_chaos import plot_chaos_map, plot_chaotic_fraction
+from fastaff.plot import plot_chaos_map, plot_chaotic_fraction
 
 TIME, ORBITS = 1200.0, 300  # about 500 returns to the section at E = 1.5
 section = fastaff.AlphaTurning(direction=+1)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import fastaff
 from fastaff import plot
-from fastaff.plot_quantum_chaos import plot_husimi
+from fastaff.plot import plot_husimi
 
 HBAR, M, L, LEVELS = 1 / 50, 25, -5, 260  # p_eta = hbar (m - l)/2 = 0.3, p_gamma = hbar (m + l)/2 = 0.2
 body = fastaff.Body(fastaff.NeoHookean(G=1.0, K=2.0), mu=1.0)

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fastaff as fa
-from fastaff.plot_quantum import plot_degeneracies, plot_density, plot_levels
+from fastaff.plot import plot_degeneracies, plot_density, plot_levels
 
 FILE = sys.argv[1] if len(sys.argv) > 1 else "hyperelastic_spectrum.png"
 HARD_WALL = (2, 3)  # Maslov indices of r and vartheta if the wall at det phi = 0 were hard

@@ -13,8 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fastaff
-from fastaff.plot_chaos import plot_chaotic_fraction
-from fastaff.plot_quantum_chaos import plot_spacings
+from fastaff.plot import plot_chaotic_fraction, plot_spacings
 
 HBAR, ORBITS, TIME = 0.05, 300, 1200.0
 NEIGHBOURS = [(a, b, HBAR, 250) for a in (5, 6, 7) for b in (3, 4, 5)]  # (m - l)/2, (m + l)/2, hbar, levels

@@ -14,7 +14,7 @@ import numpy as np
 
 import fastaff as fa
 from fastaff import plot
-from fastaff.plot_periodic import plot_periodic
+from fastaff.plot import plot_periodic
 
 FILE = sys.argv[1] if len(sys.argv) > 1 else "periodic_orbits.png"
 

@@ -7,10 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fastaff
-from fastaff import plot
-from fastaff.plot_resonance import plot_diffusion_histogram, plot_web
-from fastaff.resonance import diffusion_histogram, resonances
-from fastaff.web import web
+from fastaff import diffusion_histogram, plot, resonances, web
+from fastaff.plot import plot_diffusion_histogram, plot_web
 
 CHAOTIC = -3.5  # log10 of the change of frequency between the halves of the time
 body = fastaff.Body(fastaff.NeoHookean(G=1.0, K=2.0), mu=1.0)

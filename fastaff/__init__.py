@@ -1,15 +1,8 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels."""
 
-from .auto import AUTO, Automatic
-from .bifurcations import Bifurcation, Event
-from .chaos import ChaosMap, chaos
-from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
-from .continuation import Branch, continuation
-from .engine import Interrupted
-from .formula import formula, hamiltonian
-from .frequency import FrequencyKind, FrequencyMap, frequency_map
-from .grid import Grid, NotReached, energy_grid
-from .indicators import (
+from .analysis.chaos.chaos_map import ChaosMap, chaos
+from .analysis.chaos.chaotic_fraction import ChaosScan, chaotic_fraction
+from .analysis.chaos.indicators import (
     FLI,
     GALI,
     MEGNO,
@@ -23,8 +16,27 @@ from .indicators import (
     ReversibilityError,
     ZeroOne,
 )
-from .integrate import Orbits, integrate
-from .islands import Islands, Rotation, islands, rotation_number
+from .analysis.frequencies.frequency_map import FrequencyKind, FrequencyMap, frequency_map
+from .analysis.frequencies.naff import Lines, naff
+from .analysis.frequencies.resonance_web import WebLine, ratio_web, web
+from .analysis.frequencies.resonances import Resonances, diffusion_histogram, resonances
+from .analysis.orbits.integrate import Orbits, integrate
+from .analysis.orbits.tangent_map import TangentMap, tangent_map
+from .analysis.periodic.bifurcations import Bifurcation, Event
+from .analysis.periodic.continuation import Branch, continuation
+from .analysis.periodic.find_periodic_orbits import find_periodic_orbits, periodic_guesses
+from .analysis.periodic.periodic_orbits import PeriodicOrbits, Stability, periodic_orbits
+from .analysis.sections.energy_grid import Grid, NotReached, energy_grid
+from .analysis.sections.energy_sample import Sample, energy_sample
+from .analysis.sections.islands import Islands, Rotation, islands, rotation_number
+from .analysis.sections.poincare_map import SectionMap, poincare_map
+from .analysis.tori.action_angles import EnergyOfActions, Tori, energy_of_actions, from_action_angle, tori
+from .analysis.tori.fit_torus import TorusFit, Verdict, fit_torus
+from .analysis.tori.separation import constants_of_motion
+from .base.status import OrbitError, Status
+from .charts import ALPHA_BETA, CHARTS, ELLIPTIC, R_VARTHETA, TWO_POLAR, from_matrix, to_matrix
+from .flows.flow import Interrupted
+from .formulas.formula import formula, hamiltonian
 from .models import (
     Anharmonic,
     Body,
@@ -42,23 +54,21 @@ from .models import (
     one_variable,
     reduced,
 )
-from .naff import Lines, naff
-from .periodic import PeriodicOrbits, Stability, periodic_orbits
-from .periodic_search import find_periodic_orbits, periodic_guesses
-from .poincare import SectionMap, poincare_map
-from .quantum.coherent import coherent_packet
-from .quantum.diagram import LevelDiagram, class_diagram, level_diagram
-from .quantum.ends import NoGroundState
-from .quantum.exact import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
+from .models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from .quantum.all_levels import LevelList, all_levels, level_list
+from .quantum.coherent_packet import coherent_packet
+from .quantum.exact_levels import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
 from .quantum.husimi import Husimi, husimi
+from .quantum.level_diagram import LevelDiagram, class_diagram, level_diagram
 from .quantum.levels import Levels
-from .quantum.listing import LevelList, all_levels, level_list
-from .quantum.number_packets import number_packet
-from .quantum.packets import Packet
-from .quantum.projections import projected_packet
+from .quantum.number_packet import number_packet
+from .quantum.packet import Packet
+from .quantum.projected_packet import projected_packet
+from .quantum.quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
 from .quantum.revivals import Revivals, TimeScales, revivals
+from .quantum.singular_ends import NoGroundState
 from .quantum.spectrum import spectrum, spectrum_table
-from .quantum.states import State
+from .quantum.state import State
 from .quantum.statistics import (
     GOE_RATIO,
     POISSON_RATIO,
@@ -74,13 +84,10 @@ from .quantum.statistics import (
     spacing_ratios,
     unfold,
 )
-from .quantum.waves import wavefunction
-from .quantum.weyl import weyl_count
-from .quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
-from .resonance import Resonances, diffusion_histogram, resonances
-from .sample import Sample, energy_sample
-from .scan import ChaosScan, chaotic_fraction
-from .schemes import (
+from .quantum.wavefunction import wavefunction
+from .quantum.weyl_count import weyl_count
+from .schemes.automatic import AUTO, Automatic
+from .schemes.catalogue import (
     BLANES_MOAN6,
     DOP853,
     KAHAN_LI8,
@@ -93,14 +100,7 @@ from .schemes import (
     Splitting,
     scheme_named,
 )
-from .sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
-from .separation import constants_of_motion
-from .status import OrbitError, Status
-from .tangent import TangentMap, tangent_map
-from .tori import EnergyOfActions, Tori, energy_of_actions, from_action_angle, tori
-from .torus_fit import TorusFit, Verdict, fit_torus
-from .transformed import Algebraic, Exponential, Logistic, TimeTransformed
-from .web import WebLine, ratio_web, web
+from .schemes.time_transformed import Algebraic, Exponential, Logistic, TimeTransformed
 
 __version__ = "0.1.0"
 

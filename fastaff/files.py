@@ -1,4 +1,4 @@
-"""Results on disk: one .npz file with the arrays and everything needed to compute them again (layer L4)."""
+"""Results on disk: one .npz file with the arrays and everything needed to compute them again."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from . import angles, auto, charts, indicators, models, schemes, sections, transformed
-from .recipe import OWN, NoData, encoded
-from .shown import screen
-from .status import summary
-from .symbolic.library import rebuild
+from . import charts, models, schemes
+from .analysis.chaos import indicators
+from .base.display import screen
+from .base.recipe import OWN, NoData, encoded
+from .base.status import summary
+from .formulas.library import rebuild
+from .models import angles, sections
+from .schemes import time_transformed
 
 FORMAT = 1
 METADATA = "metadata"
@@ -231,7 +234,7 @@ def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
 @functools.cache
 def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and schemes."""
-    modules = (models, models.functions, sections, angles, indicators, schemes, transformed, auto)
+    modules = (models, models.functions, sections, angles, indicators, schemes, time_transformed)
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 

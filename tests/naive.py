@@ -4,17 +4,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fastaff import (
-    SOFRONIOU_SPALETTA10,
-    Anharmonic,
-    Body,
-    Harmonic,
-    HeavyTop,
-    HenonHeiles,
-    Hyperelastic,
-    NeoHookean,
-    Splitting,
-)
+from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean, Splitting
 
 MODELS = (
     Body(Harmonic(C=1.3), mu=0.7),
@@ -145,7 +135,7 @@ def sign(x):
 def alpha_beta_frequencies(body, z):
     """Return nu_alpha, nu_beta, nu_eta, nu_gamma (4, orbits) of Harmonic and Anharmonic bodies.
 
-    PHYSICS.md section 4 (Martens & Slawianowski, EQ3.21-3.23 and after EQa, corrected).
+    docs/PHYSICS.md section 4 (Martens & Slawianowski, EQ3.21-3.23 and after EQa, corrected).
     """
     omega = np.sqrt(body.potential.C / body.mu)
     _, p_eta, p_gamma = constants(body, z)
@@ -160,7 +150,7 @@ def alpha_beta_frequencies(body, z):
 def r_vartheta_frequencies(body, z, nodes=4096):
     """Return nu_r, nu_vartheta, nu_eta, nu_gamma (4, orbits) of Hyperelastic and HeavyTop bodies by quadrature.
 
-    PHYSICS.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function. The loop
+    docs/PHYSICS.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function. The loop
     integrals are sums over Chebyshev nodes between its turning points x1 < x2, which converge exponentially:
 
         c(x) = (x - x1)(x2 - x) R(x) (times x for Hyperelastic),   I[f] = integral of f/sqrt((x-x1)(x2-x) R) from x1 to x2,
@@ -238,7 +228,7 @@ def turns(body, z, time, step):
 def r_vartheta_actions(body, z):
     """Return J_r, J_vartheta, J_eta, J_gamma (4,) of one orbit of a Hyperelastic or HeavyTop body, by mpmath.
 
-    PHYSICS.md section 7: one integral in epsilon = vartheta/2 between its turning points.
+    docs/PHYSICS.md section 7: one integral in epsilon = vartheta/2 between its turning points.
     """
     import mpmath
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import fastaff as fa
-from fastaff.motion import motion
+from fastaff.flows.motion import motion
 
 HH = fa.HenonHeiles()
 NAMES = "x y z u v w"

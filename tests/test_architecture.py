@@ -1,4 +1,4 @@
-"""The shape of the code (DESIGN.md section 4): arrows between modules point down, imports are light, names are documented."""
+"""The shape of the code (ARCHITECTURE.md): arrows between modules point down, imports are light, names are documented."""
 
 import ast
 import inspect
@@ -12,23 +12,13 @@ import fastaff
 
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
-LAYERS = {
-    "_jit": 0, "_block_texts": 0, "_blocks": 0, "status": 0, "scalars": 0, "shown": 0, "recipe": 0, "elementary": 0,
-    "models": 1, "charts": 1, "kinematics": 1, "geometry": 1, "schemes": 1, "_dop853": 1, "_verner98": 1, "sections": 1, "angles": 1,
-    "indicators": 1, "transformed": 1, "auto": 1,
-    "kernels": 2, "observers": 2.3, "allowed": 2.5,
-    "boundary": 2.5, "engine": 2.5, "motion": 2.52, "trials": 2.54, "accuracy": 2.62,
-    "features": 2.58, "separation": 2.6, "symbolic": 2.6, "formula": 2.6, "transformed_flow": 2.6,
-    "integrate": 3, "tangent": 3, "chaos_passes": 3, "chaos_stream": 3, "poincare": 3, "frequency": 3, "grid": 3, "sample": 3, "naff": 3,
-    "chaos": 3, "scan": 3, "tori": 3, "resonance": 3, "quantum": 3.6,
-    "fundamental": 3, "angle_loops": 3, "readings": 3,
-    "web": 3, "scatter": 3, "islands": 3, "lattice": 3, "fourier_torus": 3, "torus_lines": 3, "torus_fit": 3, "quasiclassical": 3.5,
-    "returns": 3.1, "periodic": 3.2, "periodic_search": 3.3, "bifurcations": 3.35, "continuation": 3.4,
-    "jobs": 4, "files": 4,
-    "plot": 5, "plot_resonance": 5, "plot_periodic": 5, "plot_chaos": 5, "plot_quantum": 5, "plot_quantum_chaos": 5,
-    "commands": 5, "cli": 5, "options": 5,
-    "progress": 5, "demo": 5, "__main__": 5,
-}  # fmt: skip
+STOREYS = (
+    ("base", "compile"), ("kernels", "schemes", "charts", "models"), ("formulas", "flows"), ("analysis",), ("quantum",), ("plot", "files"),
+    ("cli",),
+)  # fmt: skip
+"""Folders of the package from the ground up: each imports only from those of storeys below, or of its own."""
+ROOMS = ("orbits", "frequencies", "sections", "chaos", "periodic", "tori")
+"""Folders of `analysis`, in the same order."""
 HEAVY = {"scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
 
 
@@ -68,29 +58,42 @@ def is_module(name):
 ARROWS = [(module_of(path), target) for path in FILES for target in imports(path)]
 
 
-def layer(module):
-    return LAYERS[module.split(".")[0]]
+def storey(module):
+    return next(k for k, folders in enumerate(STOREYS) if module.split(".")[0] in folders)
 
 
-def test_every_module_has_a_layer():
-    modules = {module_of(path).split(".")[0] for path in FILES} - {""}
-    assert modules <= set(LAYERS), f"give {modules - set(LAYERS)} a layer"
+def test_every_folder_has_a_storey():
+    folders = {module_of(path).split(".")[0] for path in FILES} - {""}
+    assert folders == {folder for folders in STOREYS for folder in folders}
+    assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith("analysis.")} == set(ROOMS)
+    entries = [path for path in ROOT.iterdir() if path.name != "__pycache__"]
+    assert len(entries) <= 16, sorted(path.name for path in entries)
     assert len(ARROWS) > 30
+
+
+def test_no_module_is_hidden_by_a_function_of_its_name():
+    for package in FILES:
+        if package.name == "__init__.py":
+            names = {a.asname or a.name for n in ast.parse(package.read_text()).body if isinstance(n, ast.ImportFrom) for a in n.names}
+            modules = {path.stem for path in package.parent.iterdir() if path.suffix == ".py" or path.is_dir()}
+            assert not names & modules, package
 
 
 @pytest.mark.parametrize("path", [p for p in FILES if p != ROOT / "__init__.py"], ids=module_of)
 def test_no_arrow_points_up(path):
     source = module_of(path)
-    upward = [target for target in imports(path) if target and layer(target) > layer(source)]
-    assert not upward, f"{source} (layer {layer(source)}) imports {upward}"
-    assert layer(source) >= 4 or "" not in imports(path), f"{source} imports the whole package"
+    upward = [target for target in imports(path) if target and storey(target) > storey(source)]
+    assert not upward, f"{source} imports {upward}"
+    assert storey(source) >= storey("files") or "" not in imports(path), f"{source} imports the whole package"
+    if source.startswith("analysis.") and source.count(".") > 1:
+        rooms = [target.split(".")[1] for target in imports(path) if target.startswith("analysis.")]
+        assert all(ROOMS.index(room) <= ROOMS.index(source.split(".")[1]) for room in rooms), f"{source} imports {rooms}"
 
 
 def test_kernels_see_no_models_and_no_python():
-    allowed = {"_jit", "status", "kernels"}
     for source, target in ARROWS:
         if source.startswith("kernels."):
-            assert target.split(".")[0] in allowed, f"{source} imports {target}"
+            assert target in ("compile.jit", "base.status") or target.startswith("kernels"), f"{source} imports {target}"
 
 
 def test_modules_import_one_another_without_circles():
@@ -112,7 +115,7 @@ def test_modules_import_one_another_without_circles():
 def test_only_jit_configures_numba():
     for path in FILES:
         text = path.read_text()
-        if module_of(path) in ("_jit", "_blocks", "engine"):
+        if module_of(path) in ("compile.jit", "compile.blocks", "flows.flow"):
             continue
         names = {
             node.attr for node in ast.walk(ast.parse(text))
@@ -184,9 +187,9 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
 
 @pytest.mark.parametrize("path", FILES, ids=[module_of(p) or "fastaff" for p in FILES])
 def test_modules_have_one_subject(path):
-    """At most 400 lines (kernels/lines.py, the NAFF of one subject, 600), and a docstring."""
+    """At most 400 lines, and a docstring."""
     lines = len(path.read_text().splitlines())
-    assert lines <= (600 if module_of(path) == "kernels.lines" else 400)
+    assert lines <= 400
     assert ast.get_docstring(ast.parse(path.read_text()))
 
 

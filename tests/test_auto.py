@@ -25,9 +25,9 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.auto import PREFERENCE, Trial
-from fastaff.grid import Grid
-from fastaff.motion import typical_rate
+from fastaff.analysis.sections.energy_grid import Grid
+from fastaff.flows.motion import typical_rate
+from fastaff.schemes.automatic import PREFERENCE, Trial
 
 SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
 

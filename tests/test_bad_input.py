@@ -27,7 +27,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.angles import AlphaBeta, Coordinates2
+from fastaff.models.angles import AlphaBeta, Coordinates2
 
 BODY, BALL = Body(Hyperelastic()), HenonHeiles()
 Z0 = states(BODY, 3)
@@ -239,7 +239,7 @@ def test_unknown_methods(method):
 
 
 def test_angles():
-    refused("frequency_map", TypeError, "angles must be a value of fastaff.angles", angles="alpha")
+    refused("frequency_map", TypeError, "angles must be a value of fastaff.models.angles", angles="alpha")
     refused("frequency_map", ValueError, "angles must have 4 angles for Body", angles=Coordinates2())
     refused("frequency_map", ValueError, "angles must have 2 angles for HenonHeiles", body=BALL, z0=np.full(4, 0.1), angles=AlphaBeta())
 
@@ -262,12 +262,12 @@ def test_unknown_options_and_positions(call):
 @every_call
 def test_nothing_is_run_before_all_is_checked(call, monkeypatch):
     """The last option is wrong: no kernel may have been started for the others."""
-    import fastaff.engine
+    from fastaff.flows import flow
 
     def never(*arguments, **options):
         raise AssertionError("a kernel was started")
 
-    monkeypatch.setattr(fastaff.engine, "launch", never)
+    monkeypatch.setattr(flow, "launch", never)
     function, options = CALLS[call]
     for change in ({"energy_tolerance": -1.0}, {"threads": 0}, {"scheme": "x"}, {"rtol": 0.0}):
         with pytest.raises((ValueError, TypeError)):

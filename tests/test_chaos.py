@@ -32,7 +32,7 @@ from fastaff import (
     integrate,
     tangent_map,
 )
-from fastaff.chaos_stream import own_rates, scales, symplectic_frame
+from fastaff.analysis.chaos.streamed import own_rates, scales, symplectic_frame
 
 EVERY = (
     Lyapunov(), LyapunovSpectrum(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4), BirkhoffDigits(), FrequencyDiffusion(),
@@ -465,7 +465,7 @@ def test_files_keep_it(tmp_path, known):
         ({"indicators": SALI()}, TypeError, "must be a tuple"),
         ({"indicators": ()}, TypeError, "must be a tuple"),
         ({"indicators": (SALI,)}, TypeError, r"write SALI\(\)"),
-        ({"indicators": ("sali",)}, TypeError, "values of fastaff.indicators"),
+        ({"indicators": ("sali",)}, TypeError, "values of fastaff.analysis.chaos.indicators"),
         ({"indicators": (SALI(), SALI(limit=-5.0))}, ValueError, "must differ"),
         ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be 2 ... 4"),
         ({"indicators": (GALI(2.5),)}, TypeError, "GALI.count must be a whole number"),

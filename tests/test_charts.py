@@ -9,20 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fastaff.charts import (
-    ALPHA_BETA,
-    R_VARTHETA,
-    TWO_POLAR,
-    angular_momenta,
-    deformation,
-    from_matrix,
-    to_matrix,
-)
+from fastaff.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, angular_momenta, deformation, from_matrix, to_matrix
 
 CHARTS = (TWO_POLAR, ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=[chart.name for chart in CHARTS])
 
-# 20-digit reference of the project (shared/reference_numbers.json, table d_classical, computed from the matrix elements
+# 20-digit reference of the project (tests/data/reference_numbers.json, table d_classical, computed from the matrix elements
 # with mpmath at 40 digits): x y z u, p_x p_y p_z p_u, then the values named in VALUES.
 VALUES = ("alpha", "beta", "p_alpha", "p_beta", "r", "vartheta", "p_phi", "p_psi")
 REFERENCE = (

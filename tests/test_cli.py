@@ -13,8 +13,11 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import cli, demo, files, options
-from fastaff.commands import scans
+from fastaff import files
+from fastaff.cli import demonstration as demo
+from fastaff.cli import main as cli
+from fastaff.cli import options
+from fastaff.cli.commands import scans
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
@@ -343,7 +346,7 @@ def test_doctor(capsys):
 
 CHILD = """
 import pathlib, sys
-from fastaff import cli, progress
+from fastaff.cli import main, progress
 part = float(sys.argv.pop(1))
 draw = progress.Progress.__call__
 def watched(self, fraction):
@@ -351,7 +354,7 @@ def watched(self, fraction):
     if fraction >= part:
         pathlib.Path("under-way").touch()
 progress.Progress.__call__ = watched
-cli.main()
+main.main()
 """
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import cli, files
-from fastaff.commands.level_tables import digits
+from fastaff import files
+from fastaff.cli import main as cli
+from fastaff.cli.commands.level_tables import digits
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
@@ -181,7 +182,7 @@ def test_a_body_that_does_not_separate(capsys, tmp_path):
 
 
 def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
-    from fastaff.quantum import listing
+    from fastaff.quantum import all_levels as listing
 
     count = []
 

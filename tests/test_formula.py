@@ -37,7 +37,6 @@ from fastaff import (
     Linear,
     NeoHookean,
     Status,
-    _jit,
     energy_grid,
     formula,
     frequency_map,
@@ -45,6 +44,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
+from fastaff.compile import jit as _jit
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan")
 ROOT = Path(fastaff.__file__).parent.parent
@@ -309,7 +309,7 @@ def test_quotients_of_what_is_not_rational_are_not_multiplied_out(monkeypatch):
 
 
 def test_derivations_have_a_ceiling_and_ctrl_c_stays(monkeypatch):
-    from fastaff.symbolic import ceiling, library
+    from fastaff.formulas import ceiling, library
 
     def forever(*_):
         while True:
@@ -516,7 +516,7 @@ def test_parameters_stay_run_time_values():
     one, two = integrate(other, z0, time=1.0, step=0.05), integrate(Body(Hyperelastic(2.0), 0.5), z0, time=1.0, step=0.05)
     np.testing.assert_allclose(one.z, two.z, atol=1e-12)
     if not _jit.JIT_DISABLED:
-        from fastaff._blocks import _compiled
+        from fastaff.compile.blocks import _compiled
 
         misses = _compiled.cache_info().misses
         integrate(formula(HYPERELASTIC, C=3.0), z0, time=1.0, step=0.05)
@@ -731,7 +731,7 @@ def test_a_damaged_text_is_written_anew(tmp_path):
 def test_without_a_folder_classes_live_in_memory(tmp_path):
     (tmp_path / "file").write_text("")
     code = (
-        "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff._blocks import class_fingerprint\n"
+        "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff.compile.blocks import class_fingerprint\n"
         f"b = formula({HYPERELASTIC!r}, C=1.5)\nprint(*b.potential.slopes(2.0, 0.5), class_fingerprint((type(b.potential),)))"
     )
     V_A, V_B, fingerprint = run(code, FASTAFF_CACHE_DIR=str(tmp_path / "file" / "below")).split()

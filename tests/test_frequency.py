@@ -30,9 +30,9 @@ from fastaff import (
     from_matrix,
     integrate,
 )
-from fastaff.angles import AlphaBeta
-from fastaff.frequency import METHODS
-from fastaff.readings import ROUNDING
+from fastaff.analysis.frequencies.frequency_map import METHODS
+from fastaff.analysis.frequencies.readings import ROUNDING
+from fastaff.models.angles import AlphaBeta
 
 SEPARABLE_AB = [Body(Harmonic(1.3), 0.7), Body(Anharmonic(0.9), 1.4)]
 SEPARABLE_RV = [Body(Hyperelastic(1.0), 1.0), Body(HeavyTop(1.0, 0.5), 1.0)]
@@ -58,7 +58,7 @@ def moving(body, orbits, seed):
     return np.ascontiguousarray(z[:, spins.min(axis=0) > 1e-3][:, :orbits])
 
 
-# shared/reference_numbers.json, table d_classical (mpmath quadrature at 40 digits; C = mu = 1, A = 0.5):
+# tests/data/reference_numbers.json, table d_classical (mpmath quadrature at 40 digits; C = mu = 1, A = 0.5):
 # x y z u, p_x p_y p_z p_u; then nu_r or nu_alpha, nu_vartheta or nu_beta, nu_phi, nu_psi
 POINTS = (
     ((1.3, 0.2, -0.1, 0.8), (0.3, -0.4, 0.5, 0.2)),
@@ -257,7 +257,7 @@ def neo_hookean(energy, cells):
 
 
 def test_diffusion_tells_chaos_from_order():
-    """Mostly regular at E = 1, mostly chaotic at E = 3 (PHYSICS.md section 8): six orders of magnitude apart."""
+    """Mostly regular at E = 1, mostly chaotic at E = 3 (docs/PHYSICS.md section 8): six orders of magnitude apart."""
     medians = []
     for energy in (0.5, 4.0):
         body, z0 = neo_hookean(energy, 15)
@@ -381,7 +381,7 @@ def test_any_order_and_company_of_the_orbits_gives_the_same_bits(options):
 def test_memory_does_not_grow_with_time(monkeypatch):
     """Samples are in memory for as many orbits at a time as the budget allows; one orbit's always are."""
     z0 = states(BODY, 32)
-    monkeypatch.setattr("fastaff.frequency.BUDGET", 1 << 24)
+    monkeypatch.setattr("fastaff.analysis.frequencies.frequency_map.BUDGET", 1 << 24)
 
     def peak(time):
         tracemalloc.start()

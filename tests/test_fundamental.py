@@ -30,7 +30,7 @@ from fastaff import (
     resonances,
     rotation_number,
 )
-from fastaff.frequency import FrequencyKind
+from fastaff.analysis.frequencies.frequency_map import FrequencyKind
 from fastaff.kernels.fundamental import angle_of
 
 LETTERS = "abcdef"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fastaff import charts, kinematics
-from fastaff import geometry as g
-from fastaff.charts import CARTESIAN, DELTA_B, EULER, EXPONENTIAL, R_EULER, TWO_POLAR, to_matrix
-from fastaff.geometry import (
+from fastaff import charts
+from fastaff.charts import CARTESIAN, DELTA_B, EULER, EXPONENTIAL, R_EULER, TWO_POLAR, kinematics, to_matrix
+from fastaff.charts import invariant_metrics as g
+from fastaff.charts.invariant_metrics import (
     AFFINE_BODY,
     BREATHING_TOP,
     BREATHING_TOP_313,

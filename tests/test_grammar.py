@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fastaff.symbolic.grammar import CONSTANTS, FUNCTIONS, checked_name, parse
+from fastaff.formulas.grammar import CONSTANTS, FUNCTIONS, checked_name, parse
 
 X, Y, K = 0.7, 1.3, 2.5
 NUMERIC = {name: getattr(math, name) for name in FUNCTIONS}

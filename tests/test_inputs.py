@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff import scalars
+from fastaff.base import numbers
 
 EACH = 16
 """Inputs of each callable in the default suite: 2000 in all."""
@@ -73,17 +73,17 @@ def test_sizes_that_cannot_fit_are_refused_with_the_bytes(name, argument, value)
 
 
 def test_the_least_array_that_does_not_fit(monkeypatch):
-    monkeypatch.setattr(scalars, "free_memory", lambda: 8 * 2**20)
-    scalars.fits("n", 2**10, 2**10)
+    monkeypatch.setattr(numbers, "free_memory", lambda: 8 * 2**20)
+    numbers.fits("n", 2**10, 2**10)
     with pytest.raises(ValueError, match=r"^n asks for 8.008 MiB of memory \(an array of 1024 x 1025\), 8 MiB are free$"):
-        scalars.fits("n", 2**10, 2**10 + 1)
+        numbers.fits("n", 2**10, 2**10 + 1)
     with pytest.raises(ValueError, match="EiB of memory"):
-        scalars.fits("n", *[2**53] * 5)
+        numbers.fits("n", *[2**53] * 5)
 
 
 def test_memory_that_is_free():
     """What the system tells, between a megabyte and a petabyte; an array of a tenth of it can be made (not touched)."""
-    free = scalars.free_memory()
+    free = numbers.free_memory()
     assert 2**20 < free < 2**50
     np.empty(free // 80)
 

@@ -28,8 +28,8 @@ from fastaff import (
     hamiltonian,
     integrate,
 )
-from fastaff.schemes import SCHEMES
-from fastaff.sections import AlphaTurning
+from fastaff.models.sections import AlphaTurning
+from fastaff.schemes.catalogue import SCHEMES
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)
 ADAPTIVE = (DOP853, VERNER9)

@@ -17,7 +17,9 @@ import pytest
 from naive import states
 
 import fastaff
-from fastaff import DOP853, KAHAN_LI8, RK4, SOFRONIOU_SPALETTA10, HenonHeiles, Linear, _jit, engine, frequency_map, integrate, poincare_map
+from fastaff import DOP853, KAHAN_LI8, RK4, SOFRONIOU_SPALETTA10, HenonHeiles, Linear, frequency_map, integrate, poincare_map
+from fastaff.compile import jit as _jit
+from fastaff.flows import flow as engine
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
 TESTS, PACKAGE = Path(__file__).parent, Path(fastaff.__file__).parent
@@ -417,7 +419,7 @@ def test_a_refused_folder_costs_one_warning_and_no_code_is_run_from_it(cache, tm
 
 
 def test_the_folder_is_the_users(tmp_path):
-    code = "from fastaff import _jit; print(_jit.cache_root())"
+    code = "from fastaff.compile import jit as _jit; print(_jit.cache_root())"
     assert python(code, tmp_path / "x")[0].strip() == str(tmp_path / "x")
     if sys.platform.startswith("linux"):
         assert python(code, "", XDG_CACHE_HOME=str(tmp_path))[0].strip() == str(tmp_path / "fastaff")
@@ -425,11 +427,11 @@ def test_the_folder_is_the_users(tmp_path):
 
 KERNEL = """
 import numpy as np
-from fastaff import _jit
-from fastaff.kernels import rotation, stepping
+from fastaff.compile import jit as _jit
+from fastaff.kernels import birkhoff, stepping
 block = np.zeros(4000)
 stepping.load_lane(np.ones((2, 1)), 0, block, 0)
-print(_jit.cache_directory().name, rotation.weight(0.5), np.flatnonzero(block)[1])
+print(_jit.cache_directory().name, birkhoff.weight(0.5), np.flatnonzero(block)[1])
 """
 
 
@@ -449,9 +451,9 @@ def test_an_edited_package_gives_new_numbers(tmp_path):
         path.write_text(edited)
 
     run()
-    edit("kernels/rotation.py", r"^SHARPNESS = 30.0", "SHARPNESS = 15.0")
+    edit("kernels/birkhoff.py", r"^SHARPNESS = 30.0", "SHARPNESS = 15.0")
     run()
-    edit("_jit.py", r"^LANES = \d+", "LANES = 48")
+    edit("compile/jit.py", r"^LANES = \d+", "LANES = 48")
     run()
     assert len({folder for folder, _, _ in runs}) == 3
     assert [lanes for _, _, lanes in runs] == [_jit.LANES, _jit.LANES, 48]
@@ -466,7 +468,6 @@ UNCOMPILED = """
 import numpy as np
 from naive import states
 from fastaff import *
-from fastaff.frequency import frequency_map
 body = Body(Hyperelastic(1.1), 0.8)
 z0 = states(body, 5)
 small = dict(step=0.2, energy_tolerance=1.0)

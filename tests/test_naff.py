@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from fastaff._jit import JIT_DISABLED
-from fastaff.naff import naff
+from fastaff.analysis.frequencies.naff import naff
+from fastaff.compile.jit import JIT_DISABLED
 
 EPS = np.finfo(float).eps
 SAMPLES = 256 if JIT_DISABLED else 1024

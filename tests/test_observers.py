@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic, observers
+from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic
+from fastaff.analysis.sections.poincare_map import start_crossings
+from fastaff.flows import observers
+from fastaff.flows.trials import make_flow
 from fastaff.kernels.crossings import RECORD
-from fastaff.poincare import start_crossings
-from fastaff.trials import make_flow
 
 BODY, ORBITS, TIME, WANTED = Body(Hyperelastic()), 150, 60.0, 6
 WIDTH = (RECORD + 8) * (WANTED + 8)

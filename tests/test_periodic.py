@@ -17,8 +17,8 @@ from scipy.special import ellipk
 import fastaff as fa
 import fastaff.files
 from fastaff import Event, Stability, Status
-from fastaff.plot_periodic import plot_periodic
-from fastaff.returns import section_gradient
+from fastaff.analysis.periodic.return_map import section_gradient
+from fastaff.plot.periodic import plot_periodic
 
 X = fa.Linear(normal=(1, 0, 0, 0))
 OMEGA = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]])
@@ -402,7 +402,7 @@ def test_a_branch_goes_on_where_its_orbits_need_other_steps():
 
 
 def test_a_bifurcation_survives_where_the_branch_is_lost_between_two_points(monkeypatch):
-    family = sys.modules["fastaff.continuation"]._Family
+    family = sys.modules["fastaff.analysis.periodic.continuation"]._Family
     lost = family.corrected
     calls = [0]
 

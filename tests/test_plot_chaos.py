@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import plot, plot_chaos
+from fastaff import plot
+from fastaff.plot import chaos as plot_chaos
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.collections import PathCollection  # noqa: E402

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR, plot_quantum
+from fastaff import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
+from fastaff.plot import quantum as plot_quantum
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.figure import Figure  # noqa: E402

@@ -30,11 +30,11 @@ from fastaff import (
     OrbitError,
     Status,
     energy_grid,
-    engine,
     hamiltonian,
     integrate,
     poincare_map,
 )
+from fastaff.flows import flow as engine
 
 BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
 ON_X = Linear((1.0, 0.0, 0.0, 0.0))

@@ -27,10 +27,10 @@ from fastaff import (
     one_variable,
 )
 from fastaff.models import Barriers, Oscillator, Spring
-from fastaff.quantum.exact import exact_levels, exact_levels_below, multiplets, quantizations
+from fastaff.quantum.exact_levels import exact_levels, exact_levels_below, multiplets, quantizations
 from fastaff.quantum.factors import AngleFactor
 from fastaff.quantum.operators import class_matrices, oscillator_matrices, radial_matrices
-from fastaff.quantum.tops import nutation_factor, shear_levels, spherical_top, symmetric_top, wigner_d
+from fastaff.quantum.rigid_tops import nutation_factor, shear_levels, spherical_top, symmetric_top, wigner_d
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)

@@ -124,7 +124,7 @@ def test_what_has_no_husimi_function(monkeypatch):
 def test_figures_of_husimi_functions_and_spacings():
     from matplotlib.figure import Figure
 
-    from fastaff.plot_quantum_chaos import plot_husimi, plot_spacings
+    from fastaff.plot.quantum_chaos import plot_husimi, plot_spacings
 
     body = Body(Anharmonic(1.0))
     state = wavefunction(body, m=3, l=-1, n=(2, 3), hbar=0.2)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fastaff import (
+from fastaff import (  # fmt: skip
     Anharmonic,
     Body,
     Harmonic,
@@ -27,7 +27,7 @@ from fastaff import (
     multiplets,
     spectrum,
     spectrum_table,
-)  # fmt: skip
+)
 from fastaff.models import Oscillator
 
 

@@ -32,9 +32,9 @@ from fastaff import (
 from fastaff.models import Oscillator
 from fastaff.quantum.operators import class_matrices, oscillator_matrices
 from fastaff.quantum.panels import panels
+from fastaff.quantum.rigid_tops import spherical_top
 from fastaff.quantum.separable import angular, radial
-from fastaff.quantum.tops import spherical_top
-from fastaff.quantum.weyl import _integrals, _well
+from fastaff.quantum.weyl_count import _integrals, _well
 
 
 def mesh(lo, hi, features, base):

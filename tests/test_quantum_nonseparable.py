@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fastaff import ALPHA_BETA, Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula, one_variable
-from fastaff.quantum.ends import NoGroundState
-from fastaff.quantum.interruptible import interruptible
+from fastaff.flows.interruptible import interruptible
 from fastaff.quantum.nonseparable import plane_levels
 from fastaff.quantum.separable import radial
+from fastaff.quantum.singular_ends import NoGroundState
 from fastaff.quantum.spectrum import spectrum
 from fastaff.quantum.symmetry import SymmetryClass
 

@@ -32,9 +32,9 @@ from fastaff import (
     revivals,
     spectrum,
     wavefunction,
-)  # fmt: skip
+)
 from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring
-from fastaff.quantum.coherent import PlaneGaussian
+from fastaff.quantum.coherent_packet import PlaneGaussian
 
 QUARTIC = Body(SeparableAlphaBeta(one_variable(lambda x: x**4), one_variable(lambda x: x**2 / 2 + x**4 / 10)), mu=1.3)
 CORED = Body(SeparableRVartheta(Spring(1.0, 4.0), Cosine(0.7)))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import jn_zeros
 
-from fastaff import (
+from fastaff import (  # fmt: skip
     Anharmonic,
     Body,
     Harmonic,
@@ -18,12 +18,12 @@ from fastaff import (
     SeparableRVartheta,
     StackelBody,
     one_variable,
-)  # fmt: skip
+)
 from fastaff.charts import CARTESIAN, to_matrix
 from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring, Zero
-from fastaff.quantum.ends import NoGroundState
 from fastaff.quantum.operators import hamiltonian_operator, spin
 from fastaff.quantum.separable import angular, radial
+from fastaff.quantum.singular_ends import NoGroundState
 from fastaff.quantum.spectrum import spectrum, spectrum_table
 
 # mu = C = hbar = 1; (m, l, n_vartheta): e_vartheta. Two methods each, agreed to 30 digits: Frobenius series matched inside, and Galerkin

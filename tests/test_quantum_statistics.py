@@ -30,7 +30,7 @@ from fastaff import (
     unfold,
     weyl_count,
 )
-from fastaff.quantum import weyl
+from fastaff.quantum import weyl_count as weyl
 
 
 @pytest.mark.parametrize(("m", "l"), [(0, 0), (1, 0), (2, 0), (3, -1), (8, 4)])

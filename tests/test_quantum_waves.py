@@ -15,18 +15,10 @@ from fastaff import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR, Anharmonic, Bod
 from fastaff.charts import ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, EXPONENTIAL, to_matrix
 from fastaff.models import Oscillator
 from fastaff.quantum.factors import AngleFactor, PlaneFactor, RadialFactor
-from fastaff.quantum.operators import (
-    class_matrices,
-    constant_operators,
-    hamiltonian_operator,
-    laplacian,
-    radial_matrices,
-    spin,
-    vorticity,
-)
+from fastaff.quantum.operators import class_matrices, constant_operators, hamiltonian_operator, laplacian, radial_matrices, spin, vorticity
 from fastaff.quantum.spectrum import spectrum
-from fastaff.quantum.states import Product, State
-from fastaff.quantum.waves import wavefunction
+from fastaff.quantum.state import Product, State
+from fastaff.quantum.wavefunction import wavefunction
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)

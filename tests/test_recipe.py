@@ -8,7 +8,8 @@ from own_models import OneSpring
 
 import fastaff as fa
 from fastaff import files
-from fastaff.recipe import Call, encoded
+from fastaff.base.recipe import Call, encoded
+from fastaff.models.angles import AlphaBeta
 
 RNG = np.random.default_rng(20261)
 A, B, C, D = RNG.uniform(0.5, 2.0, 4).tolist()
@@ -23,7 +24,7 @@ CALLS = {
     "pair": lambda: fa.integrate(fa.formula("x**2 + z**2 + 2*y**2 + 2*u**2", mu=(A, B)), Z8, time=1.0, step=0.05),
     "transformed": lambda: fa.integrate(OWN, Z4, time=2.0, step=0.1, scheme=fa.TimeTransformed(rate=fa.Logistic(A, B))),
     "poincare_map": lambda: fa.poincare_map(BODY, Z8, section=fa.AlphaTurning(-1), crossings=3, max_time=50.0, scheme=fa.DOP853),
-    "frequency_map": lambda: fa.frequency_map(fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, angles=fa.angles.AlphaBeta(), step=0.02),
+    "frequency_map": lambda: fa.frequency_map(fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, angles=AlphaBeta(), step=0.02),
     "chaos": lambda: fa.chaos(OWN, Z4, time=5.0, indicators=(fa.MEGNO(4.0), fa.SALI()), step=0.1),
     "tori": lambda: fa.tori(fa.Body(fa.Harmonic(A), B), Z8, chart=fa.ALPHA_BETA),
     "sample": lambda: fa.energy_sample(fa.Body(fa.NeoHookean(A)), energy=9.0, section=fa.AlphaTurning(), orbits=5, seed=[3, 1], p_eta=0.1),

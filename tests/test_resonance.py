@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 import fastaff
 from fastaff import Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, Status
+from fastaff.analysis.frequencies.resonance_web import ratio_web, web
+from fastaff.analysis.frequencies.resonances import diffusion_histogram, equation, resonances, vectors
 from fastaff.kernels import resonance as kernels
-from fastaff.resonance import diffusion_histogram, equation, resonances, vectors
-from fastaff.web import ratio_web, web
 
 CHART = ("alpha", "beta", "phi", "psi")
 
@@ -391,7 +391,7 @@ def ax():
 
 
 def test_figures(ax):
-    from fastaff import plot_resonance
+    from fastaff.plot import resonances as plot_resonance
 
     x, y = np.meshgrid(*AXES, indexing="ij")
     nu = np.array([x + np.where(np.abs(x - 0.75) < 0.05, 0.75 - x, 0.0), y, np.ones_like(x)])

@@ -7,9 +7,9 @@ import pytest
 from scipy import stats
 
 import fastaff
-from fastaff.boundary import energies
-from fastaff.sample import edge
-from fastaff.status import Status
+from fastaff.analysis.sections.energy_sample import edge
+from fastaff.base.status import Status
+from fastaff.flows.checks import energies
 
 NEO = fastaff.Body(fastaff.NeoHookean())
 HENON = fastaff.HenonHeiles()

@@ -17,8 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import DOP853 as ScipyDOP853
 
-from fastaff import _verner98, schemes
-from fastaff.schemes import (
+from fastaff import schemes
+from fastaff.schemes import _verner98
+from fastaff.schemes.catalogue import (
     BLANES_MOAN6,
     DOP853,
     KAHAN_LI8,

@@ -37,8 +37,8 @@ from fastaff import (
     tangent_map,
     tori,
 )
+from fastaff.analysis.tori.separation import separate
 from fastaff.models import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring
-from fastaff.separation import separate
 
 STEP = 3e-3
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.schemes import SCHEMES, compose
-from fastaff.shown import SMALL, brief, screen
+from fastaff.base.display import SMALL, brief, screen
+from fastaff.schemes.catalogue import SCHEMES, compose
 
 LINES, CHARACTERS = 40, 4000
 

@@ -29,7 +29,17 @@ from fastaff import (
     from_matrix,
     integrate,
 )
-from fastaff.lattice import box, determinant, first_basis, generators, inverse, primitive, quotient, reduced, relations
+from fastaff.analysis.frequencies.integer_lattice import (
+    box,
+    determinant,
+    first_basis,
+    generators,
+    inverse,
+    primitive,
+    quotient,
+    reduced,
+    relations,
+)
 
 # x y z u, p_x p_y p_z p_u
 POINTS = (
@@ -66,7 +76,7 @@ def test_separable_bodies_have_their_own_frequencies_and_actions(body, i):
 
 
 def test_the_harmonic_body_is_periodic():
-    """E = omega J/2 pi with J = 2 (J_alpha + J_beta) + |J_eta| + |J_gamma| (PHYSICS.md section 4): a resonant torus of dimension 1."""
+    """E = omega J/2 pi with J = 2 (J_alpha + J_beta) + |J_eta| + |J_gamma| (docs/PHYSICS.md section 4): a resonant torus of dimension 1."""
     body = Body(Harmonic(1.3), 0.7)
     f = fitted(body, 0, 150.0)
     omega = np.sqrt(1.3 / 0.7)

@@ -31,8 +31,8 @@ from fastaff import (
     poincare_map,
     tangent_map,
 )
-from fastaff.elementary import branch_free
-from fastaff.transformed import lifted, lowered, transformed_model
+from fastaff.compile.elementary import branch_free
+from fastaff.schemes.time_transformed import lifted, lowered, transformed_model
 
 RATES = [Exponential(0.7, 0.3), Logistic(0.5, 0.4), Algebraic(0.5, 0.2, 1.5)]
 NEO = Body(NeoHookean(G=1.0, K=2.0), 1.0)
@@ -386,7 +386,7 @@ def test_branch_free_functions_at_the_edges():
 def compiled(x, y):
     import numba
 
-    from fastaff import elementary
+    from fastaff.compile import elementary
 
     if "pair" not in globals():
         globals()["pair"] = numba.njit(lambda x, y: (elementary.exp(x), elementary.log(y)))

@@ -1,4 +1,4 @@
-"""All charts of the paper, each one row: a chain of steps from the planes, and its line element (layer L1).
+"""All charts of the paper, each one row: a chain of steps from the planes, and its line element.
 
 PLANES is the pair of polar coordinates (alpha, eta), (beta, gamma) in which every chart of the deformation invariants
 begins; ELEMENTS leads to the matrix elements, in which the charts of R^4 begin.
@@ -10,10 +10,10 @@ from functools import partial
 
 import numpy as np
 
-from ..scalars import positive
+from ..base.arrays import Array, Mask
+from ..base.numbers import positive
 from . import metrics
 from .chart import Chart
-from .checks import Array, Mask
 from .steps import Conformal, Mix, Polar, Step, Warp, direction
 
 ROOT2 = float(np.sqrt(2.0))

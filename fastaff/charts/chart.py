@@ -1,4 +1,4 @@
-"""The chart as a value: points, velocities and momenta both ways, metric, density and kinetic energy (layer L1)."""
+"""The chart as a value: points, velocities and momenta both ways, metric, density and kinetic energy."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..scalars import positive
-from .checks import Array, at_orbit, checked, first
+from ..base.arrays import Array, at_orbit, checked, first
+from ..base.numbers import positive
 from .metrics import Form
 from .steps import Step
 

@@ -1,4 +1,4 @@
-"""Matrices, angular momenta, deformation invariants and their relations, rotations and reflections of phase points (layer L1)."""
+"""Matrices, angular momenta, deformation invariants and their relations, rotations and reflections of phase points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import Array, at_orbit, checked, first
+from ..base.arrays import Array, at_orbit, checked, first
 
 ROOT2 = np.sqrt(2.0)
 

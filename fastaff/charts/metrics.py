@@ -1,4 +1,4 @@
-"""The line elements of the paper, one function per chart: ds^2 = Tr(dphi^T dphi) and the volume element, in closed form (layer L1).
+"""The line elements of the paper, one function per chart: ds^2 = Tr(dphi^T dphi) and the volume element, in closed form.
 
 Each takes the four coordinates as arrays and returns a `Form`. They are written from the paper (corrected where a note
 says so), not from the charts: the tests hold the two against each other.
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checks import Array
+from ..base.arrays import Array
 
 
 class Form(NamedTuple):

@@ -1,4 +1,4 @@
-"""The four kinds of step that every chart is a chain of (layer L1).
+"""The four kinds of step that every chart is a chain of.
 
 A step replaces some of four coordinates x by new ones y. It knows, with rows first and any trailing shape,
 
@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from .checks import Array, Mask, at_orbit, first
+from ..base.arrays import Array, Mask, at_orbit, first
 
 TURN = 2 * np.pi
 

@@ -1,1 +1,1 @@
-"""Compiled kernels: arrays in, arrays and statuses out; no checks, no strings, no Python objects (layer L2)."""
+"""Compiled kernels: arrays in, arrays and statuses out; no checks, no strings, no Python objects."""

@@ -1,4 +1,4 @@
-"""Section crossings: detection at full steps, location on the scheme's own flow (layer L2).
+"""Section crossings: detection at full steps, location on the scheme's own flow.
 
 A record (a row of RECORD + rows numbers) holds what the location needs: the state at a step, its time, and the range of
 fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time and state.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._jit import LANES, jit, read_now, write_now
+from ..compile.jit import LANES, jit, read_now, write_now
 from .stepping import advance, load_lane, store_lane
 
 RECORD = 4

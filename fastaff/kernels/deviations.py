@@ -1,4 +1,4 @@
-"""Growth and alignment of tangent vectors, streamed: orthonormal vectors, and the coefficients of the true ones in them (layer L2).
+"""Growth and alignment of tangent vectors, streamed: orthonormal vectors, and the coefficients of the true ones in them.
 
 The vectors of a state are kept orthonormal, W(t) = Q R_m ... R_1; S_i sums log R_ii, which is the volume's growth. The true vectors
 are the columns of the triangular product: `columns` holds them normalised, with the logarithm L_j of each length. So
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from .._jit import LANES, jit
+from ..compile.jit import LANES, jit
 
 SHARED = 13
 SEEN, STRIDE, DUE, LAST, HALF, WEIGHTED, AREA, MEGNO_NOW, LARGEST, LARGEST_ACROSS, RECORDED, PEAK, PEAK_ACROSS = range(SHARED)

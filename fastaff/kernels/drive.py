@@ -1,4 +1,4 @@
-"""The parallel loop over units of work, and the drivers of units of orbits, lanes refilled as orbits finish (layer L2).
+"""The parallel loop over units of work, and the drivers of units of orbits, lanes refilled as orbits finish.
 
 Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of the orbits.
 State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on where it was.
@@ -9,16 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from .._jit import LANES, jit, read_now, write_now
-from ..status import STEP_TOO_SMALL_CODE
-from .stepping import (
-    advance,
-    combine,
-    load_lane,
-    move_lane,
-    runge_kutta_stages,
-    store_lane,
-)
+from ..base.status import STEP_TOO_SMALL_CODE
+from ..compile.jit import LANES, jit, read_now, write_now
+from .stepping import advance, combine, load_lane, move_lane, runge_kutta_stages, store_lane
 
 BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""

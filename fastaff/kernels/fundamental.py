@@ -1,4 +1,4 @@
-"""Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines, mean turning rates of loops (layer L2).
+"""Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines, mean turning rates of loops.
 
 A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, go from the short to the long ones.
 """
@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from .._jit import jit, read_now
+from ..compile.jit import jit, read_now
 
 ACCIDENTAL = 0.05
 """Expected number of accidental relations, within the errors, up to which longer vectors are tried; a fifth of it for fractions."""

@@ -1,4 +1,4 @@
-"""Loop integrals of one separated coordinate where its potential has narrow features or a wall is near: panels (layer L2).
+"""Loop integrals of one separated coordinate where its potential has narrow features or a wall is near: panels.
 
 The phase chi of `libration` is cut at the potential's knots, and into halves until on every panel the last Legendre coefficients of
 all integrands vanish. Panels lie in the rows of work memory one after another, ORDER nodes each.
@@ -6,8 +6,8 @@ all integrands vanish. Panels lie in the rows of work memory one after another, 
 
 import numpy as np
 
-from .._jit import jit
-from .wells import PANELS, S1, SINE, WIDTH
+from ..compile.jit import jit
+from .tori_wells import PANELS, S1, SINE, WIDTH
 
 ORDER = 16
 """Gauss-Legendre nodes of a panel."""

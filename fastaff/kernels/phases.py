@@ -1,4 +1,4 @@
-"""Sums of rotating phases, sum over k of w_k e^(-2 pi i f_k t), at many times (layer L2)."""
+"""Sums of rotating phases, sum over k of w_k e^(-2 pi i f_k t), at many times."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import prange
 
-from .._jit import LANES, jit
+from ..compile.jit import LANES, jit
 
 TURN = 2 * math.pi
 

@@ -1,4 +1,4 @@
-"""Integer relations k . nu = 0 of many frequency vectors, and a basis of the lattice they span (layer L2).
+"""Integer relations k . nu = 0 of many frequency vectors, and a basis of the lattice they span.
 
 Vectors k have four entries, zero past the number of frequencies. Their exterior products decide: with a primitive set
 b1..br (one that extends to a basis of Z^4) and a further k, the minors of (b1..br, k) all vanish where k lies in the span,
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._jit import LANES, jit, read_now
+from ..compile.jit import LANES, jit, read_now
 
 FORM = 6
 

@@ -1,8 +1,8 @@
-"""One step of a scheme for a block of lanes (layer L2). State blocks are flat: row r of lane i is z[r*LANES + i]."""
+"""One step of a scheme for a block of lanes. State blocks are flat: row r of lane i is z[r*LANES + i]."""
 
 from __future__ import annotations
 
-from .._jit import LANES, jit
+from ..compile.jit import LANES, jit
 
 
 @jit

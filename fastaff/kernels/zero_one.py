@@ -1,4 +1,4 @@
-"""The 0-1 test for chaos on samples (layer L2)."""
+"""The 0-1 test for chaos on samples."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._jit import LANES, jit, read_now, write_now
+from ..compile.jit import LANES, jit, read_now, write_now
 
 
 @jit

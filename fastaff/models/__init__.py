@@ -1,19 +1,9 @@
-"""Models: NamedTuples of float parameters whose plain methods are the physics (layer L1)."""
+"""Models: NamedTuples of float parameters whose plain methods are the physics."""
 
 from .body import Body, HenonHeiles
-from .functions import (
-    Barriers,
-    CoshOscillator,
-    Cosine,
-    CosOscillator,
-    Oscillator,
-    Secant,
-    Spring,
-    Zero,
-    one_variable,
-)
+from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
-from .reduced import ReducedBody, reduced
+from .reduced_body import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [

@@ -1,10 +1,10 @@
-"""The planar affinely-rigid body in the two planes a and b of GL(2,R) (layer L1)."""
+"""The planar affinely-rigid body in the two planes a and b of GL(2,R)."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..angles import AreaTrace, Coordinates2
+from .angles import AreaTrace, Coordinates2
 
 
 class _Planes:

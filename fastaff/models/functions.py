@@ -1,4 +1,4 @@
-"""Functions of one variable, the building blocks of separable potentials (layer L1).
+"""Functions of one variable, the building blocks of separable potentials.
 
 A function is a NamedTuple of float parameters with `value(x)` and `slope(x)` (and `curvature(x)` for tangent maps), on floats and
 arrays, +inf where it does not live. It may give `regular(s)` too: its value in the variable in which its coordinate's motion is

@@ -1,4 +1,4 @@
-"""Potentials that separate in a chart, from functions of one variable, and the body with angular potentials (layer L1).
+"""Potentials that separate in a chart, from functions of one variable, and the body with angular potentials.
 
 With V_eta and V_gamma constant the general separable Hamiltonians are doubly isotropic bodies; the angular terms are the same
 V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2 in all three charts, so they belong to the body, `StackelBody`.
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..angles import AlphaBeta, RVartheta
+from .angles import AlphaBeta, RVartheta
 from .body import planar_body
 
 TINY = 1e-300

@@ -1,4 +1,4 @@
-"""Spectral elements for Sturm-Liouville problems whose potential has narrow features (layer L3).
+"""Spectral elements for Sturm-Liouville problems whose potential has narrow features.
 
 Where a global basis would need too many functions, panels that resolve the potential become elements with a nodal basis (Gauss-Lobatto,
 Gauss-Radau with the exponents at the ends of the interval): V is diagonal in it, the matrix banded.
@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .jacobi_basis import Interval, gauss_jacobi, interval_rule
 from .panels import barycentric
-from .solvers import Interval, gauss_jacobi, interval_rule
 
 POINTS = 1 << 14
 """Points at which functions are evaluated at once."""

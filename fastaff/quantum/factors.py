@@ -1,4 +1,4 @@
-"""Normalised factors of wave functions in one coordinate: f_alpha, f_beta, f_r, f_rho, f_vartheta in closed form (layer L3).
+"""Normalised factors of wave functions in one coordinate: f_alpha, f_beta, f_r, f_rho, f_vartheta in closed form.
 
 A factor is a value that is called on its coordinate and knows its measure and a Gauss rule for it; a product state asks for nothing
 else, so a factor found numerically takes the same place.
@@ -20,8 +20,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..kernels.quantum_factors import jacobi_values, laguerre_values
-from ..scalars import fits, nonnegative, positive
+from ..base.numbers import fits, nonnegative, positive
+from ..kernels.laguerre_jacobi import jacobi_values, laguerre_values
 from .symmetry import whole_quantum
 
 

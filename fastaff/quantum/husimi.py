@@ -1,4 +1,4 @@
-"""Husimi functions: states seen by coherent states at points of phase space, over classical sections (layer L3)."""
+"""Husimi functions: states seen by coherent states at points of phase space, over classical sections."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.arrays import checked
+from ..base.display import screen
+from ..base.numbers import an_array, positive, shown
 from ..charts import ALPHA_BETA
-from ..charts.checks import checked
-from ..scalars import an_array, positive, shown
-from ..shown import screen
 from .factors import PlaneFactor
-from .states import State
+from .state import State
 
 LARGEST = 640
 """Radial quanta of the largest expansion in each plane."""

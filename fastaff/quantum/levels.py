@@ -1,4 +1,4 @@
-"""Energy levels of one symmetry class, and their wave functions (layer L3)."""
+"""Energy levels of one symmetry class, and their wave functions."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..scalars import whole
-from ..shown import screen
-from .states import Shape, State
+from ..base.display import screen
+from ..base.numbers import whole
+from .state import Shape, State
 from .symmetry import SymmetryClass
 
 

@@ -1,4 +1,4 @@
-"""Levels of bodies that do not separate: adiabatic channels in vartheta on a grid in rho (layer L3)."""
+"""Levels of bodies that do not separate: adiabatic channels in vartheta on a grid in rho."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..flows.interruptible import interruptible
 from .elements import elements, left_over, lowest, quadratic
-from .ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
-from .interruptible import interruptible
+from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
 from .levels import Levels, level_scale
 from .panels import DENSE, Panels, between, merged, panels
 from .plane_shape import PlaneShape, Polynomials
 from .separable import angle_of, angular_interval, angular_potential
-from .solvers import Basis, Interval, basis, gauss_jacobi, jacobi_table
+from .singular_ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
 from .symmetry import SymmetryClass
 
 LARGEST = 6000

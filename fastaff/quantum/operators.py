@@ -1,4 +1,4 @@
-"""The operators of the quantized body: as differential operators applied to functions, and as matrices in exact bases (layer L3).
+"""The operators of the quantized body: as differential operators applied to functions, and as matrices in exact bases.
 
 Differential operators are data, coefficients of derivatives in a chart, applied by central differences of order 8 to any function
 of the coordinates: to check states, closed-form or numerical, against something that knows nothing of how they were made.
@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.tori.separation import separate
+from ..base.arrays import checked
+from ..base.numbers import fits, positive, whole
 from ..charts import ALPHA_BETA, ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, R_VARTHETA, Chart
-from ..charts.checks import checked
-from ..scalars import fits, positive, whole
-from ..separation import separate
-from .exact import SolvableBody, solvable
+from .exact_levels import SolvableBody, solvable
 from .factors import quantum_number
 from .symmetry import checked_class
 

@@ -1,4 +1,4 @@
-"""Where a potential is resolved: partitions of an interval on which it is its own interpolant (layer L3).
+"""Where a potential is resolved: partitions of an interval on which it is its own interpolant.
 
 An interval is halved until on every panel the potential is the polynomial through a few of its points, seen at many others.
 """
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .ends import sampled
+from .singular_ends import sampled
 
 ORDER = 12
 """Points whose polynomial is held against a potential on a panel."""

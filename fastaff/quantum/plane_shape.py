@@ -1,4 +1,4 @@
-"""Amplitudes of states in rho and vartheta where a body does not separate (layer L3)."""
+"""Amplitudes of states in rho and vartheta where a body does not separate."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from ..charts import R_VARTHETA, Chart
 from .elements import Elements
+from .jacobi_basis import Interval, interval_rule, interval_weight, jacobi_table
 from .separable import angle_of
-from .solvers import Interval, interval_rule, interval_weight, jacobi_table
 
 POINTS = 4096
 """Points whose polynomials are tabulated at once."""

@@ -1,4 +1,4 @@
-"""Periods and revival times of wave packets of separable bodies, from levels and from classical frequencies (layer L3)."""
+"""Periods and revival times of wave packets of separable bodies, from levels and from classical frequencies."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..quasiclassical import EBK
-from ..scalars import whole, whole_numbers
-from ..separation import separate
-from ..shown import screen
-from ..tori import energy_of_actions
-from .number_packets import labelled_levels
+from ..analysis.tori.action_angles import energy_of_actions
+from ..analysis.tori.separation import separate
+from ..base.display import screen
+from ..base.numbers import whole, whole_numbers
+from .number_packet import labelled_levels
 from .operators import FIRST, OFFSETS
+from .quasiclassical import EBK
 from .symmetry import SymmetryClass, action_quantum, checked_class
 
 NOISE = 1e-9

@@ -1,4 +1,4 @@
-"""One-dimensional problems of separable bodies: radial equations in alpha, beta or rho, and the angular one in vartheta (layer L3)."""
+"""One-dimensional problems of separable bodies: radial equations in alpha, beta or rho, and the angular one in vartheta."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from ..models.functions import Barriers, Oscillator, Spring, Zero
 from .elements import ElementFunction, Elements, elements, first_signs, left_over, solve
-from .ends import NoGroundState, Well, exponent, reach, sampled, well
 from .factors import AngleFactor, PlaneFactor, RadialFactor
+from .jacobi_basis import Basis, Interval, IntervalFunction, basis
 from .panels import DENSE, Panels, panels
-from .solvers import Basis, Interval, IntervalFunction, basis
+from .singular_ends import NoGroundState, Well, exponent, reach, sampled, well
 
 LARGEST = 1200
 """Functions of the largest basis in one dimension."""

@@ -1,4 +1,4 @@
-"""The spectrum of a body, one symmetry class or many at a time (layer L3)."""
+"""The spectrum of a body, one symmetry class or many at a time."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from ..boundary import checked_model
+from ..analysis.tori.separation import FAMILIES, separate
+from ..base.numbers import an_array, fits, positive, whole
+from ..base.recipe import recorded
 from ..charts import ALPHA_BETA, R_VARTHETA
+from ..flows.checks import checked_model
+from ..flows.interruptible import interruptible
 from ..models import Body, StackelBody
-from ..recipe import recorded
-from ..scalars import an_array, fits, positive, whole
-from ..separation import FAMILIES, separate
-from .interruptible import interruptible
 from .levels import Levels, level_scale
 from .nonseparable import plane_levels
 from .separable import Factors, angular, radial
-from .states import Product
+from .state import Product
 from .symmetry import SymmetryClass, action_quantum, checked_class
 
 

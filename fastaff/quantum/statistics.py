@@ -1,4 +1,4 @@
-"""Statistics of levels: unfolding, spacings and their ratios, against regular (Poisson) and chaotic (GOE) spectra (layer L3).
+"""Statistics of levels: unfolding, spacings and their ratios, against regular (Poisson) and chaotic (GOE) spectra.
 
 Statistics compare with random matrices only within one symmetry: the levels of one class (m, l). The potential of a body depends on
 alpha^2 and beta^2 alone, so reflections of space and of the body change the signs of m and l, and leave no parity inside a class, not
@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..charts.checks import checked
-from ..scalars import MOST, an_array, function, numbers, real, shown, whole
+from ..base.arrays import checked
+from ..base.numbers import MOST, an_array, function, numbers, real, shown, whole
 
 POISSON_RATIO = 2 * math.log(2) - 1
 """Mean ratio of spacings of independent levels, 0.38629. Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111."""

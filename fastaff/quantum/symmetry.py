@@ -1,11 +1,11 @@
-"""Symmetry classes of wave functions: the spin and vorticity quanta m, l of e^(i m phi + i l psi) (layer L3)."""
+"""Symmetry classes of wave functions: the spin and vorticity quanta m, l of e^(i m phi + i l psi)."""
 
 from __future__ import annotations
 
 import operator
 from typing import Any, NamedTuple
 
-from ..scalars import flag, positive, shown
+from ..base.numbers import flag, positive, shown
 
 MOST = 10**6
 """Largest |m|, |l|: the squares of larger ones leave no digits for levels."""

@@ -1,0 +1,1 @@
+"""Chaos indicators, maps of verdicts, chaotic fractions."""

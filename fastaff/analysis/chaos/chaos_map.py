@@ -1,0 +1,252 @@
+"""Chaos maps: indicators of many orbits in one pass, and the verdict that they give together."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import flag, positive, real, whole
+from ...base.recipe import recorded
+from ...base.status import Status, describe, raise_if_failed
+from ...flows.checks import checked_model
+from ...flows.flow import Flow, Interrupted, Report, energy_error, mark_drift
+from ...flows.trials import make_flow
+from ...kernels.deviations import LN10
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ..frequencies.frequency_map import checked_angles
+from ..orbits.tangent_map import tangent_flow
+from .indicators import (
+    GALI,
+    MEGNO,
+    SALI,
+    BirkhoffDigits,
+    Character,
+    FrequencyDiffusion,
+    Indicator,
+    ReversibilityError,
+    TangentIndicator,
+    ZeroOne,
+    judged,
+)
+from .own_passes import frequency_diffusion, reversibility_error, zero_one
+from .streamed import ChaosRun
+
+
+@dataclass(frozen=True)
+class ChaosMap:
+    """Indicators of orbits and what they say.
+
+    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators, orbits), by each
+    orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give; verdict (orbits,) of all together: what
+    those that are decided say, UNDECIDED where they disagree or none is; longer (orbits,): the time to try where the verdict is
+    UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time when a streamed indicator first passed its limit, NaN where it
+    did not. spectrum (2n, orbits), the largest first, and spectrum_error, its change since half the time, where asked for. history
+    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that are not
+    streamed). Orbits that failed are UNDECIDED. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    limits: np.ndarray
+    verdicts: np.ndarray
+    verdict: np.ndarray
+    longer: np.ndarray
+    detected: np.ndarray
+    spectrum: np.ndarray | None
+    spectrum_error: np.ndarray | None
+    history: np.ndarray
+    history_times: np.ndarray
+    t: np.ndarray
+    energy_error: np.ndarray
+    status: np.ndarray
+    time: float
+    scheme: Splitting | RungeKutta
+    step: float | np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        """Return the values of the indicator of that name."""
+        names = self.__dict__.get("names", ())
+        if name in names:
+            return self.values[names.index(name)]
+        raise AttributeError(f"ChaosMap has no {name!r}; its indicators are {', '.join(names)}")
+
+    @property
+    def chaotic(self) -> np.ndarray:
+        """Which orbits (orbits,) are chaotic."""
+        return self.verdict == Character.CHAOTIC
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Which orbits (orbits,) are regular, as far as the time shows."""
+        return self.verdict == Character.REGULAR
+
+    @property
+    def undecided(self) -> np.ndarray:
+        """Which orbits (orbits,) that did not fail the time does not decide."""
+        return (self.verdict == Character.UNDECIDED) & (self.status == Status.OK)
+
+    @property
+    def disagree(self) -> np.ndarray:
+        """Which orbits (orbits,) one indicator calls chaotic and another one regular: sticky ones, for instance."""
+        found = (self.verdicts == Character.CHAOTIC).any(axis=0) & (self.verdicts == Character.REGULAR).any(axis=0)
+        return found & self.undecided
+
+    @property
+    def fraction(self) -> float:
+        """Share of chaotic orbits among those that are decided; NaN where none is."""
+        fine = (self.status == Status.OK) & ~self.undecided
+        return float(self.chaotic[fine].mean()) if fine.any() else math.nan
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every orbit is OK."""
+        raise_if_failed(self.status)
+
+    def summary(self) -> str:
+        """Say in one line what became of the orbits."""
+        fine = self.status == Status.OK
+        counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
+        if self.undecided.any():
+            counts += f" (time {np.nanmedian(self.longer[self.undecided]):.3g} may decide)"
+        return f"{counts}; {describe(self.status)}"
+
+
+@recorded
+def chaos(
+    body: Any, z0: Any, *, time: float, indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), history: int = 0,
+    early_stop: bool = False, deviations: Any = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None,
+    report: Report | None = None,
+) -> ChaosMap:  # fmt: skip
+    """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
+
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values such as
+    (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()); history: records of the streamed indicators, equidistant in time (of an
+    adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it chaotic (they must
+    be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their lengths don't matter; default:
+    columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`.
+    Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+
+    All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the scheme and
+    is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that makes one of positions
+    and momenta: with other units of length, time and mass the values and verdicts are the same. FLI and OFLI take their maxima over
+    all steps. Weighted averages run in the same pass; FrequencyDiffusion, ZeroOne and ReversibilityError make passes of their own.
+    A fixed step is used as given, or the nearest shorter one that divides the time.
+    A verdict needs evidence (each indicator says which): where it is missing the orbit is UNDECIDED, and `longer` says what may decide.
+    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k)
+    numbers an orbit, and the history.
+    Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
+    """
+    time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
+    chosen = _checked(indicators, checked_model(body))
+    slots = whole("history", history, 0)
+    tangent = [entry for entry in chosen if isinstance(entry, TangentIndicator)]
+    if flag("early_stop", early_stop) and len(tangent) < len(chosen):
+        raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
+    flow, z = (tangent_flow if tangent else make_flow)(body, z0, scheme, step, rtol, atol, threads)
+    _check_scheme(chosen, flow)
+    work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+    passes: list[Callable[[Report | None], None]] = [work.stream] if work.streams else []
+    for entry in chosen:
+        for kind, own in _OWN_PASS.items():
+            if isinstance(entry, kind):
+                passes.append(functools.partial(work.adopt, entry, own))
+    interrupted = False
+    try:
+        for number, run in enumerate(passes):
+            run(None if report is None else functools.partial(_portion, report, number, len(passes)))
+    except KeyboardInterrupt:
+        interrupted = True
+    result = _result(work, tolerance, interrupted)
+    if interrupted:
+        stopped = Interrupted("chaos")
+        stopped.partial = result
+        raise stopped
+    return result
+
+
+_OWN_PASS: dict[type, Callable] = {
+    FrequencyDiffusion: frequency_diffusion, ZeroOne: zero_one, ReversibilityError: reversibility_error,
+}  # fmt: skip
+
+
+def _portion(report: Report, number: int, passes: int, fraction: float) -> None:
+    report((number + fraction) / passes)
+
+
+def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
+    """Return the indicators if they suit the body."""
+    if not isinstance(indicators, (tuple, list)) or not indicators:
+        raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}")
+    n = body.degrees_of_freedom
+    for k, entry in enumerate(indicators):
+        if not isinstance(entry, Indicator):
+            hint = f": write {entry.__name__}()" if isinstance(entry, type) and issubclass(entry, Indicator) else ""
+            raise TypeError(f"indicators must be values of fastaff.analysis.chaos.indicators, got {entry!r}{hint}")
+        if entry.limit is not None or not hasattr(entry, "default"):
+            real(f"indicators[{k}], {type(entry).__name__}.limit", entry.limit)
+        if isinstance(entry, GALI) and not 2 <= whole(f"indicators[{k}], GALI.count", entry.count, 2) <= 2 * n:
+            raise ValueError(f"GALI.count must be 2 ... {2 * n} for {type(body).__name__}, got {entry.count}")
+        if isinstance(entry, FrequencyDiffusion):
+            checked_angles(entry.angles, body)
+        if isinstance(entry, ZeroOne) and entry.samples is not None:
+            whole(f"indicators[{k}], ZeroOne.samples", entry.samples, 100)
+    names = [entry.name for entry in indicators]
+    if len(set(names)) < len(names):
+        raise ValueError(f"indicators must differ, got {', '.join(names)}")
+    return tuple(indicators)
+
+
+def _check_scheme(chosen: tuple[Indicator, ...], flow: Flow) -> None:
+    """Raise ValueError unless the flow's scheme, perhaps one chosen by trial, suits the indicators."""
+    for entry in chosen:
+        if isinstance(entry, BirkhoffDigits) and flow.adaptive:
+            raise ValueError(f"BirkhoffDigits needs a scheme of fixed steps, got {flow.scheme.name}")
+        if isinstance(entry, ReversibilityError) and not isinstance(flow.scheme, Splitting):
+            raise ValueError(f"ReversibilityError needs a splitting, which is reversible, got {flow.scheme.name}")
+
+
+def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
+    """Assemble the map, where `unfinished` of the passes that were done."""
+    ensemble = work.ensemble
+    if unfinished:
+        ensemble.status[(ensemble.status == Status.OK) & ~np.isfinite(work.values).all(axis=0)] = Status.INTERRUPTED
+    reached = ensemble.time if work.streams else np.where(ensemble.status == Status.OK, work.time, 0.0)
+    error = energy_error(work.flow.model, ensemble)
+    mark_drift(ensemble, error, tolerance)
+    detected, history, times = work.records()
+    by_detection = work.early_stop & np.isfinite(detected).all(axis=0)
+    ensemble.status[(reached < work.time * (1 - 1e-12)) & (ensemble.status == Status.OK) & ~by_detection] = Status.INTERRUPTED
+    sound = np.isin(ensemble.status, (Status.OK, Status.INTERRUPTED))
+    phase = work.rates * reached
+    verdicts = np.array([judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)])
+    verdicts[:, by_detection] = Character.CHAOTIC
+    verdicts[:, ~sound] = Character.UNDECIDED
+    verdict = _together(verdicts)
+    needed = np.max([2 * np.pi * max(entry.periods, entry.least) for entry in work.chosen]) / work.rates
+    longer = np.where((verdict == Character.UNDECIDED) & sound, np.maximum(needed, 4 * work.time), np.nan)
+    spectrum, spectrum_error = work.exponents()
+    # Exponents are read as decades of growth.
+    rates = np.array([entry.rate for entry in work.chosen])[:, None]
+    with np.errstate(all="ignore"):
+        values = np.where(rates, work.values * (LN10 / reached), work.values)
+        history = np.where(rates[:, :, None], history * (LN10 / times), history)
+    return ChaosMap(
+        tuple(entry.name for entry in work.chosen), values, np.where(rates, work.limits * LN10 / work.time, work.limits), verdicts, verdict,
+        longer, detected, spectrum, spectrum_error, history, times, reached, error, ensemble.status, work.time, work.flow.scheme,
+        work.flow.step,
+    )  # fmt: skip
+
+
+def _together(verdicts: np.ndarray) -> np.ndarray:
+    """Return what the decided ones of verdicts (indicators, orbits) say where they agree, else UNDECIDED."""
+    chaotic, regular = (verdicts == Character.CHAOTIC).any(axis=0), (verdicts == Character.REGULAR).any(axis=0)
+    return np.where(chaotic == regular, Character.UNDECIDED, np.where(chaotic, Character.CHAOTIC, Character.REGULAR))

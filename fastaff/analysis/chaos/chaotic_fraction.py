@@ -1,0 +1,237 @@
+"""Scans of parameters: the chaotic fraction of a body for each value of one or two of them."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import entries, function, numbers, positive, shown, texts
+from ...base.recipe import recorded
+from ...base.status import Status
+from ...flows.flow import Interrupted, Report
+from ...schemes.catalogue import KAHAN_LI8, VERNER9, RungeKutta, Splitting
+from ..sections.energy_grid import NotReached
+from .chaos_map import ChaosMap, chaos
+from .indicators import MEGNO, SALI, Indicator
+
+TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
+"""What becomes of an orbit whose fixed step is too long for a steep wall."""
+
+
+@dataclass(frozen=True)
+class ChaosScan:
+    """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
+
+    names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and undecided, those that
+    did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the second scheme; statuses (statuses, ...):
+    orbits of each `Status`; indicators: names of the rows of medians (indicators, ...), over all orbits that did not fail, and
+    chaotic_medians, over the chaotic ones; limits (indicators, ...), the medians of the orbits' own; time, (median) step and largest
+    energy_error of each case; done: False for cases that Ctrl-C left out.
+    """
+
+    names: tuple[str, ...]
+    axes: tuple[np.ndarray, ...]
+    orbits: np.ndarray
+    chaotic: np.ndarray
+    regular: np.ndarray
+    undecided: np.ndarray
+    rescued: np.ndarray
+    statuses: np.ndarray
+    indicators: tuple[str, ...]
+    medians: np.ndarray
+    chaotic_medians: np.ndarray
+    limits: np.ndarray
+    time: np.ndarray
+    step: np.ndarray
+    energy_error: np.ndarray
+    done: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    @property
+    def failed(self) -> np.ndarray:
+        """Orbits of each case that failed."""
+        return self.orbits - self.sound
+
+    @property
+    def sound(self) -> np.ndarray:
+        """Orbits of each case that did not fail."""
+        return self.chaotic + self.regular + self.undecided
+
+    @property
+    def fraction(self) -> np.ndarray:
+        """Share of chaotic orbits among those that are decided; NaN where there are none."""
+        return _share(self.chaotic, self.chaotic + self.regular)
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were chaotic."""
+        return np.array([_share(self.chaotic, self.sound), _share(self.chaotic + self.undecided, self.sound)])
+
+    def interval(self, sigmas: float = 1.959964) -> np.ndarray:
+        """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by default.
+
+        Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
+        """
+        # Beyond these the ends are 0 and 1, or the fraction itself.
+        sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)
+        count, p = (self.chaotic + self.regular) / sigmas**2, self.fraction
+        with np.errstate(all="ignore"):
+            width = np.sqrt(p * (1 - p) * count + 0.25) / (1 + count)
+            middle = (p * count + 0.5) / (1 + count)
+        return np.clip([middle - width, middle + width], 0.0, 1.0)
+
+    def summary(self) -> str:
+        """Say in one line what became of the cases."""
+        found, empty = self.fraction[self.orbits > 0], int(np.count_nonzero(self.done & (self.orbits == 0)))
+        parts = [f"{self.orbits.size} cases of {self.orbits.max(initial=0)} orbits"]
+        if np.isfinite(found).any():
+            parts.append(f"chaotic fraction {np.nanmin(found):.3f} ... {np.nanmax(found):.3f}")
+        parts.append(f"{int(self.undecided.sum())} of {int(self.orbits.sum())} orbits undecided")
+        if self.rescued.any():
+            parts.append(f"{int(self.rescued.sum())} done again with the second scheme")
+        lost = self.statuses.reshape(len(Status), -1).sum(axis=1)
+        parts += [f"{count} {outcome.name} ({outcome.sentence})" for outcome, count in zip(Status, lost) if count and outcome != Status.OK]
+        if empty:
+            parts.append(f"{empty} cases empty: the energy reaches nothing there")
+        if not self.done.all():
+            parts.append(f"{int(np.count_nonzero(~self.done))} cases not done")
+        return "; ".join(parts)
+
+
+def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        return np.where(whole > 0, part / whole, np.nan)
+
+
+AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
+
+
+@recorded
+def chaotic_fraction(
+    make: Callable[..., tuple[Any, Any]], axes: Sequence[Any], *, time: float | Callable[[Any, np.ndarray], float],
+    names: Sequence[str] = (), indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), early_stop: bool = False, step: float | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8, second: RungeKutta | None = VERNER9, rtol: float = 1e-12, atol: float = 1e-12,
+    energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
+) -> ChaosScan:  # fmt: skip
+    """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
+
+    Parameters: make: called as make(value) or make(value1, value2), gives (body, z0), z0 (2n, orbits) as of `energy_sample`; where it
+    raises NotReached or gives an empty z0 the case is empty; axes: one or two arrays of values; names: of the parameters; time: of
+    every case, or a function of (body, z0) that gives it; indicators, early_stop: as in `chaos`; step: None for a trial in every case;
+    second: an adaptive scheme for the orbits that the fixed steps of the first lose at a steep wall, None for no second chance;
+    the other options as in `integrate`.
+    Returns ChaosScan. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with the finished cases in `.partial`.
+
+    One launch a case, so that memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them out would bend
+    the fraction, so they run again, judged by the same limits. The share of section points (`energy_sample`) is the share of the
+    section's invariant area, not of the energy surface's volume. Cost: that of `chaos` for each case, and a trial of steps.
+    Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
+    """
+    values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
+    function("make", make)
+    names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
+    if len(names) != len(values):
+        raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
+    if not isinstance(indicators, (tuple, list)) or not indicators or not all(isinstance(entry, Indicator) for entry in indicators):
+        raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
+    if second is not None and not (isinstance(second, RungeKutta) and second.adaptive):
+        raise TypeError(f"second must be an adaptive scheme such as fastaff.VERNER9, or None, got {second!r}")
+    if not callable(time):
+        time = positive("time", time)
+    run = functools.partial(
+        chaos, indicators=indicators, early_stop=early_stop, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads
+    )
+    scan = _empty(names, values, tuple(entry.name for entry in indicators))
+    cells = list(itertools.product(*(range(len(axis)) for axis in values)))
+    for number, cell in enumerate(cells):
+        share = None if report is None else functools.partial(_portion, report, number, len(cells))
+        try:
+            _fill(scan, cell, make, time, run, step, scheme, second, indicators, share)
+        except KeyboardInterrupt:
+            stopped = Interrupted("chaotic_fraction")
+            stopped.partial = scan
+            raise stopped from None
+        except (TypeError, ValueError) as problem:
+            at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
+            raise type(problem)(f"axes at {at}: {problem}") from problem
+        if report is not None:
+            report((number + 1) / len(cells))
+    return scan
+
+
+def _axis(k: int, axis: Any) -> np.ndarray:
+    values = np.array(numbers(f"axes[{k}]", axis))
+    if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+        raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {axis!r}")
+    return values
+
+
+def _portion(report: Report, number: int, cases: int, fraction: float) -> None:
+    report((number + fraction) / cases)
+
+
+def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaosScan:
+    shape = tuple(axis.size for axis in axes)
+    counts: list[Any] = [np.zeros(shape, np.int64) for _ in range(5)]
+    rows: list[Any] = [np.full((len(indicators), *shape), np.nan) for _ in range(3)]
+    numbers: list[Any] = [np.full(shape, np.nan) for _ in range(3)]
+    statuses = np.zeros((len(Status), *shape), np.int64)
+    orbits, chaotic, regular, undecided, rescued = counts
+    medians, chaotic_medians, limits = rows
+    time, step, error = numbers
+    return ChaosScan(
+        names, axes, orbits, chaotic, regular, undecided, rescued, statuses, indicators, medians, chaotic_medians, limits,
+        time, step, error, np.zeros(shape, bool),
+    )  # fmt: skip
+
+
+def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report) -> None:
+    """Compute one case and write its numbers into the arrays of the scan."""
+    try:
+        body, z0 = make(*(float(axis[i]) for axis, i in zip(scan.axes, cell)))
+    except NotReached:
+        scan.done[cell] = True
+        return
+    z0 = np.asarray(z0, dtype=np.float64)
+    if z0.size == 0:
+        scan.done[cell] = True
+        return
+    z0 = z0.reshape(z0.shape[0], -1)
+    length = positive("time", time(body, z0) if callable(time) else time)
+    found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
+    lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
+    if second is not None and lost.size:
+        found = _joined(found, lost, run(body, z0[:, lost], time=length, scheme=second))
+    fine = found.status == Status.OK
+    row = (slice(None), *cell)
+    with np.errstate(all="ignore"):
+        for target, chosen in ((scan.medians, fine), (scan.chaotic_medians, fine & found.chaotic)):
+            if chosen.any():
+                target[row] = np.median(found.values[:, chosen], axis=1)
+    scan.orbits[cell], scan.rescued[cell] = fine.size, np.count_nonzero(fine[lost]) if second is not None else 0
+    for target, kind in ((scan.chaotic, found.chaotic), (scan.regular, found.regular), (scan.undecided, found.undecided)):
+        target[cell] = np.count_nonzero(kind & fine)
+    scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
+    scan.limits[row], scan.time[cell], scan.step[cell] = np.median(found.limits, axis=1), length, np.median(found.step)
+    scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan
+    scan.done[cell] = True
+
+
+def _joined(first: ChaosMap, where: np.ndarray, again: ChaosMap) -> ChaosMap:
+    """Return the map with the orbits numbered `where` taken from another."""
+    changed: dict[str, Any] = {}
+    for entry in fields(first):
+        old, new = getattr(first, entry.name), getattr(again, entry.name)
+        if isinstance(old, np.ndarray) and isinstance(new, np.ndarray):
+            changed[entry.name] = old.copy()
+            changed[entry.name][..., where] = new
+    return replace(first, **changed)

@@ -1,0 +1,188 @@
+"""A chaos map in the making: the streamed pass with tangent vectors and averages, and what the other passes add."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...base.numbers import fits, number_of_steps
+from ...base.status import Status
+from ...flows import observers
+from ...flows.flow import Ensemble, Flow, Report
+from ...flows.motion import inverse_masses, natural_rates
+from ...kernels.deviations import HALF, LAST, STRIDE, place
+from ..orbits.tangent_map import checked_deviations
+from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, TangentIndicator, limit_of
+
+DEPENDENT = 1e-10
+"""Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction."""
+
+
+def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.ndarray:
+    """Return the natural frequency (orbits,) of each orbit; where it has none, one radian in the time."""
+    rates = natural_rates(model, z0, threads)
+    return np.where(np.isfinite(rates) & (rates > 0), rates, 1 / time)
+
+
+def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega) and its momenta by it are measured in one unit.
+
+    omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in time. The scaling
+    is symplectic, so volumes and exponents stay what they are.
+    """
+    inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))
+    inverse = np.where(np.isfinite(inverse) & (inverse > 0), inverse, 1.0)
+    length = np.sqrt(rates / inverse)
+    return np.concatenate([length, 1 / length])
+
+
+def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return given tangent vectors with unit length in the scale, and the logarithms (count, orbits) of their volumes."""
+    given = checked_deviations(deviations, scale)
+    with np.errstate(all="ignore"):
+        given = given / np.abs(given).max(axis=1, keepdims=True)  # squares must neither overflow nor vanish
+        given = given * scale / np.linalg.norm(given * scale, axis=1, keepdims=True)
+    unit = np.nan_to_num(given).transpose(2, 1, 0)
+    factors = np.abs(np.diagonal(np.linalg.qr(unit, mode="r"), axis1=1, axis2=2))
+    if len(given) > len(scale) or not (factors > DEPENDENT).all():
+        raise ValueError(f"deviations must be at most {len(scale)} linearly independent vectors, got {len(given)} that depend or vanish")
+    return given / scale, np.log(factors).T
+
+
+def symplectic_frame(n: int, count: int) -> np.ndarray:
+    """Return tangent vectors (count, 2n): columns of a fixed random symplectic orthogonal matrix, w_(2n+1-i) the conjugate of w_i."""
+    random = np.random.default_rng(20)
+    unitary, _ = np.linalg.qr(random.standard_normal((n, n)) + 1j * random.standard_normal((n, n)))
+    first = np.concatenate([unitary.real, unitary.imag]).T
+    conjugate = np.concatenate([-unitary.imag, unitary.real]).T
+    return np.concatenate([first, conjugate[::-1]])[:count]
+
+
+class ChaosRun:
+    """The state of a chaos map between its passes; `values` (indicators, orbits) are readings, exponents as decades of growth."""
+
+    def __init__(
+        self, flow: Flow, z0: np.ndarray, time: float, chosen: tuple[Indicator, ...], *, slots: int, early_stop: bool, deviations: Any
+    ):
+        self.flow, self.z0, self.time, self.chosen = flow, z0, time, chosen
+        self.slots, self.early_stop = slots, early_stop
+        self.n, self.orbits = flow.model.degrees_of_freedom, z0.shape[1]
+        self.rates = own_rates(flow.model, z0, time, flow.threads)
+        self.scale = scales(flow.model, z0, self.rates)
+        self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
+        self.tangent = [(j, entry) for j, entry in enumerate(chosen) if isinstance(entry, TangentIndicator)]
+        self.digits = [j for j, entry in enumerate(chosen) if isinstance(entry, BirkhoffDigits)]
+        self.streams = bool(self.tangent or self.digits)
+        if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time
+            self.flow = flow.fitted(time)
+        start = self._start(deviations) if self.tangent else None
+        self.k, self.m = self.flow.vectors, len(self.tangent)
+        self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
+        self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
+        self.observer = self._observer()
+        self.memory = np.zeros((self.observer.rows, self.orbits))
+        if self.tangent:
+            self._prepare()
+        number_of_steps(time, 1 / self.rates)
+        fits("history", self.orbits, len(chosen) + self.m + 1, slots)
+        self.out = np.full((self.orbits, max(1, (self.m + 1) * slots)), np.nan)
+
+    def _prepare(self) -> None:
+        """Set the rows of the memory that the stream only reads, and the columns."""
+        self.memory[self._rows(3)][:: self.k + 1] = 1.0
+        self.memory[self._rows(7)] = self.limits[[j for j, _ in self.tangent]]
+        first = self._rows(9).start
+        self.memory[first : first + 2 * self.n] = self.scale**2
+        # About a radian, as a power of two steps: lanes that share their steps then share the work.
+        steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
+        self.memory[STRIDE] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
+
+    def _start(self, deviations: Any) -> np.ndarray:
+        """Return the tangent vectors at the start, and make the flow carry them."""
+        needed = max(entry.vectors(self.n) for _, entry in self.tangent)
+        if deviations is None:
+            start, self.first = symplectic_frame(self.n, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
+        else:
+            start, self.first = _unit_vectors(deviations, self.scale)
+            needed = 2 * self.n if self._spectrum else needed
+        if len(start) < needed:
+            raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")
+        self.flow = replace(self.flow, vectors=len(start))
+        return start
+
+    @property
+    def _spectrum(self) -> bool:
+        return any(isinstance(entry, LyapunovSpectrum) for _, entry in self.tangent)
+
+    def _rows(self, what: int) -> slice:
+        """Return the rows of the observer's memory of that number in `place`."""
+        return slice(place(self.k, self.m, what), place(self.k, self.m, what + 1))
+
+    def _observer(self) -> observers.Observer:
+        """Return the observer of the stream."""
+        averages = observers.averages(self.flow.model, self.k, self.time)
+        if not self.tangent:
+            return averages
+        observer = observers.deviations(
+            self.flow.model, self.k, tuple(entry.reading for _, entry in self.tangent),
+            tuple(1.0 if entry.above else -1.0 for _, entry in self.tangent), time=self.time, early_stop=self.early_stop, slots=self.slots,
+        )  # fmt: skip
+        return observers.together(observer, averages, max(1, (self.m + 1) * self.slots)) if self.digits else observer
+
+    def stream(self, report: Report | None) -> None:
+        """Run the tangent vectors and the averages."""
+        try:
+            self.flow.advance(
+                self.ensemble, self.observer, self.memory, self.out, time=self.time, refill=self.early_stop, report=report,
+            )  # fmt: skip
+        finally:
+            self._read()
+
+    def _read(self) -> None:
+        """Take the readings of the streamed indicators from the memory of the observer."""
+        if self.tangent:
+            which = [j for j, _ in self.tangent]
+            self.values[which] = self.memory[self._rows(5)]
+            self.before[which] = np.where(self.memory[HALF] > 0, self.memory[self._rows(6)], np.nan)
+        for j in self.digits:
+            first = self._rows(9).start + 2 * self.n if self.tangent else 0  # the averages' memory is the second part
+            _, early, a, late, b = self.memory[first : first + 5]
+            with np.errstate(all="ignore"):
+                a, b = a / early, b / late
+                digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
+            self.values[j] = np.where(self.ensemble.time >= self.time * (1 - 1e-12), digits, np.nan)
+
+    def adopt(self, entry: Indicator, own: Callable, report: Report | None) -> None:
+        """Run the pass of an indicator of its own; an orbit that fails in it is marked."""
+        value, status = own(entry, replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
+        self.values[self.chosen.index(entry)] = value
+        fine = self.ensemble.status == Status.OK
+        self.ensemble.status[fine] = status[fine]
+
+    def records(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the times of detection (indicators, orbits), the history (indicators, slots, orbits) and its times (slots, orbits)."""
+        detected = np.full(self.values.shape, np.nan)
+        history = np.full((len(self.chosen), self.slots, self.orbits), np.nan)
+        records = self.out[:, : self.slots * (self.m + 1)].reshape(self.orbits, self.slots, self.m + 1)
+        for number, (j, _) in enumerate(self.tangent):
+            times = self.memory[self._rows(8)][number]
+            detected[j] = np.where(times > 0, times, np.nan)
+            history[j] = records[:, :, 1 + number].T
+        return detected, history, records[:, :, 0].T
+
+    def exponents(self) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """Return the Lyapunov spectrum, the largest first, and its change since half the time."""
+        if not self._spectrum:
+            return None, None
+        # Volumes count from the start, whatever the angles between given vectors.
+        sums, half = self.memory[self._rows(0)] - self.first, self.memory[self._rows(1)] - self.first
+        if self.k < 2 * self.n:
+            sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
+        with np.errstate(all="ignore"):
+            now, before = sums / self.memory[LAST], half / self.memory[HALF]
+        order = np.argsort(-now, axis=0, kind="stable")
+        error = np.where(self.memory[HALF] > 0, np.abs(now - before), np.inf)
+        return np.take_along_axis(now, order, axis=0), np.take_along_axis(error, order, axis=0)

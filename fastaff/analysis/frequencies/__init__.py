@@ -1,0 +1,1 @@
+"""Fundamental frequencies, resonances and their web."""

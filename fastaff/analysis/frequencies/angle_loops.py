@@ -1,0 +1,120 @@
+"""Signals of angles and their own loops from samples of orbits, and averages in an angle's own clock."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...models.angles import AlphaBeta, RVartheta
+from .fundamental import SPANS, weight_at, windows
+
+
+class Plain(NamedTuple):
+    """Loops in the coordinate planes (q_i, p_i) of any system; averaged over time."""
+
+    names: tuple[str, ...]
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane: none."""
+        return (False,) * len(self.names)
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """1 where an angle is averaged over the clock instead of time: none."""
+        return (0,) * len(self.names)
+
+    def signals(self, *z):
+        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
+        n, zero = len(self.names), 0.0 * z[0]
+        return tuple(entry for i in range(n) for entry in (z[i], zero, z[n + i], zero))
+
+
+class Layout:
+    """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane."""
+
+    def __init__(self, angles: Any):
+        self.angles, planes = angles, angles.planes
+        self.librations = [i for i, plane in enumerate(planes) if not plane]
+        self.planes = [i for i, plane in enumerate(planes) if plane]
+        self.m = len(self.librations)
+        self.kept = [4 * i + part for i in self.librations for part in (0, 2)]
+        self.kept += [4 * i + part for i in self.planes for part in range(4)]
+        self.clocked = [i for i, clock in enumerate(getattr(angles, "clocks", [0] * len(planes))) if clock]
+        self.body = bool(self.planes)
+        self.separate = isinstance(angles, (AlphaBeta, RVartheta))
+
+    def signals(self, samples: np.ndarray) -> np.ndarray:
+        """Return the signals (orbits, rows, samples) of samples (orbits, samples, 2n)."""
+        result = np.empty((samples.shape[0], len(self.kept), samples.shape[1]))
+        for row, orbit in zip(result, samples, strict=True):
+            s = self.angles.signals(*np.ascontiguousarray(orbit.T))
+            for i, kept in enumerate(self.kept):
+                row[i] = s[kept]
+        return result
+
+    def clock(self, samples: np.ndarray) -> np.ndarray:
+        """Return the rate of the clock (orbits, samples)."""
+        rest = [0.0] * samples.shape[2]
+        with np.errstate(all="ignore"):
+            return np.array([self.angles.rates(*np.ascontiguousarray(orbit.T), *rest)[-2] for orbit in samples])
+
+    def own(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and their offsets."""
+        orbits, rows, _ = s.shape
+        loops, offset = np.zeros((orbits, len(self.angles.names), rows), complex), np.zeros((orbits, len(self.angles.names)), complex)
+        low, high = s.min(axis=2), s.max(axis=2)
+        width = high - low
+        for place, i in enumerate([*self.librations, *self.planes]):
+            first = 2 * place if place < self.m else 2 * self.m + 4 * (place - self.m)
+            parts = 1 if place < self.m else 2
+            q, p = width[:, first : first + parts].max(axis=1), width[:, first + parts : first + 2 * parts].max(axis=1)
+            scale = np.where((q > 0) & (p > 0), q / np.where(p > 0, p, 1.0), 1.0)
+            scale = np.where(np.isfinite(scale), scale, 1.0)
+            if parts == 1:
+                loops[:, i, first], loops[:, i, first + 1] = 1.0, -1j * scale
+                offset[:, i] = (low[:, first] + high[:, first]) / 2
+                continue
+            a1, a2, p1, p2 = s[:, first : first + 4, 0].T
+            scale = np.where(a1 * p2 - a2 * p1 < 0, -scale, scale)
+            for j, c in enumerate((1.0, 1j, -1j * scale, scale)):
+                loops[:, i, first + j] = c
+        return loops, offset
+
+
+def _for_steps(weights: np.ndarray) -> np.ndarray:
+    """Return weights (orbits, steps) of angles per step whose sum is that of rates times these weights (orbits, samples).
+
+    Means over steps would ripple with the clock and beat with the rates. (asinh y)/(y (1 + y^2)^(1/2)) of differences 2 y, to the order 8,
+    on the means of neighbours.
+    """
+    result = (weights[:, 1:] + weights[:, :-1]) / 2
+    difference = result
+    for c in (-1 / 6, 1 / 30, -1 / 140, 1 / 630):
+        wide = np.pad(difference, ((0, 0), (1, 1)))
+        difference = wide[:, 2:] - 2 * difference + wide[:, :-2]
+        result = result + c * difference
+    return result
+
+
+def clock_windows(rate: np.ndarray) -> np.ndarray:
+    """Return weights (orbits, windows, steps) over equal spans of a clock of so fast `rate` (orbits, samples), as `windows` over time's.
+
+    They turn angles per step into mean angles per clock unit, times the clock's mean rate. The clock is summed by a rule of order 6.
+    """
+    samples = rate.shape[1]
+    padded = np.concatenate([rate[:, :1], rate[:, :1], rate, rate[:, -1:], rate[:, -1:]], axis=1)
+    steps = np.zeros((rate.shape[0], samples - 1))
+    for i, c in enumerate((11, -93, 802, 802, -93, 11)):
+        steps += c / 1440 * padded[:, i : i + samples - 1]
+    clock = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
+    x, plain = clock / clock[:, -1:], windows(samples - 1)
+    middle = (rate[:, 1:] + rate[:, :-1]) / 2
+    weights = np.empty((rate.shape[0], len(SPANS) + 1, samples - 1))
+    for w, (x0, x1) in enumerate(SPANS):
+        weights[:, w] = _for_steps(weight_at(2 * (x - x0) / (x1 - x0) - 1))
+        mean = (plain[w] * middle).sum(axis=1)
+        weights[:, w] *= (mean / (weights[:, w] * steps).sum(axis=1))[:, None]
+    weights[:, -1] = weights[:, 0]
+    return weights

@@ -1,0 +1,356 @@
+"""Frequency maps: fundamental frequencies of many orbits, their errors and their diffusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import fits, positive
+from ...base.recipe import recorded
+from ...base.status import Status, describe, raise_if_failed
+from ...compile.jit import LANES
+from ...flows.accuracy import HALVINGS, wants_accuracy
+from ...flows.checks import checked_model
+from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
+from ...flows.motion import natural_rates
+from ...flows.trials import make_flow
+from ...models import Body
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from .angle_loops import Layout, Plain
+from .fundamental import fastest
+from .readings import METHODS, Samples, read
+
+ACCURACY = 1e-11
+"""Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
+
+FALLBACK = 1e-9
+"""Relative error of averages above which lines are fitted, where no accuracy is asked for."""
+
+BUDGET = 1 << 27
+"""Bytes of samples in memory at once."""
+
+PILOT = 16
+"""The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
+
+PILOT_STEPS = 256
+DENSE, CLOCKED_DENSE = 0.25, 0.05
+"""Radians of the fastest motion between samples; where angles have a clock, which is summed from samples."""
+
+MANY_TURNS = 30
+"""Turns from which frequencies that change between the halves are evidence of chaos, ..."""
+
+CHANGED = 0.3
+"""... where they change by so many cycles over a half."""
+
+
+class FrequencyKind(IntEnum):
+    """What the frequencies of an orbit say of it."""
+
+    INDEPENDENT = 0
+    DEPENDENT = 1
+    IRREGULAR = 2
+    UNDECIDED = 3
+
+
+@dataclass(frozen=True)
+class FrequencyMap:
+    """Fundamental frequencies of orbits.
+
+    names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which covers the
+    averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits), an index into METHODS: which
+    method gave the value;
+    kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus; DEPENDENT, only `rank` (orbits,) of them are independent
+    (a resonance, a mode at rest), the other rows show the leading line of their coordinate; IRREGULAR, they change from one half
+    to the other: chaotic; UNDECIDED, the time is too short to tell.
+    leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with
+    leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have basis 1 are
+    those of the coordinates' own lines; a singular basis tells that the leading lines are locked.
+    diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over nu_eta and nu_gamma, whose
+    angles are well defined on every orbit; energy_error, status (orbits,).
+    step: what was used, one for each orbit where they were chosen for them.
+    For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them.
+    """
+
+    names: tuple[str, ...]
+    nu: np.ndarray
+    error: np.ndarray
+    diffusion: np.ndarray
+    method: np.ndarray
+    energy_error: np.ndarray
+    status: np.ndarray
+    nu_eta: np.ndarray | None
+    nu_gamma: np.ndarray | None
+    time: float
+    scheme: Splitting | RungeKutta
+    step: float | np.ndarray
+    kind: np.ndarray
+    rank: np.ndarray
+    leading: np.ndarray
+    leading_error: np.ndarray
+    basis: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Angular frequencies 2 pi nu, in radians per unit time."""
+        return 2 * np.pi * self.nu
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every orbit is OK."""
+        raise_if_failed(self.status)
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
+        return (self.status == Status.OK) & np.isin(self.kind, (FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT))
+
+    def summary(self) -> str:
+        """Say in one line what became of the orbits."""
+        return describe(self.status)
+
+
+@recorded
+def frequency_map(
+    body: Any, z0: Any, *, time: float, accuracy: float | None = None, method: str = "birkhoff", angles: Any = None,
+    fallback: float | None = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
+) -> FrequencyMap:  # fmt: skip
+    """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
+
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's largest frequency,
+    that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave more; what `time` is too
+    short for stays in `error`; method "birkhoff" or "naff"; angles: a value of `fastaff.models.angles` (default: those natural to the
+    potential, or the coordinates and momenta themselves); step: instead of an accuracy, and for an adaptive scheme the interval
+    between the states that are sampled (default: a sixteenth of a typical radian); fallback: relative error estimate above which
+    a Birkhoff value is replaced by the NAFF one where that has the smaller error (default: the accuracy asked for, or 1e-9; inf:
+    never); the other options as in `integrate`.
+    Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+
+    Identification: the orbit is sampled at every step, or every 2, 4 or 8 where a quarter of a radian of its fastest motion allows.
+    The lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are
+    generators; each goes to the coordinate of whose motion it has the largest share. They are positive; those of a
+    body's planes have the sign of turning. A coordinate that grows without bound counts without its mean growth.
+    Birkhoff: nu = sum w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has one generator's line and
+    no other's; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is damped below 2e-12 once
+    d*time > 9.6. A body that separates has loops of its own, in a clock of its own (`angles`).
+    NAFF: the line of that loop, fitted with the strongest others.
+    Errors: 5 times the largest difference of the value over windows of unequal lengths and starts from that over the whole; 5 times the
+    change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step is halved (for a Runge-Kutta scheme,
+    whose error grows, times their ratio; tolerances a hundredth for an adaptive one), which for a splitting is taken off the value too;
+    what the window leaves of the line itself; and rounding.
+    Cost: a run, a half-step run over a sixteenth of the time, one fit of about n + 4 lines to n loops of about eight samples a radian
+    of the fastest motion. Memory: the samples of some orbits at a time, 128 MiB or one orbit.
+    Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427, and Valluri &
+    Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted
+    averages); the paper's nu = dE/dJ.
+    """
+    time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
+    goal = wants_accuracy(scheme, step, accuracy, ACCURACY)
+    if not isinstance(method, str) or method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    if fallback is None:
+        fallback = FALLBACK if accuracy is None else accuracy
+    if not (isinstance(fallback, float) and fallback == np.inf):
+        fallback = positive("fallback", fallback)
+    angles = checked_angles(angles, checked_model(body))
+    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=goal or ACCURACY)
+    work = _Work(flow, angles, z, time, goal, 0.0 if method == "naff" else fallback, report)
+    interrupted = False
+    try:
+        work.run(tolerance)
+    except KeyboardInterrupt:
+        interrupted = True
+    result = work.result(tolerance)
+    if interrupted:
+        stopped = Interrupted("frequency_map")
+        stopped.partial = result
+        raise stopped
+    return result
+
+
+def checked_angles(angles: Any, body: Any) -> Any:
+    """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
+    chosen: Any = getattr(body, "angles", None) if angles is None else angles
+    if angles is None and (chosen is None or (any(chosen.planes) and not isinstance(body, Body))):
+        return Plain(_coordinates(body))  # without the symmetry the planes' angles are coordinates like others
+    if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
+        raise TypeError(
+            f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
+            f"{type(body).__name__} has no `angles` of its own"
+        )
+    if len(chosen.names) != body.degrees_of_freedom:
+        raise ValueError(f"angles must have {body.degrees_of_freedom} angles for {type(body).__name__}, got {chosen!r}")
+    return chosen
+
+
+def _coordinates(body: Any) -> tuple[str, ...]:
+    """Return names of the coordinates: the model's own, or q1 to qn."""
+    n = body.degrees_of_freedom
+    return tuple(getattr(body, "coordinates", [f"q{i + 1}" for i in range(n)]))
+
+
+def _share(steps: np.ndarray) -> np.ndarray:
+    """Return which part of so many steps the pilot takes: PILOT, or a smaller power of 2 that leaves it PILOT_STEPS."""
+    room = np.maximum(steps // PILOT_STEPS, 1)
+    return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))
+
+
+def _finer(flow: Flow) -> Flow:
+    """Return a flow of half the step, or of a hundredth of the tolerances."""
+    if flow.adaptive:
+        return replace(flow, rtol=max(flow.rtol / 100, 1e-15), atol=flow.atol / 100)
+    return replace(flow, step=flow.step / 2)
+
+
+class _Work:
+    """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
+
+    def __init__(
+        self, flow: Flow, angles: Any, z0: np.ndarray, time: float, accuracy: float | None, fallback: float, report: Report | None
+    ):  # fmt: skip
+        self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
+        self.accuracy, self.fallback = accuracy, fallback
+        self.layout = Layout(angles)
+        self.n, self.orbits = len(angles.names), z0.shape[1]
+        self.ensemble: Ensemble = flow.ensemble(z0.copy())
+        self.nu, self.leading = np.zeros((2, self.n, self.orbits))
+        self.halves = np.zeros((2, self.n, self.orbits))
+        self.error, self.leading_error, self.scheme_error = np.full((3, self.n, self.orbits), np.inf)
+        self.method = np.zeros((self.n, self.orbits), np.int8)
+        self.rank = np.zeros(self.orbits, np.int64)
+        self.basis = np.zeros((self.n, self.n, self.orbits), np.int64)
+        self.reached = np.zeros(self.orbits, bool)
+        self.used = np.full(self.orbits, np.nan)
+        self.done = 0
+
+    def run(self, tolerance: float) -> None:
+        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves more."""
+        flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
+        for _ in range(1 if self.accuracy is None else HALVINGS + 1):
+            self._pass(flow, orbits)
+            excess = np.zeros(self.orbits) if self.accuracy is None else self._excess(self.accuracy, tolerance)
+            # What a finer step does not change is rounding, or chaos.
+            again = (excess > 1) & (excess < before / 4)
+            orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), _finer(flow)
+            if not orbits.size:
+                return
+
+    def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
+        """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there are none."""
+        change = np.abs(self.halves[0] - self.halves[1])
+        known = self._kind(change) <= FrequencyKind.DEPENDENT
+        share = np.where(np.isfinite(self.scheme_error), self.scheme_error, 0.0).max(axis=0)
+        share = np.where(known, share / np.maximum(np.abs(self.nu).max(axis=0), 1e-300), 0.0)
+        energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
+        return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
+
+    def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
+        """Sample these orbits and find their frequencies, as many at a time as memory allows."""
+        steps = self._steps(flow)
+        fits("time", len(self.z0), int(steps.max(initial=0)) // 8)  # samples of one orbit, as few as there may be
+        for count in np.unique(steps[orbits]):
+            same = orbits[steps[orbits] == count]
+            portion = max(1, BUDGET // (8 * self.z0.shape[0] * int(count) * 2))
+            if portion > LANES:
+                portion -= portion % LANES
+            for begin in range(0, same.size, portion):
+                self._portion(flow, same[begin : begin + portion], int(count))
+
+    def _steps(self, flow: Flow) -> np.ndarray:
+        """Return the number of steps (or samples, for an adaptive scheme) of each orbit: a multiple of what pilots take."""
+        if flow.adaptive and not np.isfinite(flow.step):
+            interval = 1 / (16 * natural_rates(flow.model, self.z0, flow.threads))
+            # By powers of 2: orbits of equal numbers are sampled together.
+            steps = 2 ** np.ceil(np.log2(np.maximum(64, self.time / interval))).astype(np.int64)
+        else:
+            steps = np.maximum(64 if flow.adaptive else 32, flow.steps(self.time))
+        steps = np.broadcast_to(steps, self.orbits)
+        share = _share(steps)
+        unit = np.where(share > 1, 8 * share, 1)
+        return unit * -(-steps // unit)
+
+    def _portion(self, flow: Flow, orbits: np.ndarray, steps: int) -> None:
+        """Find the frequencies of these orbits, which take so many steps."""
+        share = int(_share(np.array(steps)))
+        time, count = self.time / share, steps // share
+        pilot, _ = self._sample(_finer(flow), orbits, time, count)
+        with np.errstate(all="ignore"):
+            rate = fastest(self.layout.signals(pilot), time / count)
+            allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
+        every = np.where(allowed >= 8, 8, np.where(allowed >= 4, 4, np.where(allowed >= 2, 2, 1)))
+        every = np.where(np.isfinite(pilot).all(axis=(1, 2)) & (share > 1), every, 1)
+        for d in np.unique(every):
+            own = np.flatnonzero(every == d)
+            part = orbits[own]
+            samples, run = self._sample(flow, part, self.time, steps // int(d))
+            self.ensemble.take(part, run)
+            self.used[part] = self.time / steps
+            fine = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)) & np.isfinite(samples).all(axis=(1, 2))
+            kept = np.flatnonzero(fine)
+            interval = self.time * int(d) / steps
+            start = np.ascontiguousarray(pilot[own[kept], int(d) - 1 :: int(d)])
+            if kept.size:
+                order = self.flow.scheme.order if isinstance(self.flow.scheme, Splitting) else 0
+                self._adopt(part[kept], Samples(samples[kept], start, interval, order))
+            self.done += own.size
+            if self.report is not None:
+                self.report(min(self.done / self.orbits, 1.0))
+
+    def _sample(self, flow: Flow, orbits: np.ndarray, time: float, count: int) -> tuple[np.ndarray, Ensemble]:
+        flow = flow.of(orbits)
+        run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
+        return flow.sampled(run, count, time=time), run
+
+    def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
+        """Fill in what samples of these orbits say."""
+        found = read(self.layout, samples, self.fallback, self.flow.threads)
+        for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
+            getattr(self, name)[:, orbits] = getattr(found, name).T
+        self.halves[:, :, orbits] = found.halves.transpose(2, 1, 0)
+        self.basis[:, :, orbits], self.rank[orbits] = found.basis.transpose(1, 2, 0), found.rank
+        self.reached[orbits] = True
+
+    def result(self, tolerance: float) -> FrequencyMap:
+        """Assemble the map, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for a body."""
+        ensemble = self.ensemble
+        energy = energy_error(self.flow.model, ensemble)
+        mark_drift(ensemble, energy, tolerance)
+        ensemble.status[(ensemble.status == Status.OK) & ~self.reached] = Status.INTERRUPTED
+        names, nu, error, halves, method = self.angles.names, self.nu, self.error, self.halves, self.method
+        if not isinstance(self.flow.scheme, Splitting):  # whose energy drifts, and frequencies with it
+            error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
+        leading, leading_error, basis = self.leading, self.leading_error, self.basis
+        # A libration of a coupled body may have no angle of its own; those of the planes always exist.
+        sound = np.array(self.angles.planes) if self.layout.body else np.ones(self.n, bool)
+        change = np.abs(halves[0] - halves[1])
+        diffusion = np.where(self.reached, np.log10(change[sound].max(axis=0) + 1e-18), 0.0)
+        kind = self._kind(change)
+        eta = gamma = None
+        if names[-2:] == ("eta", "gamma"):
+            eta, gamma = nu[-2], nu[-1]
+            names = (*names[:-2], "phi", "psi")
+            nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
+            error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
+            method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
+        each = np.ndim(self.flow.step) > 0 or self.accuracy is not None
+        step = self.flow.step if self.flow.adaptive else self.used if each else float(np.nanmax(self.used, initial=0.0))
+        return FrequencyMap(
+            names, nu, error, diffusion, method, energy, ensemble.status, eta, gamma, self.time, self.flow.scheme, step,
+            kind, self.rank, leading, leading_error, basis,
+        )  # fmt: skip
+
+    def _kind(self, change: np.ndarray) -> np.ndarray:
+        """Return what the frequencies and their change (n, orbits) between the halves say of each orbit."""
+        m = self.layout.m
+        turns = self.time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
+        changed = (self.time / 2 * change[:m].max(axis=0, initial=0.0) > CHANGED) | (self.rank == 0)
+        kind = np.where(self.rank < self.n, FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
+        kind[changed] = FrequencyKind.IRREGULAR
+        kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
+        return kind

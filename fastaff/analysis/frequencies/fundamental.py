@@ -1,0 +1,364 @@
+"""From samples of orbits to independent fundamental frequencies: lattices of lines, loops of single modes, their rates.
+
+Signals are (orbits, 2m, samples): Q and P of each of m loops in turn, equidistant in time. The lines of all loops together span a
+lattice of frequencies; its generators nu_k have complex amplitudes A_k in the signals. The row d_k of the dual basis to
+(A_1 ... A_r, conj A_1 ... conj A_r) makes a loop f_k = d_k . (s - centre) that has the line nu_k with amplitude 1 and neither another
+generator nor its conjugate: of a linear system exactly one normal mode. The mean rate of its argument is nu_k.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...flows.flow import launch
+from ...kernels import fundamental as kernels
+from ...kernels.birkhoff import SHARPNESS
+from .naff import naff
+
+LINES, MORE_LINES = 4, 20
+"""Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it incomplete."""
+
+WINDOW_ORDER = 3
+LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
+"""Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
+
+WEAK = 1e-9
+"""Amplitude of a line, relative to its loop's largest, below which it says nothing."""
+
+SHARP = 0.03
+"""Error bar of a line, in cycles over the window, up to which it belongs to the lattice."""
+
+LINE_WIDTH = 1e-5
+"""What is added to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are fitted as one."""
+
+DRIFTS = 0.6
+"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for any more."""
+
+AT_REST = 1e-12
+"""Relative size of a loop (root of its Q times its P) below which it is at rest."""
+
+ORDERED = 0.02
+"""Advantage of ascending frequencies, in the logarithm of shares: decides where coordinates share modes equally."""
+
+GOLDEN = (math.sqrt(5) - 1) / 2
+SPANS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, GOLDEN), (1.0 - GOLDEN, 1.0), (0.2, 0.2 + math.sqrt(0.4)))
+"""Windows of averages: the whole, both halves, and others whose lengths and starts have no common phase."""
+
+
+class Loops(NamedTuple):
+    """Loops c . s - offset - drift j of signals s at sample j: c (orbits, loops, rows), offset, drift (orbits, loops)."""
+
+    c: np.ndarray
+    offset: np.ndarray
+    drift: np.ndarray
+
+
+class Modes(NamedTuple):
+    """What the lines of loops say: arrays over orbits first, then over m loops (NaN or 0 past the rank).
+
+    rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines; leading,
+    leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination @ nu, 0 where none is
+    known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q and P itself where a loop has none of
+    its own; owned: which have; moving: which loops move; drifting (orbits,): whether the lattice is incomplete as no line is steady.
+    """
+
+    rank: np.ndarray
+    nu: np.ndarray
+    spread: np.ndarray
+    leading: np.ndarray
+    leading_error: np.ndarray
+    combination: np.ndarray
+    dual: np.ndarray
+    offset: np.ndarray
+    drift: np.ndarray
+    owned: np.ndarray
+    moving: np.ndarray
+    drifting: np.ndarray
+
+
+def weight_at(x: np.ndarray) -> np.ndarray:
+    """Return the weight at -1 < x < 1 of a window, 0 outside it."""
+    y = 1 - x * x
+    return np.where(y > 0, np.exp(SHARPNESS * (np.sqrt(np.maximum(y, 0.0)) - 1)), 0.0)
+
+
+@functools.lru_cache(maxsize=8)
+def bump(x0: float, x1: float, samples: int) -> np.ndarray:
+    """Return weights (samples,) at the middles of samples equal parts of (0, 1), over the span x0 to x1, of sum 1."""
+    w = weight_at(2 * ((np.arange(samples) + 0.5) / samples - x0) / (x1 - x0) - 1)
+    return w / (w.sum() or 1.0)
+
+
+@functools.lru_cache(maxsize=8)
+def windows(steps: int) -> np.ndarray:
+    """Return the weights (1 + spans, steps) of SPANS, and last those of the whole that see every second sample only."""
+    rows = [bump(*span, steps) for span in SPANS]
+    pairs = np.repeat(bump(0.0, 1.0, steps // 2), 2) / 2
+    return np.array([*rows, np.append(pairs, [0.0] * (steps - pairs.size))])
+
+
+def damping(cycles: np.ndarray) -> np.ndarray:
+    """Return what is left, in a weighted average, of a line so many cycles per window from zero (an upper bound)."""
+    root = np.sqrt(np.maximum(SHARPNESS**2 - (np.pi * cycles) ** 2, 0.0))
+    return np.exp(root - SHARPNESS)
+
+
+@functools.lru_cache(maxsize=8)
+def cosine_window(samples: int) -> np.ndarray:
+    """Return the window (1 + cos)^WINDOW_ORDER of sum 1."""
+    w = (1 + np.cos(2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples)) ** WINDOW_ORDER
+    return w / w.sum()
+
+
+@functools.cache
+def _table(rank: int) -> tuple[np.ndarray, int, int]:
+    """Return the vectors of |k|_1 from 1 to the longest for that rank, by length; their number, and that of half as long ones."""
+    longest = LONGEST[min(rank, len(LONGEST)) - 1] if rank <= len(LONGEST) else 2
+    k = np.array([v for v in _vectors(rank, longest) if any(v)], np.int64)
+    length = np.abs(k).sum(axis=1)
+    k = k[np.argsort(length, kind="stable")]
+    return k, len(k), int((length <= longest // 2).sum())
+
+
+def _vectors(rank: int, longest: int) -> list[tuple[int, ...]]:
+    if rank == 0:
+        return [()]
+    return [(first, *rest) for first in range(-longest, longest + 1) for rest in _vectors(rank - 1, longest - abs(first))]
+
+
+@functools.cache
+def _tables(most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tables of ranks 1 to `most`, (ranks, vectors, most) with zeros past their ends, and their numbers (ranks, 2)."""
+    tables = [_table(rank) for rank in range(1, most + 1)]
+    sizes = np.array([[whole, half] for _, whole, half in tables])
+    vectors = np.zeros((most, int(sizes.max()), most), np.int64)
+    for rank, (k, whole, _) in enumerate(tables, 1):
+        vectors[rank - 1, :whole, :rank] = k
+    return vectors, sizes
+
+
+def fastest(signals: np.ndarray, interval: float) -> np.ndarray:
+    """Return a high angular frequency (orbits,) of the signals: root mean square of second over first differences, the largest row's."""
+    first = np.diff(signals, axis=2)
+    second = np.diff(first, axis=2)
+    with np.errstate(all="ignore"):
+        ratio = np.sqrt((second**2).mean(axis=2) / (first**2).mean(axis=2)) / interval
+    return np.where(np.isfinite(ratio), ratio, 0.0).max(axis=1)
+
+
+def _run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
+    if orbits:
+        launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None)
+
+
+def turning(
+    signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int
+) -> np.ndarray:
+    """Return weighted mean rates (orbits, loops, windows), in cycles per unit time, of loops of the signals.
+
+    weights (windows, steps), or (orbits, windows, steps), each of sum 1.
+    """
+    orbits, steps = signals.shape[0], weights.shape[-1]
+    rates = np.zeros((*loops.offset.shape, weights.shape[-2]))
+    table = np.ascontiguousarray(weights.reshape(-1, *weights.shape[-2:]))
+    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
+    _run(kernels.turn, orbits, (signals, steps + 1, *complexes, table, rates), threads)
+    return rates / (2 * np.pi * interval)
+
+
+def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Modes:
+    """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart, from every stride-th sample."""
+    m = signals.shape[1] // 2
+    sub, h = signals[:, :, ::stride], interval * stride
+    n = sub.shape[2]
+    time, w = n * h, cosine_window(n)
+    drift = _drift(sub)
+    x = sub - drift[:, :, None] * np.arange(n)
+    centre = (x * w).sum(axis=2)
+    x = x - centre[:, :, None]
+    size = np.sqrt((x * x * w).sum(axis=2))
+    action = size[:, ::2] * size[:, 1::2]
+    moving = action > AT_REST**2 * action.max(axis=1, keepdims=True)
+    size = np.where(size > 0, size, 1.0)
+    x = x / size[:, :, None]
+    loops = x[:, ::2] - 1j * x[:, 1::2]
+    loops[~moving] = 0.0
+    result = _lattice(loops, x, h, time, moving, m + LINES, threads)
+    short = np.flatnonzero((result.rank < moving.sum(axis=1)) & moving.any(axis=1))
+    lines = min(m + MORE_LINES, n // 4 - WINDOW_ORDER)
+    result.drifting[short] = _drifts(loops[short], result.leading[short], moving[short], h)
+    short = short[~result.drifting[short]]
+    if short.size and lines > m + LINES:
+        again = _lattice(loops[short], np.ascontiguousarray(x[short]), h, time, moving[short], lines, threads)
+        for old, new in zip(result, again, strict=True):
+            old[short] = new
+    dual = result.dual / size[:, None, :]
+    offset = (dual * centre[:, None, :]).sum(axis=2)
+    step = (dual * drift[:, None, :]).sum(axis=2) / stride
+    return result._replace(dual=dual, offset=offset, drift=step)
+
+
+def _drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
+    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest of both halves."""
+    half = loops.shape[2] // 2
+    lines = min(3, half // 4 - WINDOW_ORDER)
+    if lines < 1 or not len(loops):
+        return np.zeros(len(loops), bool)
+    change = np.zeros(leading.shape)
+    for part in (loops[:, :, :half], loops[:, :, -half:]):
+        found = naff(np.ascontiguousarray(part), h, lines=lines, window_order=WINDOW_ORDER)
+        near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
+        change = np.maximum(change, near.min(axis=2) * half * h)
+    return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
+
+
+def _drift(x: np.ndarray) -> np.ndarray:
+    """Return the mean change per sample (orbits, rows) of signals that grow without bound, as a coordinate that rotates; else 0."""
+    n = x.shape[2]
+    steps = np.diff(x, axis=2)
+    mean, first, last = ((steps * bump(*span, n - 1)).sum(axis=2) for span in (SPANS[0], SPANS[3], SPANS[4]))
+    rest = x - mean[:, :, None] * np.arange(n)
+    growth = np.abs(mean) * n
+    steady = np.maximum(np.abs(first - mean), np.abs(last - mean)) < 0.1 * np.abs(mean)
+    return np.where(steady & (growth > 2 * np.ptp(rest, axis=2)), mean, 0.0)
+
+
+def _lattice(
+    loops: np.ndarray, x: np.ndarray, h: float, time: float, moving: np.ndarray, lines: int, threads: int
+) -> Modes:  # fmt: skip
+    """Return the modes of loops (orbits, m, samples) of signals x (orbits, 2m, samples); dual ones of x itself."""
+    orbits, m, n = loops.shape
+    found = naff(loops, h, lines=max(1, min(lines, n // 4 - WINDOW_ORDER)), window_order=WINDOW_ORDER)
+    strength = np.abs(found.amplitude)
+    strength = strength / np.maximum(strength.max(axis=2, keepdims=True), 1e-300)
+    seen = np.isfinite(found.error) & (np.abs(found.nu) * time > 2) & (strength > WEAK) & moving[:, :, None]
+    strength = np.where(seen, strength, 0.0)
+    first = strength.argmax(axis=2)[:, :, None]
+    leads = np.arange(strength.shape[2]) == first
+    value, bar = np.abs(found.nu), np.where(seen, found.error, np.inf)
+    top = np.take_along_axis(np.where(seen, value, 0.0), first, axis=2)[:, :, 0]
+    bar = 3 * bar + LINE_WIDTH / time
+    top_bar = np.take_along_axis(bar, first, axis=2)[:, :, 0]
+    used = seen & (bar * time < 3 * SHARP)
+    rank_of_lines = np.where(used, strength + 2.0 * leads, 0.0).reshape(orbits, -1)
+    order = np.argsort(-rank_of_lines, axis=1, kind="stable")
+    value, bar = (np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits, -1), order, axis=1)) for entry in (value, bar))
+    bar = np.where(np.isfinite(bar), bar, 0.0)
+    count = (rank_of_lines > 0).sum(axis=1)
+    tables, sizes = _tables(m)
+    rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
+    nu, spread = np.zeros((2, orbits, m))
+    _run(kernels.generators, orbits, (value, bar, count, tables, sizes, rank, nu, spread, source), threads)
+    dual, share = _dual(x, h, rank, nu, threads)
+    place = _places(share, nu, rank, moving)
+    rows = np.arange(orbits)[:, None]
+    owned = place < rank[:, None]
+    nu, spread = nu[rows, place], spread[rows, place]
+    plain = np.zeros((m, 2 * m), complex)
+    plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
+    dual = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
+    nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
+    combination = np.zeros((orbits, m, m), np.int64)
+    _run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, combination), threads)
+    # A loop without a frequency of its own shows its leading line, which depends on the others.
+    nu, spread = np.where(owned, nu, top), np.where(owned, spread, np.where(top > 0, top_bar, np.inf))
+    zero = np.zeros((orbits, m), complex)
+    return Modes(
+        rank, nu, spread, top, np.where(top > 0, top_bar, np.inf), combination, dual, zero, zero.copy(), owned, moving,
+        np.zeros(orbits, bool),
+    )  # fmt: skip
+
+
+def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the dual rows (orbits, m, 2m) of the lines nu in x, and the share (orbits, m, m) that line k has of loop j's motion."""
+    orbits, rows, n = x.shape
+    m = rows // 2
+    moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows), complex)
+    _run(kernels.project, orbits, (x, 1, cosine_window(n), h, rank, nu, moments, gram), threads)
+    dual, share = np.zeros((orbits, m, rows), complex), np.zeros((orbits, m, m))
+    for r in np.unique(rank[rank > 0]):
+        where = np.flatnonzero(rank == r)
+        projections = np.concatenate([moments[where, :, :r], moments[where, :, :r].conj()], axis=2)
+        # The amplitudes A of the lines obey A gram^T = projections.
+        amplitude = np.linalg.pinv(gram[where, : 2 * r, : 2 * r], rcond=1e-12) @ projections.transpose(0, 2, 1)
+        dual[where, :r] = np.linalg.pinv(amplitude.transpose(0, 2, 1), rcond=1e-12)[:, :r]
+        size = np.abs(amplitude[:, :r])
+        share[where, :r] = size[:, :, ::2] * size[:, :, 1::2]
+    return dual, share
+
+
+def _places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:
+    """Return which generator (orbits, m) each loop gets: each the one of whose motion it has most; numbers past the rank for none."""
+    orbits, m = nu.shape
+    total = share.sum(axis=2, keepdims=True)
+    score = np.log(np.where(total > 0, share / np.where(total > 0, total, 1.0), 1.0) + 1e-12)
+    score = np.where(moving[:, None, :] | (np.arange(m) >= rank[:, None])[:, :, None], score, -60.0)
+    if m > 6:
+        return _greedy(score)
+    best = np.full(orbits, -np.inf)
+    place = np.zeros((orbits, m), np.int64)
+    for permutation in itertools.permutations(range(m)):  # loop j gets generator permutation[j]
+        own = nu[:, permutation]
+        kept = np.array(permutation) < rank[:, None]
+        value = sum(score[:, k, j] for j, k in enumerate(permutation))
+        for i, j in itertools.combinations(range(m), 2):
+            value = value + ORDERED * ((own[:, i] < own[:, j]) & kept[:, i] & kept[:, j])
+        better = value > best
+        best, place = np.where(better, value, best), np.where(better[:, None], permutation, place)
+    return place
+
+
+def _greedy(score: np.ndarray) -> np.ndarray:
+    """Return the assignment of generators to loops that takes the largest score first."""
+    orbits, m, _ = score.shape
+    place, left = np.zeros((orbits, m), np.int64), score.copy()
+    for _ in range(m):
+        k, j = np.unravel_index(left.reshape(orbits, -1).argmax(axis=1), (m, m))
+        place[np.arange(orbits), j] = k
+        left[np.arange(orbits), k, :] = -np.inf
+        left[np.arange(orbits), :, j] = -np.inf
+    return place
+
+
+def values(signals: np.ndarray, loops: Loops, orbits: np.ndarray, number: np.ndarray, stride: int) -> np.ndarray:
+    """Return every stride-th value (count, samples) of loops given by their orbits (count,) and numbers (count,) in these."""
+    samples = signals[orbits, :, ::stride]
+    f = np.zeros((samples.shape[0], samples.shape[2]), complex)
+    for row in range(samples.shape[1]):
+        f += loops.c[orbits, number, row, None] * samples[:, row]
+    return f - loops.offset[orbits, number, None] - loops.drift[orbits, number, None] * (stride * np.arange(samples.shape[2]))
+
+
+def line_rates(
+    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, lines: int = 8
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its uncertainty.
+
+    It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error bar and of its
+    changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given up, with inf for it.
+    """
+    samples, count = f.shape[1], len(f)
+    rates, uncertainty, left = np.full((5, count), np.nan), np.zeros(count), np.arange(count)
+    for window in (0, 3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
+        begin, end = SPANS[window]
+        part = np.ascontiguousarray(f[left, round(begin * samples) : round(end * samples)])
+        n = part.shape[1]
+        found = naff(part, interval, lines=max(1, min(lines, n // 4 - WINDOW_ORDER)), window_order=WINDOW_ORDER)
+        near = (np.abs(found.nu - nu[left, None]) * n * interval < 3) & np.isfinite(found.error)
+        best = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)[:, None]
+        chosen = np.take_along_axis(near, best, axis=1)[:, 0]
+        rates[window, left] = np.where(chosen, np.take_along_axis(found.nu, best, axis=1)[:, 0], np.nan)
+        if window == 0:
+            uncertainty[left] = np.where(chosen, np.take_along_axis(found.error, best, axis=1)[:, 0], np.inf)
+        elif window > 2:
+            change = np.abs(rates[window, left] - rates[0, left])
+            uncertainty[left] = np.maximum(uncertainty[left], np.where(chosen, change, np.inf))
+        left = left[uncertainty[left] < useless[left]]
+        if not left.size:
+            break
+    return rates, np.where(uncertainty < useless, uncertainty, np.inf)

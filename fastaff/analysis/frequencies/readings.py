@@ -1,0 +1,239 @@
+"""Frequencies read from samples of orbits: each from the loop or the line that knows it best, with an error."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .angle_loops import Layout, clock_windows
+from .fundamental import Loops, Modes, damping, fastest, line_rates, modes, turning, values, windows
+from .integer_lattice import box
+
+METHODS = ("birkhoff", "naff")
+SAFETY = 5.0
+"""Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors (bench/test_frequency.py)."""
+
+LINES_DENSE = 0.8
+"""Radians of the fastest motion between samples that lines are fitted to."""
+
+SAME = 0.5
+"""Cycles over the window by which a mean rate may be off the line that it should be."""
+
+ROUNDING = 1e-13
+AT_ONCE = 256
+"""Loops whose lines are fitted at once."""
+
+REACH = 12
+"""Largest |k_i| that relates a body's own angles to the lattice of its librations' lines."""
+
+
+class Samples(NamedTuple):
+    """What is known of some orbits: samples (orbits, samples, 2n) of the run, `interval` apart, and of its start with a finer step.
+
+    order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0 where it grows.
+    """
+
+    run: np.ndarray
+    start: np.ndarray
+    interval: float
+    order: int
+
+
+class Reading(NamedTuple):
+    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves (orbits, n, 2), basis (orbits, n, n).
+
+    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's.
+    """
+
+    nu: np.ndarray
+    error: np.ndarray
+    scheme_error: np.ndarray
+    halves: np.ndarray
+    method: np.ndarray
+    rank: np.ndarray
+    leading: np.ndarray
+    leading_error: np.ndarray
+    basis: np.ndarray
+
+
+class _Rates(NamedTuple):
+    """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
+
+    halves (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and step_error: how much that may be.
+    """
+
+    nu: np.ndarray
+    error: np.ndarray
+    method: np.ndarray
+    step: np.ndarray
+    step_error: np.ndarray
+    halves: np.ndarray
+
+    def where(self, chosen: np.ndarray, other: _Rates) -> _Rates:
+        """Return these for the chosen ones, `other` for the rest."""
+        return _Rates(*(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True)))
+
+    def better(self, other: _Rates) -> _Rates:
+        """Return for each entry the one of the smaller error."""
+        return self.where(self.error <= other.error, other)
+
+    def of(self, loops: slice) -> _Rates:
+        """Return those of some loops."""
+        return _Rates(*(entry[:, loops] for entry in self))
+
+
+def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Reading:
+    """Read the frequencies of sampled orbits; lines are fitted again where the relative error exceeds `fallback` (0: all are lines)."""
+    s, start, dt = layout.signals(samples.run), layout.signals(samples.start), samples.interval
+    time, m, n = (s.shape[2] - 1) * dt, layout.m, len(layout.angles.names)
+    found, stride = _modes(s[:, : 2 * m], dt, threads)
+    loops = _all_loops(layout, s, found)
+    rates = _averages(layout, samples, s, start, loops, threads)
+    # A loop's mean rate counts where it is the line that the loop was made for.
+    own, centre = rates.of(slice(0, m)), found.nu
+    sound = (np.abs(own.nu - centre) * time < SAME) | (found.rank == 0)[:, None]
+    own = own._replace(error=np.where(sound & found.moving, own.error, np.inf))
+    steady = np.where(found.drifting[:, None] & (fallback > 0), 0.0, centre)
+    chosen = _with_lines(own, s, loops, steady, stride, dt, fallback)
+    line = own._replace(nu=centre, error=np.where(centre > 0, found.spread, np.inf), method=np.ones_like(own.method))
+    chosen = chosen.better(line) if np.isfinite(fallback) else chosen.where(np.isfinite(chosen.error), line)
+    leading, leading_error = np.zeros((2, len(centre), n))
+    leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
+    basis = np.zeros((len(centre), n, n), np.int64)
+    basis[:, :m, :m] = found.combination
+    if layout.body:
+        chosen, basis[:, :m, :m] = _own_angles(chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0)
+        planes = rates.of(slice(2 * m, None))
+        near = np.where(planes.error * time < 3, planes.nu, 0.0)
+        planes = _with_lines(planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback)
+        chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
+        leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
+        basis[:, range(m, n), range(m, n)] = 1
+    return _with_scheme(chosen, samples, found.rank + n - m, leading, leading_error, basis)
+
+
+def _with_scheme(
+    rates: _Rates, samples: Samples, rank: np.ndarray, leading: np.ndarray, leading_error: np.ndarray, basis: np.ndarray
+) -> Reading:
+    """Return the reading in which the scheme's error is taken off where it is known, and counted as an error three times over."""
+    if samples.order:
+        growth, correction = 1.0, rates.step / (1 - 0.5**samples.order)
+    else:
+        growth, correction = samples.run.shape[1] / samples.start.shape[1], np.zeros_like(rates.step)
+    top = np.abs(rates.nu).max(axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        more = SAFETY * growth * rates.step_error + ROUNDING * top
+        nu, error = rates.nu - correction, rates.error + more
+    known = np.isfinite(error) & np.isfinite(nu)
+    leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
+    return Reading(
+        np.where(known, nu, 0.0), np.where(known, error, np.inf), more, rates.halves, rates.method, rank, leading, leading_error, basis
+    )  # fmt: skip
+
+
+def _modes(s: np.ndarray, dt: float, threads: int) -> tuple[Modes, np.ndarray]:
+    """Return the modes of signals and the strides of the samples that their lines were fitted to: each orbit's own."""
+    fast = fastest(s, dt) * dt
+    stride = 2 ** np.floor(np.log2(np.clip(LINES_DENSE / np.maximum(fast, 1e-6), 1, max(1, s.shape[2] // 64)))).astype(np.int64)
+    parts = [(np.flatnonzero(stride == k), int(k)) for k in np.unique(stride)]
+    found = [modes(np.ascontiguousarray(s[where]), dt, k, threads) for where, k in parts]
+    order = np.argsort(np.concatenate([where for where, _ in parts]))
+    return Modes(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True))), stride
+
+
+def _all_loops(layout: Layout, s: np.ndarray, found: Modes) -> Loops:
+    """Return the loops of the modes, then a body's own."""
+    orbits, rows, _ = s.shape
+    c = np.zeros((orbits, layout.m, rows), complex)
+    c[:, :, : 2 * layout.m] = found.dual
+    loops = Loops(c, found.offset, found.drift)
+    if not layout.body:
+        return loops
+    own, offset = layout.own(s)
+    return Loops(*(np.concatenate(pair, axis=1) for pair in zip(loops, (own, offset, np.zeros_like(offset)), strict=True)))
+
+
+def _averages(layout: Layout, samples: Samples, s: np.ndarray, start: np.ndarray, loops: Loops, threads: int) -> _Rates:
+    """Return weighted averages of all loops' rates, those of angles with a clock in that clock."""
+    steps, dt = s.shape[2] - 1, samples.interval
+    rates = turning(s, loops, windows(steps), dt, threads)
+    if layout.clocked:
+        on = [layout.m + i for i in layout.clocked]
+        weights = clock_windows(layout.clock(samples.run))
+        rates[:, on] = turning(s, Loops(*(entry[:, on] for entry in loops)), weights, dt, threads)
+    nu, time = rates[:, :, 0], steps * dt
+    error = SAFETY * np.abs(rates[:, :, 1:-1] - nu[:, :, None]).max(axis=2) + np.abs(rates[:, :, -1] - nu)
+    error = error + damping(np.abs(nu) * time) / time
+    count = start.shape[2]
+    brief = windows(count - 1)[:3]  # the halves too: what one window says may be small by chance
+    coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
+    change = coarse - fine
+    return _Rates(
+        nu, np.where(np.isfinite(error), error, np.inf), np.zeros(nu.shape, np.int8), change[:, :, 0], np.abs(change).max(axis=2),
+        rates[:, :, 1:3],
+    )  # fmt: skip
+
+
+def _with_lines(
+    rates: _Rates, s: np.ndarray, loops: Loops, centre: np.ndarray, stride: np.ndarray, dt: float, fallback: float
+) -> _Rates:  # fmt: skip
+    """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where all are asked for."""
+    top = np.abs(rates.nu).max(axis=1, keepdims=True)
+    needed = (centre != 0) & ((rates.error > fallback * top) | (fallback == 0))
+    lines = rates._replace(
+        nu=rates.nu.copy(), error=np.full(rates.error.shape, np.inf), method=np.ones_like(rates.method), halves=rates.halves.copy()
+    )
+    for k in np.unique(stride):
+        orbits, numbers = np.nonzero(needed & (stride == k)[:, None])
+        for begin in range(0, orbits.size, AT_ONCE):
+            o, j = orbits[begin : begin + AT_ONCE], numbers[begin : begin + AT_ONCE]
+            useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
+            nu, uncertainty = line_rates(values(s, loops, o, j, int(k)), dt * int(k), centre[o, j], useless)
+            lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
+            lines.halves[o, j] = np.where(np.isfinite(nu[1:3]).all(axis=0), nu[1:3], rates.halves[o, j].T).T
+    return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
+
+
+def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return k . nu (orbits, vectors) of vectors k ((orbits,) vectors, m): in the same order for any number of orbits."""
+    result = np.zeros((len(nu), k.shape[-2]))
+    for j in range(nu.shape[1]):
+        result += k[..., j] * nu[:, j, None]
+    return result
+
+
+def _own_angles(
+    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: float, lines: bool
+) -> tuple[_Rates, np.ndarray]:  # fmt: skip
+    """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading lines' integers.
+
+    With `lines` the values are those of the lattice's lines where the own angles say which they are. An incomplete lattice has no say
+    against angles that turn steadily; nor has any against angles made for bodies that `separate`.
+    """
+    orbits, m = lattice.nu.shape
+    k = box([REACH] * m)
+    k = k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
+    vectors, matched = np.zeros((orbits, m, m), np.int64), found.rank == m
+    bar = np.minimum(lattice.error, 1 / time)
+    for j in range(m):
+        miss = np.abs(_applied(k, lattice.nu) - own.nu[:, j, None])
+        within = miss <= _applied(np.abs(k), bar) + own.error[:, j, None] + 1e-3 / time
+        vectors[:, j] = k[within.argmax(axis=1)]
+        matched &= within.any(axis=1) & (own.error[:, j] * time < SAME)
+    basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
+    steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
+    kept = basis | steady | separate
+    through = _Rates(
+        _applied(vectors, lattice.nu),
+        np.where(basis[:, None], _applied(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
+        np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
+        _applied(vectors, lattice.step), _applied(np.abs(vectors), lattice.step_error),
+        np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
+    )  # fmt: skip
+    best = through.where(np.isfinite(through.error), own) if lines else own.better(through)
+    chosen = best.where(kept[:, None], lattice)
+    # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
+    inverse = np.zeros_like(vectors)
+    inverse[basis] = np.rint(np.linalg.inv(vectors[basis].astype(float))).astype(np.int64)
+    return chosen, np.where(basis[:, None, None], found.combination @ inverse, found.combination)

@@ -1,0 +1,195 @@
+"""The web of resonances: where k . nu = 0 runs over a grid of initial conditions or in the plane of frequency ratios."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
+from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
+
+
+class WebLine(NamedTuple):
+    """One resonance k . nu = 0 of a web.
+
+    vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid points whose
+    frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None in a plane of ratios).
+    """
+
+    vector: tuple[int, ...]
+    order: int
+    lines: tuple[np.ndarray, ...]
+    locked: np.ndarray | None
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    @property
+    def length(self) -> float:
+        """Total length of the lines."""
+        return float(sum(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum() for line in self.lines))
+
+
+def web(
+    nu: Any, *, axes: Sequence[Any] | None = None, max_order: int = 8, resonances: Any = None, tolerance: float = 1e-6,
+    errors: Any = None, jump: float | None = None, shortest: int = 4,
+) -> list[WebLine]:  # fmt: skip
+    """Find the lines k . nu = 0 over a grid of initial conditions.
+
+    Parameters: nu (n, n1, n2), n = 2 to 4, NaN where there is no orbit or it is not regular; axes: the coordinates (n1,) and
+    (n2,) of the grid, by default its indices; max_order: of all primitive k looked at; resonances: vectors (m, n) to look at instead;
+    tolerance, errors: the width of a resonance as in `resonances`; jump: cells in which
+    some frequency differs by more than `jump` max|nu| between neighbours are left out (default: none are);
+    shortest: lines of fewer points, which noise at the edge of an island makes, are dropped.
+    Returns the WebLines that occur, by order. Raises ValueError or TypeError for wrong input.
+
+    Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells where
+    k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it. Where all of
+    the map satisfies some resonances (a degenerate body), vectors that differ by these give the same lines: only the first is
+    kept.
+    Cost: one pass over the grid for each vector, and a contour for each that changes sign.
+    Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with matplotlib.
+    """
+    import contourpy
+
+    nu, errors = checked_frequencies(nu, errors)
+    if nu.ndim != 3 or min(nu.shape[1:]) < 2:
+        raise ValueError(f"nu must have shape (n, n1, n2) over a grid of 2 x 2 points or more, got {nu.shape}")
+    first, second = _axes(axes, nu.shape[1:])
+    shortest = whole("shortest", shortest, 2)
+    k = _chosen(resonances, nu.shape[0], max_order)
+    nu = np.where((np.isfinite(nu) & np.isfinite(errors)).all(axis=0), nu, np.nan)
+    width = widths(nu, real("tolerance", tolerance), errors)
+    valid = np.isfinite(nu[0])
+    smooth = valid if jump is None else valid & ~_torn(nu, real("jump", jump))
+    found: list[WebLine] = []
+    everywhere: list[np.ndarray] = []
+    for vector in k:
+        value = np.tensordot(vector, nu, axes=1)
+        with np.errstate(invalid="ignore"):
+            locked = np.abs(value) <= np.tensordot(np.abs(vector), width, axes=1)
+            changes = (value > 0).any() and (value < 0).any()
+        if not changes and not locked.any():
+            continue
+        if valid.any() and locked[valid].all():
+            everywhere.append(vector)
+        hidden = np.where(smooth & ~_areas(locked), value, np.nan)
+        contour: Any = contourpy.contour_generator(x=first, y=second, z=np.ma.masked_invalid(hidden.T)) if changes else None
+        lines = tuple(line for line in contour.lines(0.0) if len(line) >= shortest) if contour else ()
+        if lines or locked.any():
+            found.append(WebLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked))
+    return _distinct(found, everywhere)
+
+
+def ratio_web(
+    *, x: tuple[float, float], y: tuple[float, float], max_order: int = 8, resonances: Any = None
+) -> list[WebLine]:
+    """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
+
+    Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or resonances: vectors
+    (m, 3) to look at instead. Returns the WebLines that cross the ranges, by order, each one segment (2, 2); `locked` is
+    None. Raises ValueError or TypeError for wrong input. Exact to rounding.
+    Source: Laskar 1993, Physica D 67, 257.
+    """
+    box = np.array([span("x", x), span("y", y)])
+    found = []
+    for vector in _chosen(resonances, 3, max_order):
+        if not vector[:2].any():
+            continue
+        line = _segment(vector.astype(float), box)
+        if line is not None:
+            found.append(WebLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), (line,), None))
+    return found
+
+
+def _segment(k: np.ndarray, box: np.ndarray) -> np.ndarray | None:
+    """Return the part (2, 2) of k1 X + k2 Y + k3 = 0 inside of a box, None where it is a point or nothing."""
+    normal = k[:2]
+    foot = -k[2] * normal / (normal @ normal)
+    along = np.array([-normal[1], normal[0]])
+    low, high = -np.inf, np.inf
+    for i in range(2):
+        if along[i] == 0:
+            if not box[i, 0] <= foot[i] <= box[i, 1]:
+                return None
+            continue
+        ends = np.sort((box[i] - foot[i]) / along[i])
+        low, high = max(low, ends[0]), min(high, ends[1])
+    if not low < high:
+        return None
+    return np.clip(foot + np.outer([low, high], along), box[:, 0], box[:, 1])
+
+
+def _axes(axes: Sequence[Any] | None, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two coordinates of a grid."""
+    takes = f"two increasing arrays of {shape[0]} and {shape[1]} coordinates"
+    given = [np.arange(m) for m in shape] if axes is None else entries("axes", axes, takes)
+    chosen = [numbers("axes", a) for a in given]
+    if len(chosen) != 2 or any(a.shape != (m,) or not (np.diff(a) > 0).all() for a, m in zip(chosen, shape, strict=True)):
+        raise ValueError(f"axes must be {takes}, got {shown(axes)}")
+    return chosen[0], chosen[1]
+
+
+def _chosen(resonances: Any, n: int, max_order: int) -> np.ndarray:
+    """Return the vectors (m, n) to look at, by order."""
+    if resonances is None:
+        if whole("max_order", max_order, 1) > MAX_ORDER:
+            raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
+        return vectors(n, max_order)
+    k = an_array("resonances", resonances)
+    if k.dtype.kind not in "iu" or k.ndim != 2 or k.shape[1] != n or not k.any(axis=1).all():
+        raise ValueError(f"resonances must be integer vectors (m, {n}), none of them zero, got {resonances!r}")
+    return k[np.argsort(np.abs(k).sum(axis=1), kind="stable")].astype(np.int64)
+
+
+def _areas(locked: np.ndarray) -> np.ndarray:
+    """Return the locked grid points (n1, n2) that are a corner of a cell whose corners are all locked."""
+    full = locked[:-1, :-1] & locked[1:, :-1] & locked[:-1, 1:] & locked[1:, 1:]
+    area = np.zeros_like(locked)
+    for i in (slice(None, -1), slice(1, None)):
+        for j in (slice(None, -1), slice(1, None)):
+            area[i, j] |= full
+    return area
+
+
+def _torn(nu: np.ndarray, jump: float) -> np.ndarray:
+    """Return the grid points (n1, n2) beside which a frequency jumps."""
+    limit = jump * np.nanmax(np.abs(nu))
+    torn = np.zeros(nu.shape[1:], bool)
+    for axis in (0, 1):
+        with np.errstate(invalid="ignore"):
+            far = (np.abs(np.diff(nu, axis=1 + axis)) > limit).any(axis=0)
+        before = [slice(None), slice(None)]
+        after = list(before)
+        before[axis], after[axis] = slice(None, -1), slice(1, None)
+        torn[tuple(before)] |= far
+        torn[tuple(after)] |= far
+    return torn
+
+
+def _distinct(found: list[WebLine], everywhere: list[np.ndarray]) -> list[WebLine]:
+    """Keep a basis of the resonances that hold everywhere, and one of those that agree up to combinations of these."""
+    if not everywhere:
+        return found
+    common = {tuple(int(c) for c in vector) for vector in everywhere}
+    _, size, axes = np.linalg.svd(np.array(everywhere, dtype=float))
+    free = axes[int((size > 1e-9).sum()) :]  # what the frequencies of this map can point along
+    basis: list[tuple[int, ...]] = []
+    seen, kept = set(), []
+    for line in found:
+        direction = free @ np.array(line.vector, dtype=float)
+        length = np.linalg.norm(direction)
+        if line.vector in common or length <= 1e-9:
+            if np.linalg.matrix_rank(np.array([*basis, line.vector])) > len(basis):
+                basis.append(line.vector)
+                kept.append(line)
+            continue
+        lead = direction[np.abs(direction).argmax()]
+        key = tuple(np.round(direction / length * np.sign(lead), 9) + 0.0)
+        if key not in seen:
+            seen.add(key)
+            kept.append(line)
+    return kept

@@ -1,0 +1,1 @@
+"""Orbits and their tangent maps."""

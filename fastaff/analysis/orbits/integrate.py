@@ -1,0 +1,258 @@
+"""Integrate orbits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import fits, positive, whole
+from ...base.recipe import recorded
+from ...base.status import Status, describe, raise_if_failed
+from ...flows import observers
+from ...flows.accuracy import halved, planned, planned_alike, refined, until, wants_accuracy
+from ...flows.checks import energy_drift
+from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
+from ...flows.motion import motion
+from ...flows.time_transformed import TransformedFlow, chosen_scheme, flow_over
+from ...flows.trials import on_ladder
+from ...schemes.automatic import Automatic
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.time_transformed import TimeTransformed, lowered
+
+CHUNK = 16384
+"""Orbits that are run with two steps at once."""
+
+MOMENTS = 8
+"""Moments at least at which two runs are compared."""
+
+
+@dataclass(frozen=True)
+class Orbits:
+    """End states, samples and outcomes of integrated orbits.
+
+    z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,);
+    samples (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
+    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic orbits; None
+    where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the largest kinetic energy met,
+    the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed step, one for each orbit (orbits,) where it was
+    chosen (in its own time for a `TimeTransformed` scheme, whose rate the scheme holds), or inf for an adaptive scheme.
+    """
+
+    z: np.ndarray
+    t: np.ndarray
+    times: np.ndarray
+    samples: np.ndarray
+    error: np.ndarray | None
+    sample_error: np.ndarray | None
+    accurate_until: np.ndarray | None
+    energy_error: np.ndarray
+    status: np.ndarray
+    scheme: Splitting | RungeKutta | TimeTransformed
+    step: float | np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every orbit is OK."""
+        raise_if_failed(self.status)
+
+    def summary(self) -> str:
+        """Say in one line what became of the orbits."""
+        return describe(self.status)
+
+
+@recorded
+def integrate(
+    body: Any, z0: Any, *, time: float, accuracy: float | None = None, step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, samples: int = 0, rtol: float = 1e-12,
+    atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
+) -> Orbits:  # fmt: skip
+    """Integrate orbits of `body` from `z0` over `time`.
+
+    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of the motion
+    (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its own for it, which are
+    halved until the states agree; step > 0, for experts, instead: the longest fixed step (the step used divides the time between
+    samples), one for all or one for each orbit, or the first step of an adaptive
+    scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, `TimeTransformed` for steep walls
+    or AUTO, which chooses; samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
+    energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads; report(fraction).
+    Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
+    on Ctrl-C, with `.partial`.
+
+    Errors: with an accuracy, from the difference to a run with twice the step: they cover 99 % of the true errors. The errors of
+    chaotic orbits grow exponentially: no step keeps them small, and `accurate_until` says how long they are.
+    Orbits are looked at between steps: one that leaves the domain for less than a step is not seen to have left it.
+    A splitting's energy error does not grow with time. Cost: stages forces per step, and half as much again for the second run; an orbit
+    of an adaptive scheme takes steps of its own and its lane is refilled when it ends. Memory: that of z0 and the samples.
+    Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
+    """
+    time = positive("time", time)
+    count = whole("samples", samples, 0)
+    tolerance = positive("energy_tolerance", energy_tolerance)
+    goal = wants_accuracy(scheme, step, accuracy)
+    if isinstance(scheme, Automatic):
+        chosen = chosen_scheme(time, body, z0, scheme, step, rtol, atol, threads)
+        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+    flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads, error=None)
+    work: Any = _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
+    interrupted = False
+    try:
+        work.run()
+    except KeyboardInterrupt:
+        interrupted = True
+    result = work.result(body, tolerance, interrupted)
+    if interrupted:
+        stopped = Interrupted("integrate")
+        stopped.partial = result
+        raise stopped
+    return result
+
+
+class _Plain:
+    """Orbits that are run once, with steps or tolerances that the user chose."""
+
+    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
+        if isinstance(flow, Flow) and not flow.adaptive:
+            flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
+        self.flow, self.time, self.count, self.report = flow, time, count, report
+        self.ensemble = flow.ensemble(z)
+        self.samples = np.zeros((0, *z.shape))
+
+    def run(self) -> None:
+        """Run to the end, as far as Ctrl-C lets it."""
+        if isinstance(self.flow, Flow):
+            self.samples, interrupted = sampled(self.flow, self.ensemble, self.time, self.count, self.report)
+        else:
+            states, interrupted = self.flow.sample(self.ensemble, max(self.count, 1), self.report)
+            self.ensemble.z = lowered(self.ensemble.z)
+            self.samples = np.array([lowered(state) for state in states[: self.count]]).reshape(self.count, *self.ensemble.z.shape)
+        if interrupted:
+            raise KeyboardInterrupt
+
+    def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
+        """Return what there is, without estimates of errors."""
+        unknown = (None, None, None)
+        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, self.flow.step)
+
+
+class _Run(NamedTuple):
+    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits), the ensemble and the steps."""
+
+    states: np.ndarray
+    ensemble: Ensemble
+    step: np.ndarray
+
+    def of(self, orbits: np.ndarray) -> _Run:
+        """Return those of some of the orbits."""
+        return _Run(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
+
+
+class _Accurate:
+    """Orbits that are run with steps halved until they agree."""
+
+    def __init__(
+        self, flow: Flow | TransformedFlow, body: Any, z: np.ndarray, time: float, count: int, accuracy: float, report: Report | None
+    ):
+        self.flow, self.body, self.z, self.time, self.count, self.accuracy, self.report = flow, body, z, time, count, accuracy, report
+        self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
+        self.times = time / self.parts * np.arange(1, self.parts + 1)
+        self.start = lowered(z) if isinstance(flow, TransformedFlow) else z
+        self.ensemble = flow.ensemble(z.copy())
+        self.ensemble.z = self.start.copy()
+        self.step = np.full(z.shape[1], np.inf)
+        self.samples = np.full((count, *self.start.shape), np.nan)
+        self.error = np.full(self.start.shape, np.inf)
+        self.sample_error = np.full(self.samples.shape, np.inf)
+        self.until = np.zeros(z.shape[1])
+        self.done = 0
+
+    def run(self) -> None:
+        """Run all orbits, a chunk at a time."""
+        orbits = self.z.shape[1]
+        for start in range(0, orbits, CHUNK):
+            self.chunk = np.arange(start, min(start + CHUNK, orbits))
+            z = np.ascontiguousarray(self.start[:, self.chunk])
+            if isinstance(self.flow, TransformedFlow) or self.flow.adaptive:
+                self.plan = planned_alike(self.flow, self.body, z, 1)
+            else:
+                plan = planned(self.flow, z, motion(self.flow.model, z, self.flow.threads), self.time, self.accuracy)
+                self.plan = plan._replace(step=on_ladder(plan.step, self.time, 2 * self.parts))
+            halved(self.flow, self.plan, self.accuracy, self._run, self._compare, self._keep)
+            self.done += len(self.chunk)
+
+    def _run(self, orbits: np.ndarray, step: np.ndarray) -> _Run:
+        flow = refined(self.flow, step)
+        where = self.chunk[orbits]
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.plan.motion.radius[orbits])
+        if isinstance(flow, TransformedFlow):
+            states, interrupted = flow.sample(ensemble, self.parts, self._report)
+            states, ensemble.z = np.array([lowered(state) for state in states]), lowered(ensemble.z)
+        else:
+            states, interrupted = sampled(flow, ensemble, self.time, self.parts, self._report)
+        used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
+        if interrupted:
+            ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = Status.INTERRUPTED
+            self.ensemble.take(where, ensemble)
+            self.step[where] = used
+            raise KeyboardInterrupt
+        return _Run(states, ensemble, used)
+
+    def _report(self, fraction: float) -> None:
+        if self.report is not None:
+            self.report((self.done + fraction * len(self.chunk)) / self.z.shape[1])
+
+    def _compare(self, fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        with np.errstate(all="ignore"):
+            apart = self.plan.motion.of(orbits).distance(fine.states - coarse.states)
+        return apart, self.times[:, None] * self.plan.motion.rate[orbits], 1.0
+
+    def _keep(self, orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
+        where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
+        self.ensemble.take(where, run.ensemble)
+        self.step[where] = run.step
+        size = np.concatenate([self.plan.motion.position, self.plan.motion.momentum])[:, orbits[chosen]]
+        self.error[:, where] = error[-1] * size
+        every = self.parts // self.count if self.count else 1
+        self.samples[..., where] = run.states[every - 1 :: every][: self.count]
+        self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
+        self.until[where] = until(error, self.times, self.accuracy)
+
+    def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
+        """Return what there is, with the estimated errors."""
+        errors = (self.error, self.sample_error, self.until)
+        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step)
+
+
+def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
+    """Return the orbits with their energy errors and statuses."""
+    if interrupted:
+        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+    energy = energy_error(body, ensemble)
+    for block in samples:
+        seen = np.isfinite(block).all(axis=0)
+        energy = np.where(seen, np.maximum(energy, energy_drift(body, block, ensemble.energy, ensemble.scale)), energy)
+    mark_drift(ensemble, energy, tolerance)
+    count = len(samples)
+    times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
+    error, sample_error, accurate = errors
+    return Orbits(ensemble.z, ensemble.time, times, samples, error, sample_error, accurate, energy, ensemble.status, flow.scheme, step)
+
+
+def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+    """Run to the end; return the samples (count, 2n, orbits), NaN where not reached, and whether it was interrupted."""
+    rows, orbits = ensemble.z.shape
+    fits("samples", orbits, count, rows)
+    states, interrupted = np.full((orbits, count, rows), np.nan), False
+    try:
+        if count:
+            flow.sampled(ensemble, count, time=time, states=states, report=report)
+        else:
+            flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
+    except KeyboardInterrupt:
+        interrupted = True
+    return states.transpose(1, 2, 0), interrupted

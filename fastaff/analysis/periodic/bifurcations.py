@@ -1,0 +1,102 @@
+"""Where the stability of a family of periodic orbits changes."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.display import screen
+from .periodic_orbits import PeriodicOrbits
+
+VANISHING, NEAR = 1e-5, 1e-10
+"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z is undetermined."""
+
+
+class Event(IntEnum):
+    """What happens at a point of a branch where the stability changes.
+
+    FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn (pitchfork,
+    transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off.
+    """
+
+    FOLD = 0
+    BRANCHING = 1
+    DOUBLING = 2
+
+
+class Bifurcation(NamedTuple):
+    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in time.
+
+    error: of the value: half of the interval in which the change was found, or what is left of the product over its slope.
+    """
+
+    event: Event
+    arclength: float
+    value: float
+    z: np.ndarray
+    time: float
+    error: float
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+
+def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
+    """Return the products (orbits, 2) of the residues and of 1 - residue."""
+    R = orbits.residues
+    return np.array([np.prod(R, axis=0).real, np.prod(1 - R, axis=0).real]).T
+
+
+def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: PeriodicOrbits) -> list[Bifurcation]:
+    """Find the sign changes between neighbouring points of a family of `continuation` and polish them."""
+    signs = residue_products(orbits)
+    found = []
+    for k, (last, following) in enumerate(pairwise(points)):
+        turned = last.tangent[-1] * following.tangent[-1] < 0
+        for kind in range(2):
+            if not signs[k, kind] * signs[k + 1, kind] < 0:
+                continue
+            s, point, product, error = _sign_change(family, last, following, signs[k : k + 2, kind], kind)
+            if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
+                event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
+                place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
+                found.append(Bifurcation(event, place, value, point.u[:-1], time, error))
+    return sorted(found, key=lambda b: b.arclength)
+
+
+def _sign_change(
+    family: Any, last: Any, following: Any, ends: np.ndarray, kind: int
+) -> tuple[float, Any, float, float]:
+    """Find where between two points a product changes its sign: (s, the point of the branch there, the product, the error of the value).
+
+    False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are tried.
+    """
+    reach = family.apart(last.u, following.u)
+    a, b, low, high, side = 0.0, 1.0, last, following, 0
+    weights, products = [float(end) for end in ends], [float(end) for end in ends]
+    best = min((abs(products[0]), a, last), (abs(products[1]), b, following), key=lambda tried: tried[0])
+    for _ in range(60):
+        if b - a <= 1e-12 or best[0] <= NEAR:
+            break
+        share = np.clip(weights[0] / (weights[0] - weights[1]), 1e-3, 1 - 1e-3)
+        for place in (share, 0.5, 0.25, 0.75):
+            s = a + float(place) * (b - a)
+            point = family.corrected(*family.between(last, following, s), last.scale, last.step)
+            if point is not None:
+                break
+        else:
+            break
+        product = float(family.products(point)[kind])
+        best = min(best, (abs(product), s, point), key=lambda tried: tried[0])
+        if product * ends[0] > 0:
+            weights = [product, weights[1] * (0.5 if side < 0 else 1.0)]
+            a, low, products[0], side = s, point, product, -1
+        else:
+            weights = [weights[0] * (0.5 if side > 0 else 1.0), product]
+            b, high, products[1], side = s, point, product, 1
+    left = abs(float(high.u[-1] - low.u[-1]))
+    slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
+    return best[1] * reach, best[2], best[0], min(0.5 * left, best[0] / slope + 1e-15 * abs(float(best[2].u[-1])))

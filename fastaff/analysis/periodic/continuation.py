@@ -1,0 +1,377 @@
+"""Families of periodic orbits followed in the energy or a parameter, with their bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import numbers, positive, real, shown, whole
+from ...base.recipe import recorded
+from ...base.status import Status
+from ...flows.checks import checked_section, checked_tangent_model, energies
+from ...flows.flow import Flow
+from ...flows.trials import make_flow
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from .bifurcations import Bifurcation, bifurcations, residue_products
+from .find_periodic_orbits import joined
+from .periodic_orbits import WAIT, PeriodicOrbits, packed, periodic_orbits
+from .return_map import (
+    Returns,
+    Scale,
+    closing_goal,
+    closing_matrix,
+    energy_gradient,
+    finer_by,
+    least_change,
+    onto,
+    orbit_scale,
+    scheme_error,
+    section_returns,
+    step_goal,
+    vector_field,
+)
+
+CORRECTIONS = 10
+EASY = 3
+"""Corrections after which the next step along the branch is longer."""
+
+BEND = 0.35
+"""Largest angle, in radians, between neighbouring tangents of the branch."""
+
+JUMP = 0.1
+"""Largest change of the residues' product between neighbouring points, beside 1 + the product: a dip must not pass unseen."""
+
+SHORTEST = 1e-6
+"""Least step along the branch, beside the first one."""
+
+TRIES = 6
+"""Steps of the scheme that are tried for a point of the branch."""
+
+COARSER, SPARE = 1.25, 1e-2
+"""How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
+
+VANISHED = 1e-3
+"""Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A family of periodic orbits.
+
+    value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of the first
+    orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...); bifurcations in the order
+    of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO where the orbits shrink to an
+    equilibrium, NOT_CONVERGED where the shortest step failed.
+    """
+
+    value: np.ndarray
+    arclength: np.ndarray
+    orbits: PeriodicOrbits
+    bifurcations: tuple[Bifurcation, ...]
+    status: Status
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+
+@recorded
+def continuation(
+    model: Any, z0: Any, *, section: Any, period: int = 1, parameter: float | None = None, energy: float | None = None,
+    bounds: tuple[float, float] = (-np.inf, np.inf), direction: int = 1, length: float = 0.01, longest: float = 0.1, steps: int = 100,
+    max_time: float | None = None, tolerance: float = 1e-12, step: float | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-13, atol: float = 1e-13, threads: int | None = None,
+) -> Branch:  # fmt: skip
+    """Follow a family of periodic orbits in the energy, or in a parameter of the model at one energy, by pseudo-arclength.
+
+    Parameters: model, or, with a parameter, a function that makes the model of a number, `lambda C: Body(Hyperelastic(C))`;
+    z0 (2n,): a guess of the first orbit; section, period as in `periodic_orbits`; parameter: its first value, or None to follow
+    the energy; energy: of the first orbit (None: that of the guess), kept where a parameter is followed; bounds of the
+    energy or parameter, where the branch ends; direction: +1 or -1, which way the energy or parameter goes at first; length,
+    longest: first and longest step of arclength in (z, value), z in the first orbit's amplitudes (`PeriodicOrbits.scale`), the value in
+    its kinetic energy, or in the change of the parameter that moves its return by an amplitude; steps: the most points beside the
+    first; max_time, tolerance as in `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`.
+    Returns Branch. Raises ValueError or TypeError for wrong input, and where the first guess leads to no periodic orbit.
+
+    Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is normal to
+    it, so that the branch passes folds. The step grows by half after an easy correction and is halved after a failed one, a bend
+    of more than 0.35 radians or a change of the residue R of more than 0.1 (1 + |R|). Derivatives to the parameter are central
+    differences of returns. The scheme's step, where none is given, is each point's own: shortened until that moves the return no more
+    than the tolerance, and longer again where it may be. Bifurcations are where the product of the residues, or of 1 - residue, changes
+    its sign between two points, polished in the arclength by false position (the Illinois rule). A residue that touches 0 or 1, or
+    passes it twice between two points, is not seen. At a branching the branch goes straight on.
+    Cost: about 3 returns of 2n + 1 vectors for each point (9 with a parameter), of one orbit at a time.
+    Source: Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength); Greene, MacKay, Vivaldi & Feigenbaum 1981,
+    Physica D 3, 468 (residues at bifurcations).
+    """
+    make, first_model = _family(model, parameter)
+    checked_section(section, checked_tangent_model(first_model, "model"))
+    if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
+        raise ValueError(f"direction must be +1 or -1, got {direction!r}")
+    low, high = _bounds(bounds)
+    longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
+    length = min(positive("length", length), longest)
+    steps, period = whole("steps", steps, 1), whole("period", period, 1)
+    first = periodic_orbits(
+        first_model, z0, section=section, period=period, energy=energy, max_time=max_time, tolerance=tolerance, step=step,
+        scheme=scheme, rtol=rtol, atol=atol, threads=threads,
+    )  # fmt: skip
+    if first.status.size != 1 or first.status[0] != Status.OK:
+        raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
+    value = float(first.energy[0]) if parameter is None else parameter
+    if not low <= value <= high:
+        raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
+    flow, _ = make_flow(first_model, first.z, first.scheme, None if np.isinf(first.step[0]) else float(first.step[0]), rtol, atol, threads)
+    limit = None if max_time is None else positive("max_time", max_time)
+    own = step is None and not flow.adaptive
+    scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
+    units = np.append(scale.rows[:, 0], scale.energy[0])
+    family = _Family(make, flow, section, period, limit, tolerance, None if parameter is None else float(first.energy[0]), own, units)
+    if parameter is not None:
+        units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
+    start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
+    if start is None:
+        raise ValueError("z0 leads to an orbit that cannot be continued")
+    points, status = _follow(family, start, direction, length, longest, steps, (low, high))
+    orbits = joined([family.orbits(p) for p in points])
+    values = np.array([p.u[-1] for p in points])
+    arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
+    return Branch(values, arclength, orbits, tuple(bifurcations(family, points, arclength, orbits)), status)
+
+
+def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
+    """Return the function from the parameter to the model, and the first model."""
+    if parameter is None:
+        return (lambda _: model), model
+    if not callable(model) or isinstance(model, tuple):
+        raise TypeError(f"model must be a function that makes a model of the parameter, got {model!r} ({type(model).__name__})")
+    return model, model(real("parameter", parameter))
+
+
+def _bounds(bounds: Any) -> tuple[float, float]:
+    given = numbers("bounds", bounds)
+    if given.shape != (2,) or not given[0] < given[1]:
+        raise ValueError(f"bounds must be two increasing numbers, got {shown(bounds)}")
+    return float(given[0]), float(given[1])
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own units, step of
+    the scheme and the next one to try, error, and how many corrections it took."""
+
+    u: np.ndarray
+    back: Returns
+    tangent: np.ndarray
+    scale: Scale
+    step: float
+    following: float
+    error: np.ndarray
+    corrections: int
+
+
+@dataclass(frozen=True)
+class _Family:
+    """The equations of a family: flow(z) = z on the section and the energy, for z and the energy or parameter.
+
+    energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and value.
+    """
+
+    make: Callable
+    flow: Flow
+    section: Any
+    period: int
+    max_time: float | None
+    tolerance: float
+    energy: float | None
+    own_step: bool
+    units: np.ndarray
+
+    def at(self, value: float, step: float) -> Flow:
+        """Return the flow at a value of the parameter."""
+        flow = self.flow if self.flow.adaptive else replace(self.flow, step=step)
+        return flow if self.energy is None else replace(flow, model=self.make(value))
+
+    def aim(self, value: float) -> np.ndarray:
+        """Return the energy (1,) that the orbit of a value must have."""
+        return np.array([value if self.energy is None else self.energy])
+
+    def apart(self, u: np.ndarray, v: np.ndarray) -> float:
+        """Return the distance of two points of the branch."""
+        return float(np.linalg.norm((v - u) / self.units))
+
+    def limit(self, scale: Scale) -> np.ndarray:
+        """Return the time to wait for a return."""
+        return WAIT * self.period / scale.rate if self.max_time is None else np.array([self.max_time])
+
+    def returned(self, u: np.ndarray, scale: Scale, step: float) -> Returns:
+        """Return what becomes of the orbit u = (z, value)."""
+        return section_returns(self.at(u[-1], step), self.section, u[:-1, None], self.period, self.limit(scale))
+
+    def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
+        """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
+        end, ends = back.points[0, -1], []
+        field = vector_field(self.at(u[-1], step).model, end[:, None])[0]
+        for value in (u[-1] + h, u[-1] - h):
+            there = self.returned(np.append(u[:-1], value), scale, step)
+            ends.append(there.points[0, -1] - field * (there.time[0] - back.time[0]))
+        return (ends[0] - ends[1]) / (2 * h) / scale.rows[:, 0]
+
+    def parameter_unit(self, u: np.ndarray, scale: Scale) -> float:
+        """Return the change of the parameter that moves the return by an amplitude, beside what it does to small changes."""
+        size = abs(u[-1]) or 1.0
+        for h in 1e-5 * size * 10.0 ** -np.arange(0, 12, 3):
+            back = self.returned(u, scale, float(self.flow.step))
+            moved = float(np.linalg.norm(self.shifted(u, back, scale, float(self.flow.step), h)))
+            unit = max(1.0, float(np.linalg.norm(scale.matrix(back.monodromy)))) / moved if moved > 0 else size
+            if np.isfinite(unit) and unit > 10 * h:
+                return float(unit)
+        return size
+
+    def matrix(self, u: np.ndarray, back: Returns, scale: Scale, step: float) -> np.ndarray:
+        """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the value."""
+        z, unit = u[:-1, None], self.units[-1]
+        model = self.at(u[-1], step).model
+        closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
+        rows = len(z)
+        column = np.zeros(rows + 2)
+        length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0])
+        if self.energy is None:
+            column[rows + 1] = -unit / length
+        else:
+            h = 1e-5 * unit
+            column[:rows] = unit * self.shifted(u, back, scale, step, h)
+            up, down = (energies(self.make(u[-1] + s * h), z)[0] for s in (1, -1))
+            column[rows + 1] = unit * (up - down) / (2 * h) / length
+        return np.column_stack([closing, column])
+
+    def corrected(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
+        """Return the point of the branch normal to the tangent from u (at the value of u for None); None if there is none.
+
+        Where the scheme's step may change it is shortened until its error is below the tolerance.
+        """
+        best = None
+        for _ in range(TRIES if self.own_step else 1):
+            point = self._closed(u, tangent, scale, step)
+            if point is None:
+                step /= 2.0
+                continue
+            z = point.u[:-1, None]
+            flow = self.at(point.u[-1], step)
+            change, error = scheme_error(flow, self.section, z, self.limit(scale), point.back, scale)
+            goal = step_goal(self.tolerance, z, point.back.monodromy, scale)
+            if best is not None and change[0] > 0.5 * best[0]:
+                break  # rounding
+            following = step * COARSER if self.own_step and change[0] < SPARE * goal[0] else step
+            best = change[0], replace(point, step=step, following=following, error=error)
+            if change[0] <= goal[0]:
+                break
+            u, step = point.u, step / float(finer_by(change, goal, flow.scheme.order)[0])
+        if best is None:
+            return None
+        point = best[1]
+        own = orbit_scale(self.at(point.u[-1], point.step).model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
+        return replace(point, scale=own)
+
+    def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
+        """Return the point that `corrected` looks for, of one step of the scheme."""
+        rows = u.size - 1
+        normal = np.eye(rows + 1)[rows] if tangent is None else tangent
+        own = np.append(scale.rows[:, 0], self.units[-1])
+        before = np.inf
+        for k in range(CORRECTIONS):
+            z, reached = onto(self.at(u[-1], step).model, self.section, u[:-1, None], self.aim(u[-1]), scale)
+            if not reached[0]:
+                return None
+            u = np.append(z[:, 0], u[-1])
+            back = self.returned(u, scale, step)
+            if back.status[0] != Status.OK:
+                return None
+            short = (u[:-1] - back.points[0, -1]) / scale.rows[:, 0]
+            size = float(np.linalg.norm(short))
+            goal = float(closing_goal(self.tolerance, z, back.monodromy, scale)[0])
+            matrix = self.matrix(u, back, scale, step)
+            if not np.isfinite(matrix).all():
+                return None
+            border = np.insert(normal * own / self.units, rows, 0.0)
+            if size <= goal or (size <= 30 * goal and size > 0.5 * before):
+                along = _tangent(matrix, border) * own / self.units
+                return _Point(u, back, along / np.linalg.norm(along), scale, step, step, np.zeros(1), k)
+            right = np.concatenate([short, [0.0, 0.0, 0.0]])
+            change = least_change(np.vstack([matrix, border])[None], right[None])[0]
+            u = np.append(u[:-1] + change[:rows] * own[:-1], u[-1] if tangent is None else u[-1] + change[-1] * own[-1])
+            before = size
+        return None
+
+    def follows(self, last: _Point, point: _Point, length: float) -> bool:
+        """Tell whether `point` is the next one of the branch after `last`, at a distance of about `length`."""
+        return bool(point.tangent @ last.tangent > np.cos(BEND) and self.apart(last.u, point.u) < 1.5 * length)
+
+    def ahead(self, last: _Point, length: float) -> _Point | None:
+        """Return the point of the branch at a distance of `length` along the tangent of the last one."""
+        return self.corrected(last.u + length * last.tangent * self.units, last.tangent, last.scale, last.following)
+
+    def between(self, last: _Point, following: _Point, s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the point at the share s of the cubic through two points with their tangents, and the unit vector along it.
+
+        Nearer to the branch than the chord: at a branching a correction cannot tell it from its neighbours.
+        """
+        reach = self.apart(last.u, following.u)
+        first, end = (p.tangent * self.units * reach for p in (last, following))
+        chord = following.u - last.u
+        bend, twist = 3 * chord - 2 * first - end, first + end - 2 * chord
+        along = (first + s * (2 * bend + 3 * s * twist)) / self.units
+        return last.u + s * (first + s * (bend + s * twist)), along / np.linalg.norm(along)
+
+    def orbits(self, point: _Point) -> PeriodicOrbits:
+        """Return a point of the branch as PeriodicOrbits of one orbit."""
+        residual = point.scale.norm(point.back.points[:, -1] - point.u[:-1])
+        energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
+        return packed(
+            self.at(point.u[-1], point.step), self.section, point.u[:-1, None], energy, point.back, point.scale, residual=residual,
+            error=point.error, iterations=count,
+        )  # fmt: skip
+
+    def products(self, point: _Point) -> np.ndarray:
+        """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
+        return residue_products(self.orbits(point))[0]
+
+
+def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:
+    """Return the vector in (z, value) along which the equations hold, on the side of the bordering row."""
+    change = least_change(np.vstack([matrix, border])[None], np.append(np.zeros(len(matrix)), 1.0)[None])[0]
+    return np.delete(change, len(change) - 2)
+
+
+def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[list[_Point], Status]:
+    """Step along the branch to its bounds, its number of steps, or the shortest step."""
+    forward = start.tangent if start.tangent[-1] * direction >= 0 else -start.tangent
+    points, signs = [replace(start, tangent=forward)], family.products(start)
+    shortest = SHORTEST * length
+    while len(points) <= steps:
+        last = points[-1]
+        point = family.ahead(last, length)
+        ahead = family.products(point) if point is not None and family.follows(last, point, length) else np.full(2, np.nan)
+        if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
+            length *= 0.5
+            if length < shortest:
+                vanished = last.scale.energy[0] < VANISHED * start.scale.energy[0]
+                return points, Status.ACTION_ZERO if vanished else Status.NOT_CONVERGED
+            continue
+        if not bounds[0] <= point.u[-1] <= bounds[1]:
+            edge = bounds[0] if point.u[-1] < bounds[0] else bounds[1]
+            share = (edge - last.u[-1]) / (point.u[-1] - last.u[-1])
+            between = np.append(((1 - share) * last.u + share * point.u)[:-1], edge)
+            end = family.corrected(between, None, last.scale, last.following)
+            if end is None and share > 1e-9:
+                return points, Status.NOT_CONVERGED
+            return [*points, end] if end is not None and share > 1e-9 else points, Status.OK
+        points.append(point)
+        signs = ahead
+        if point.corrections <= EASY:
+            length = min(1.5 * length, longest)
+    return points, Status.OK

@@ -1,0 +1,130 @@
+"""All periodic orbits up to a period on a section: guesses from near returns of a section map, then Newton."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from ...base.numbers import positive, whole
+from ...base.recipe import recorded
+from ...flows.checks import checked_section, checked_tangent_model
+from ...flows.motion import typical_rate
+from ...schemes.automatic import Automatic
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ..sections.poincare_map import SectionMap, poincare_map
+from .periodic_orbits import PER_ORBIT, WAIT, PeriodicOrbits, periodic_orbits
+from .return_map import checked_guesses
+
+
+def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
+    """Return crossings that come back close to themselves after `period` crossings, the closest first.
+
+    Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the least
+    distance between two of them, as a fraction of the section's size in each coordinate.
+    Returns z (2n, guesses), none where no orbit is long enough. Raises ValueError or TypeError for wrong input.
+
+    Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the least
+    displacement is kept: a local minimum of the displacement over the section.
+    Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+    """
+    if not isinstance(section_map, SectionMap):
+        raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
+    period, most, apart = whole("period", period, 1), whole("most", most, 1), positive("apart", apart)
+    points = section_map.points
+    rows = points.shape[2]
+    if points.shape[1] <= period:
+        return np.zeros((rows, 0))
+    flat = points.reshape(-1, rows)
+    size = np.fmax.reduce(flat, axis=0) - np.fmin.reduce(flat, axis=0)
+    # The section's own direction tells nothing: its row varies by rounding, beside rows of its kind.
+    kind = np.repeat(np.fmax.reduce(size.reshape(2, -1), axis=1), rows // 2)
+    scale = np.where(size > np.maximum(1e-12 * kind, 1e-13 * np.fmax.reduce(np.abs(flat), axis=0)), size, np.inf)
+    away = np.linalg.norm((points[:, period:] - points[:, :-period]) / scale, axis=2)
+    # The best crossings of each orbit stand for it: along a regular orbit the displacement repeats itself.
+    per_orbit = np.argsort(away, axis=1)[:, : max(1, -(-20 * most // len(away)))]
+    orbit = np.repeat(np.arange(len(away)), per_orbit.shape[1])
+    slot = per_orbit.ravel()
+    near = away[orbit, slot]
+    order = np.argsort(near, kind="stable")
+    order = order[np.isfinite(near[order])]
+    candidates = points[orbit[order], slot[order]]
+    free = np.ones(len(candidates), bool)
+    chosen: list[int] = []
+    while free.any() and len(chosen) < most:
+        k = int(np.argmax(free))
+        chosen.append(k)
+        free &= np.linalg.norm((candidates - candidates[k]) / scale, axis=1) > apart
+        free[k] = False
+    return candidates[chosen].T
+
+
+@recorded
+def find_periodic_orbits(
+    model: Any, z0: Any, *, section: Any, max_period: int, energy: float | None = None, most: int = 100, apart: float = 0.02,
+    crossings: int | None = None, max_time: float | None = None, tolerance: float = 1e-12, iterations: int = 40, step: float | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-13, atol: float = 1e-13, threads: int | None = None,
+) -> PeriodicOrbits:  # fmt: skip
+    """Find the periodic orbits of a section map up to a period, from the near returns of a grid of orbits.
+
+    Parameters: model; z0 (2n, orbits), such as `energy_grid(...).z0`, or a SectionMap of this section; section; max_period: the most
+    crossings; energy: that of all orbits (None: each has that of its guess); most, apart: of `periodic_guesses`, for each
+    period; crossings: of the grid's orbits (None: max_period + 8); max_time: for all of them; tolerance, iterations as in
+    `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`.
+    Returns PeriodicOrbits, one of each that was found, all OK, of their least periods, the short ones first; on a resonant torus of
+    an integrable model as many of its orbits as there were guesses. Raises ValueError or TypeError for wrong input; Interrupted
+    on Ctrl-C.
+
+    Complete only as the grid is fine: on one energy surface of two degrees of freedom the fixed points of the map and of
+    its powers have a total index, the number of those with R > 0 less that with R < 0, which tells what is missing.
+    Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
+    Source: as `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+    """
+    checked_section(section, checked_tangent_model(model, "model"))
+    longest = whole("max_period", max_period, 1)
+    given = isinstance(z0, SectionMap)
+    if given and z0.points.shape[2] != 2 * model.degrees_of_freedom:
+        raise ValueError(f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {z0.points.shape[2]}")
+    starts = z0.points[:, 0].T[:, z0.counts > 0] if given else z0
+    flow, z, _ = checked_guesses(model, starts, None, scheme, step, rtol, atol, threads)
+    chosen = flow.step if isinstance(scheme, Automatic) and not flow.adaptive else step
+    count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
+    wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
+    seen = z0
+    if not given:
+        seen = poincare_map(
+            model, z, section=section, crossings=count, max_time=wait * count, step=chosen, scheme=flow.scheme, rtol=rtol, atol=atol,
+            threads=threads,
+        )  # fmt: skip
+    found: list[PeriodicOrbits] = []
+
+    def search(guesses: np.ndarray, period: int) -> None:
+        if guesses.size:
+            orbits = periodic_orbits(
+                model, guesses, section=section, period=period, energy=energy, tolerance=tolerance, iterations=iterations,
+                max_time=None if max_time is None else wait * period, step=step, scheme=flow.scheme, rtol=rtol, atol=atol, threads=threads,
+            )  # fmt: skip
+            prime = orbits.prime
+            found.append(orbits.take(prime == period))
+            for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
+                search(orbits.z[:, prime == shorter], int(shorter))
+
+    for period in range(1, longest + 1):
+        search(periodic_guesses(seen, period, most=most, apart=apart), period)
+    if not found:
+        raise ValueError("z0 has no orbit that returns to the section more than once")
+    return joined(found).unique()
+
+
+def joined(parts: list[PeriodicOrbits]) -> PeriodicOrbits:
+    """Return the orbits of several searches of one section as one."""
+    longest = max(part.points.shape[1] for part in parts)
+    whole_of = {f.name: getattr(parts[0], f.name) for f in fields(PeriodicOrbits)}
+    for name in set(PER_ORBIT) - {"points"}:
+        whole_of[name] = np.concatenate([getattr(part, name) for part in parts])
+    for name in ("z", "scale"):
+        whole_of[name] = np.concatenate([getattr(part, name) for part in parts], axis=1)
+    filled = [np.pad(p.points, ((0, 0), (0, longest - p.points.shape[1]), (0, 0)), constant_values=np.nan) for p in parts]
+    whole_of["points"] = np.concatenate(filled)
+    return PeriodicOrbits(**whole_of)

@@ -1,0 +1,310 @@
+"""Returns of orbits to a section with their monodromy matrices: what searches for periodic orbits are made of.
+
+All that mixes coordinates and momenta is done in an orbit's own units, `orbit_scale`: results are the same in any unit of length,
+time and mass, for any origin and zero of the potential, and know nothing of other orbits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import fits, numbers
+from ...base.status import Status
+from ...flows import observers
+from ...flows.checks import energies
+from ...flows.flow import Flow
+from ...flows.motion import inverse_masses, motion
+from ...flows.trials import make_flow, unset_step
+from ...kernels import crossings as kernels
+from ...schemes.automatic import Automatic
+from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
+
+STEP_ERROR = 1e-13
+"""What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
+
+COMPLEX_STEP = 1e-100
+RANK = 1e-8
+"""Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic neighbours."""
+
+FINER = 8.0
+"""How many times shorter a step becomes at once."""
+
+
+def checked_guesses(
+    model: Any, z0: Any, energy: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
+) -> tuple[Flow, np.ndarray, np.ndarray]:
+    """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
+    if model.degrees_of_freedom < 2:
+        raise ValueError(f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}")
+    if isinstance(scheme, Automatic):
+        unset_step(step)
+        scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
+    flow, z = make_flow(model, z0, scheme, step, rtol, atol, threads, error=STEP_ERROR)
+    given = energies(model, z) if energy is None else numbers("energy", energy)
+    if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
+        raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
+    return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
+
+
+class Returns(NamedTuple):
+    """Orbits followed to a crossing of a section.
+
+    points (orbits, period, 2n): the crossings in their order; time (orbits,) of the last; monodromy (orbits, 2n, 2n): the derivative
+    of the flow over that time; status (orbits,). NaN where the status is not OK.
+    """
+
+    points: np.ndarray
+    time: np.ndarray
+    monodromy: np.ndarray
+    status: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+
+def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
+    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time (orbits,) or one."""
+    rows, orbits = z.shape
+    n = rows // 2
+    fits("period", orbits, period + SPARE, kernels.RECORD + rows * (1 + rows))
+    found = Returns(
+        np.full((orbits, period, rows), np.nan), np.full(orbits, np.nan), np.full((orbits, rows, rows), np.nan),
+        np.full(orbits, int(Status.NONFINITE)),
+    )  # fmt: skip
+    with np.errstate(all="ignore"):
+        inside = np.isfinite(z).all(axis=0) & (np.broadcast_to(flow.model.margin(*z[:n]), orbits) > 0)
+    live = np.flatnonzero(inside)
+    if not live.size:
+        return found
+    limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
+    flow = replace(flow.of(live), vectors=rows)
+    unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
+    ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
+    whole = len(ensemble.z)
+    width = kernels.RECORD + whole
+    observer = observers.crossings(section, period, n, rows)
+    memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
+    start_crossings(flow, memory, section, ensemble, on=True)
+    follow_crossings(flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None)
+    records = out.reshape(live.size, -1, width)[:, :period]
+    parts = records[:, :, kernels.RECORD :].reshape(live.size, period, 2, 1 + rows, n)
+    found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
+    found.time[live] = records[:, -1, 0]
+    found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
+    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (memory[5] >= period) & (found.time[live] <= limit)
+    ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
+    found.status[live] = np.where(arrived, Status.OK, ended)
+    for array in found[:3]:
+        array[live[~arrived]] = np.nan
+    return found
+
+
+class Scale(NamedTuple):
+    """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular frequency; energy."""
+
+    rows: np.ndarray
+    rate: np.ndarray
+    energy: np.ndarray
+
+    def of(self, which: Any) -> Scale:
+        """Return those of some of the orbits."""
+        return Scale(*(entry[..., which] for entry in self))
+
+    def matrix(self, monodromy: np.ndarray) -> np.ndarray:
+        """Return monodromy matrices (orbits, 2n, 2n) in these units."""
+        with np.errstate(all="ignore"):
+            return monodromy * self.rows.T[:, None, :] / self.rows.T[:, :, None]
+
+    def norm(self, change: np.ndarray) -> np.ndarray:
+        """Return the lengths of changes (orbits, 2n) of phase points."""
+        with np.errstate(all="ignore"):
+            return np.linalg.norm(change / self.rows.T, axis=1)
+
+    def rounding(self, z: np.ndarray) -> np.ndarray:
+        """Return that of phase points z (2n, orbits): large where the origin is far."""
+        with np.errstate(all="ignore"):
+            return 4e-16 * (1 + np.linalg.norm(z / self.rows, axis=0))
+
+
+def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
+    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the energy, that counts."""
+    found = motion(model, z, threads)
+    W = np.einsum("iij->ij", inverse_masses(model, z))
+    with np.errstate(all="ignore"):
+        K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
+        return Scale(np.concatenate([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)]), found.rate, K)
+
+
+def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return dz/dt (orbits, 2n) of Hamilton's equations at z (2n, orbits)."""
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        return np.array([*model.velocity(*z[n:]), *model.force(*z[:n])]).T
+
+
+def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle."""
+    n, field = model.degrees_of_freedom, vector_field(model, z)
+    return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
+
+
+def section_gradient(section: Any, z: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the gradient (orbits, 2n) of the section function: complex steps, or differences where the function is not analytic.
+
+    scale (2n, orbits): the orbits' own units, which differences are small beside.
+    """
+    exact, difference = np.zeros(z.shape[::-1]), np.zeros(z.shape[::-1])
+    with np.errstate(all="ignore"):
+        for r in range(len(z)):
+            h = 6e-6 * scale[r]
+            difference[:, r] = (_value(section, z, r, h) - _value(section, z, r, -h)) / (2 * h)
+            try:
+                exact[:, r] = np.imag(_value(section, z, r, COMPLEX_STEP * 1j)) / COMPLEX_STEP
+            except (TypeError, ValueError):
+                exact[:, r] = np.nan
+        off, size = np.abs(exact - difference) * scale.T, np.abs(difference) * scale.T
+        return np.where(off <= 1e-4 * size.max(axis=1)[:, None], exact, difference)
+
+
+def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
+    """Return the section function at z with one row shifted, one number for each orbit."""
+    rows = [z[r] + shift if r == row else z[r] for r in range(len(z))]
+    return section.value(*rows) + np.zeros(z.shape[1])
+
+
+def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
+    """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it and which arrived."""
+    z, D, zero, n = z.copy(), scale.rows, np.zeros(z.shape[1]), len(z) // 2
+    with np.errstate(all="ignore"):
+        for _ in range(20):
+            rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
+            short = np.stack([section.value(*z) + zero, energies(model, z) - energy], axis=1)
+            # What rounding of z and of the sums makes of both.
+            size = (np.abs(rows) * (np.abs(z) + D).T[:, None]).sum(axis=2)
+            size[:, 1] += scale.energy + model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
+            near = (np.abs(short) <= 4e-15 * size).all(axis=1)
+            rows = rows * D.T[:, None]
+            length = np.linalg.norm(rows, axis=2)
+            change = D * least_change(rows / length[:, :, None], short / length).T
+            z = np.where(near, z, z - change)
+            if (near | ~np.isfinite(z).all(axis=0)).all():
+                break
+        arrived = np.isfinite(z).all(axis=0) & (np.abs(short) <= 1e-13 * size).all(axis=1)
+    return np.where(arrived, z, np.nan), arrived
+
+
+def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the shortest x (k, columns) with the least |matrix x - right| of matrix (k, rows, columns); NaN where not finite."""
+    x = np.full((len(matrix), matrix.shape[2]), np.nan)
+    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    if good.any():
+        inverse = np.linalg.pinv(matrix[good], rcond=RANK)
+        x[good] = (inverse @ right[good, :, None])[..., 0]
+    return x
+
+
+def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return the derivative (orbits, 2n - 2, 2n - 2) of the section map within the energy surface at fixed points z (2n, orbits).
+
+    In a basis of the plane of both that is orthonormal in the orbits' own units; the flow takes each image back to the section.
+    """
+    D = scale.rows.T
+    with np.errstate(all="ignore"):
+        field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
+        along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
+    reduced = np.full((len(monodromy), len(z) - 2, len(z) - 2), np.nan)
+    good = np.isfinite(own).all(axis=(1, 2))
+    if good.any():
+        normals = np.stack([row / np.linalg.norm(row, axis=1)[:, None] for row in (along[good], up[good])], axis=1)
+        _, _, rows = np.linalg.svd(normals, full_matrices=True)
+        basis, M, f, s = rows[:, 2:], own[good], field[good], along[good]
+        delay = (s[:, None] @ M) / (s * f).sum(axis=1)[:, None, None]
+        reduced[good] = basis @ (M - f[:, :, None] * delay) @ basis.transpose(0, 2, 1)
+    return reduced
+
+
+def each(function: Callable, stack: np.ndarray, shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    """Return function(matrix) of each matrix of a stack, NaN where it is not finite."""
+    result: np.ndarray = np.full((len(stack), *shape), np.nan, dtype)
+    for k in np.flatnonzero(np.isfinite(stack).all(axis=(1, 2))):
+        result[k] = function(stack[k])
+    return result
+
+
+def closing_matrix(model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits, 2n).
+
+    In the orbits' own units, the rows of section and energy of length 1.
+    """
+    orbits, rows = end.shape
+    D = scale.rows.T
+    matrix = np.zeros((orbits, rows + 2, rows + 1))
+    with np.errstate(all="ignore"):
+        matrix[:, :rows, :rows] = scale.matrix(monodromy) - np.eye(rows)
+        matrix[:, :rows, rows] = vector_field(model, end.T) / D / scale.rate[:, None]
+        for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
+            matrix[:, rows + row, :rows] = gradient * D / np.linalg.norm(gradient * D, axis=1)[:, None]
+    return matrix
+
+
+def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return how near to z (2n, orbits) an orbit must return to be closed, in own units."""
+    size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
+    return np.maximum(tolerance, 4 * scale.rounding(z)) * np.maximum(1.0, size)
+
+
+def step_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on the way."""
+    return np.maximum(tolerance, 4 * scale.rounding(z) * np.linalg.norm(scale.matrix(monodromy), axis=(1, 2)))
+
+
+def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
+    """Return how many times shorter a step should be where its error `change` is above the goal."""
+    with np.errstate(all="ignore"):
+        factor = np.clip(1.1 * (change / goal) ** (1 / order), 1.2, FINER)
+    return np.where(np.isfinite(factor), factor, 2.0)
+
+
+def scheme_error(
+    flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units (orbits,).
+
+    From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
+    """
+    if flow.adaptive:
+        other, gain = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol), 1.0
+    else:
+        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
+    back = section_returns(other, section, z, found.points.shape[1], limit)
+    with np.errstate(all="ignore"):
+        moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
+        matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
+        rounding = scale.rounding(z) * np.maximum(2.0, 0.5 * np.sqrt(found.time / flow.step))  # grows like a random walk
+        short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + rounding[:, None]
+        shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
+        later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
+        shift[:, -1] += later
+        change = np.hypot(np.linalg.norm(moved, axis=1), later)
+    return np.where(np.isnan(change), np.inf, change), np.linalg.norm(shift, axis=1)
+
+
+def _inverses(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverses (orbits, columns, rows) that `least_change` applies."""
+    return each(lambda A: np.linalg.pinv(A, rcond=RANK), matrix, matrix.shape[:0:-1], np.float64)
+
+
+def stability_indices(S: np.ndarray) -> np.ndarray:
+    """Return lambda + 1/lambda of the pairs of eigenvalues of a symplectic matrix: roots of its characteristic polynomial in that sum.
+
+    The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev series.
+    """
+    m = len(S) // 2
+    c = np.poly(S)
+    series = np.concatenate([[c[m]], (c[:m] + c[:m:-1])[::-1]])
+    return 2 * np.polynomial.chebyshev.chebroots(series).astype(np.complex128)

@@ -1,0 +1,1 @@
+"""Energy surfaces, Poincaré maps, rotation numbers and islands."""

@@ -1,0 +1,268 @@
+"""Grids of initial conditions on a section of an energy surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import an_array, fits, numbers, real, shown
+from ...base.recipe import recorded
+from ...flows.checks import checked_model, checked_section, energies
+from ...models import Body
+from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from .allowed_region import Function, crossings, extrema
+
+
+class NotReached(ValueError):
+    """Raised where an energy surface has no point on what was asked for: the energy is below the minimum there."""
+
+
+ARRAYS = 32
+"""Arrays of the size of a grid that lifting it takes at a time."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Initial conditions on the cells of a grid over two section coordinates.
+
+    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2): cells that the
+    energy surface does not reach; axes and names: the two coordinates, first along rows.
+    """
+
+    z0: np.ndarray
+    cell: np.ndarray
+    forbidden: np.ndarray
+    axes: tuple[np.ndarray, np.ndarray]
+    names: tuple[str, str]
+    energy: float
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    def spread(self, values: Any) -> np.ndarray:
+        """Return values (orbits,) as a masked (n1, n2) array in which forbidden cells are masked."""
+        given = an_array("values", values)
+        if given.shape not in ((), self.cell.shape) or given.dtype.kind not in "biufc":
+            raise ValueError(f"values must be numbers of shape {self.cell.shape}, one for each orbit, got {given.dtype} {given.shape}")
+        array = np.ma.masked_all(self.forbidden.size, dtype=given.dtype)
+        array[self.cell] = values
+        return array.reshape(self.forbidden.shape)
+
+
+@recorded
+def energy_grid(
+    body: Any, *, energy: float, section: Any, axes: Sequence[Any], p_eta: float = 0.0, p_gamma: float = 0.0
+) -> Grid:
+    """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
+
+    Parameters: body; energy; section: a value of `fastaff.models.sections`; axes: two arrays of coordinates, (beta, p_beta) for
+    AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha)
+    for BetaTurning and BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system
+    of two degrees of freedom; p_eta, p_gamma: the angular momenta of the planes (bodies only).
+    Returns Grid; cells that the energy does not reach are in `forbidden` and have no orbit.
+    Raises ValueError where no cell is reached (an energy below the minimum, an unreachable section), TypeError for a
+    section that has no grid.
+
+    On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the radius has a
+    minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the outer one; where there are several
+    wells, that of the outermost. On the others the missing momentum has the sign of the direction (0: +).
+    AreaEquals takes one of its two branches. The roots are neighbours of where the energy is exact, at radii from 1e-40 to 1e40 in any
+    unit: wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of wider ones. Cost: some
+    500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, else one.
+    Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
+    """
+    energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
+    first, second = _axes(axes)
+    fits("axes", first.size, second.size, ARRAYS)
+    u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
+    z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
+    if not found.any():
+        raise NotReached(
+            f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], {names[1]} in "
+            f"[{second.min():.6g}, {second.max():.6g}] on {section!r}: it is below the minimum there, or the section is elsewhere"
+        )
+    return Grid(
+        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), ~found.reshape(first.size, second.size),
+        (first, second), names, energy,
+    )  # fmt: skip
+
+
+def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
+    """Return energy, p_eta and p_gamma if they and the section suit the body."""
+    checked_model(body)
+    checked_section(section, body)
+    energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
+        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
+    if not isinstance(body, Body) and (p_eta or p_gamma):
+        raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}")
+    return energy, p_eta, p_gamma
+
+
+def lift(
+    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the coordinates' names.
+
+    Of several sheets over a point, the first.
+    """
+    z, found, names = lift_sheets(body, section, energy, p_eta, p_gamma, u, v)
+    first = found.argmax(axis=0)
+    return np.take_along_axis(z, first[None, None], axis=0)[0], np.asarray(found.any(axis=0)), names
+
+
+def lift_sheets(
+    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), which exist (sheets, points), and the coordinates' names.
+
+    A turning section has a sheet for each well of its radius, the outermost first; the others have one.
+    """
+    with np.errstate(all="ignore"):
+        sheets, names = _lift(section, body, energy, p_eta, p_gamma, u, v)
+        z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
+        q, p = np.split(np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0), 2)
+        margin = np.broadcast_to(body.margin(*q), q.shape[1:])
+        T, V = body.kinetic_energy(*p), body.potential_energy(*q)
+    # A sign change at a wall where the potential jumps is no turning point.
+    found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
+    return z, found & np.isfinite(z).all(axis=1) & (margin > 0), names
+
+
+def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        first, second = (np.atleast_1d(numbers("axes", axis)).astype(np.float64) for axis in axes)
+    except (TypeError, ValueError):
+        raise TypeError(f"axes must be two arrays of numbers, got {shown(axes)}") from None
+    for axis in (first, second):
+        if axis.ndim != 1 or axis.size == 0 or not np.isfinite(axis).all():
+            raise ValueError(f"axes must be two non-empty, finite, one-dimensional arrays, got {axes!r}")
+    return first, second
+
+
+@singledispatch
+def _lift(section, body, energy, p_eta, p_gamma, u, v):
+    """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
+    raise TypeError(f"section must be one that has a grid (fastaff.models.sections), got {section!r} for {type(body).__name__}")
+
+
+def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
+    """Return phase points with eta = gamma = 0; a radius 0 is allowed where its angular momentum is 0."""
+    across_a = p_eta / alpha if p_eta else 0.0 * alpha
+    across_b = p_gamma / beta if p_gamma else 0.0 * beta
+    return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])
+
+
+def _rest(body, energy, alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
+    """Return 2 mu (energy - H) at these coordinates."""
+    centrifugal = (p_eta / alpha) ** 2 if p_eta else 0.0
+    centrifugal = centrifugal + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
+    V = body.potential.value(alpha * alpha, beta * beta)
+    inside = body.potential.margin(alpha * alpha, beta * beta) > 0
+    return np.where(inside, 2 * body.mu * (energy - V) - centrifugal - p_alpha**2 - p_beta**2, np.nan)
+
+
+def _momentum(rest, direction):
+    """Return the missing momentum, with the sign of the direction; NaN where the energy does not reach."""
+    return np.where(rest >= 0, np.sqrt(np.maximum(rest, 0)), np.nan) * (-1.0 if direction < 0 else 1.0)
+
+
+@_lift.register
+def _(section: AlphaEquals, body, energy, p_eta, p_gamma, u, v):
+    alpha = np.full(u.shape, float(section.constant))
+    p_alpha = _momentum(_rest(body, energy, alpha, 0.0, p_eta, u, v, p_gamma), section.direction)
+    return planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+
+
+@_lift.register
+def _(section: BetaEquals, body, energy, p_eta, p_gamma, u, v):
+    beta = np.full(u.shape, float(section.constant))
+    p_beta = _momentum(_rest(body, energy, u, v, p_eta, beta, 0.0, p_gamma), section.direction)
+    return planes(u, v, p_eta, beta, p_beta, p_gamma), ("alpha", "p_alpha")
+
+
+@_lift.register
+def _(section: AreaEquals, body, energy, p_eta, p_gamma, u, v):
+    alpha = np.sqrt(2 * section.constant + u * u)
+    p_alpha = _momentum(_rest(body, energy, alpha, 0.0, p_eta, u, v, p_gamma), section.direction)
+    rising = alpha * p_alpha - u * v
+    p_alpha = np.where(rising * section.direction >= 0, p_alpha, np.nan)
+    return planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+
+
+@_lift.register
+def _(section: AlphaTurning, body, energy, p_eta, p_gamma, u, v):
+    alpha, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=True)
+    z = [planes(x, 0 * x, p_eta, u, v, p_gamma) for x in alpha]
+    for sheet, through in zip(z, across, strict=True):
+        sheet[5] = np.where(through > 0, through, sheet[5])
+    return np.array(z), ("beta", "p_beta")
+
+
+@_lift.register
+def _(section: BetaTurning, body, energy, p_eta, p_gamma, u, v):
+    beta, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=False)
+    z = [planes(u, v, p_eta, x, 0 * x, p_gamma) for x in beta]
+    for sheet, through in zip(z, across, strict=True):
+        sheet[7] = np.where(through > 0, through, sheet[7])
+    return np.array(z), ("alpha", "p_alpha")
+
+
+@_lift.register
+def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
+    normal = np.asarray(section.normal, dtype=np.float64)
+    axis = np.flatnonzero(normal)
+    if body.degrees_of_freedom != 2 or axis.size != 1 or axis[0] > 1:
+        raise TypeError(
+            "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
+            f"got {section!r} for {type(body).__name__}"
+        )
+    i = int(axis[0])
+    z = np.zeros((4, u.size))
+    z[i], z[1 - i], z[3 - i] = section.offset / normal[i], u, v
+    unit = np.zeros(2)
+    unit[i] = 1.0
+    weight = body.kinetic_energy(*unit)
+    sign = section.direction * np.sign(normal[i])
+    z[2 + i] = _momentum((energy - energies(body, z)) / weight, sign)
+    other = body.coordinates[1 - i]
+    return z, (other, f"p_{other}")
+
+
+def room(body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes of its terms."""
+    A, B = alpha * alpha, beta * beta
+    barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
+    barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
+    V = body.potential.value(A, B)
+    left = np.where(body.potential.margin(A, B) > 0, 2 * body.mu * (energy - V) - barrier, -np.inf)
+    return left, 2 * body.mu * (abs(energy) + np.abs(V)) + barrier
+
+
+def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> Function:
+    """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
+    if alpha:
+        return lambda x, j: room(body, energy, p_eta, p_gamma, x, u[j])
+    return lambda x, j: room(body, energy, p_eta, p_gamma, u[j], x)
+
+
+def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
+    """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the outermost first.
+
+    The last sheet of the inner ones is the axis, where the angular momentum is 0 and the motion goes through it; the momentum that it
+    then has, across like that of the inner turning points in the limit of small angular momentum, comes second (sheets, points).
+    """
+    other, column = np.unique(u, return_inverse=True)
+    rest = radial(body, energy, p_eta, p_gamma, other, alpha=alpha)
+    sheets, axis = crossings(rest, extrema(rest, other.size), column, v * v, direction > 0)
+    across = 0.0 * sheets
+    if direction > 0 and axis.any():
+        through = rest(np.zeros(u.size), column)[0] - v * v
+        through = np.sqrt(np.where(axis & (through >= 0), through, np.nan))
+        sheets, across = np.concatenate([sheets, [0.0 * through]]), np.concatenate([across, [through]])
+    return sheets, across

@@ -1,0 +1,321 @@
+"""What the points of a section say: rotation numbers, invariant curves, chains of islands, chaos.
+
+Points are (orbits, crossings, 2), two coordinates of a section at successive crossings, NaN past the last; from a SectionMap in the
+alpha-beta chart: np.moveaxis(found.coordinates(ALPHA_BETA)[[1, 5]], 0, -1) for (beta, p_beta).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import an_array, fits, numbers, positive, whole
+from ...base.status import Status, raise_if_failed
+from ...kernels.birkhoff import SHARPNESS
+from ..frequencies.fundamental import SPANS, damping
+from .scatter import scattered
+
+SAFETY = 5.0
+"""Factor of error estimates over the differences between windows, as for frequency maps."""
+
+ROUNDING = 1e-14
+HARMONICS = 16
+"""Harmonics of a curve whose slow beats count in the error of its rotation number."""
+
+STILL = 1e-9
+"""Relative size of an island below which it is a periodic orbit."""
+
+LEAST = 32
+"""Crossings that a rotation number needs."""
+
+CHAOS = 1.5
+"""Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
+
+
+class Kind(IntEnum):
+    """What the points of an orbit on a section are."""
+
+    CURVE = 0
+    ISLANDS = 1
+    CHAOTIC = 2
+    UNDECIDED = 3
+
+
+class Rotation(NamedTuple):
+    """Rotation numbers of section orbits: arrays over orbits.
+
+    rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
+    error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m can do that are
+    too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation number or for the relative mean
+    squared radius, whichever is fewer; centre (orbits, 2); counts of points; status: OK or
+    TOO_FEW_CROSSINGS, where error is inf.
+    """
+
+    rotation: np.ndarray
+    error: np.ndarray
+    digits: np.ndarray
+    centre: np.ndarray
+    counts: np.ndarray
+    status: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+
+@dataclass(frozen=True)
+class Islands:
+    """Kinds of section orbits, with the places and sizes of islands.
+
+    kind (orbits,) of `Kind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q islands, 0 where there
+    is none; centres, extents (orbits, most, 2): the mean point of each island in the order of visits and its full size in the
+    two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first island's centre in q crossings, NaN where q
+    is 0; status (orbits,) of `Status`. Points that keep to q sectors without going around the centre have p = 0.
+    """
+
+    kind: np.ndarray
+    turning: Rotation
+    p: np.ndarray
+    q: np.ndarray
+    centres: np.ndarray
+    extents: np.ndarray
+    inner: np.ndarray
+    inner_error: np.ndarray
+    status: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
+        """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods first."""
+        chains = sorted({(int(q), int(p)) for p, q in zip(self.p, self.q, strict=True) if q})
+        found = []
+        for q, p in chains:
+            own = (self.p == p) & (self.q == q)
+            size = np.fmax.reduce(self.extents[own].reshape(-1, 2), axis=0)
+            found.append((p, q, int(own.sum()), (float(size[0]), float(size[1]))))
+        return found
+
+    def summary(self) -> str:
+        """Say in one line how many orbits are of which kind."""
+        kinds, counts = np.unique(self.kind, return_counts=True)
+        return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every orbit is OK."""
+        raise_if_failed(self.status)
+
+
+def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
+    """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
+
+    Parameters: points (crossings, 2) or (orbits, crossings, 2), NaN past the last; centre: (2,) or (orbits, 2), a point
+    inside the invariant curves; by default each orbit's own weighted mean, which lies inside of any convex curve.
+    Returns Rotation. Raises ValueError or TypeError for wrong input; an orbit of fewer than 32 points has a status.
+
+    The angle's displacement is lifted from the circle by continuity along the curve, so every centre inside a curve that is a
+    graph r(theta) gives the same number; islands need less than half a turn between neighbours. Its average with the weight
+    exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth curve with a
+    Diophantine rotation number; a line at distance d from an integer is damped below 2e-12 once d N > 9.6. On a chaotic orbit
+    it converges like N^(-1/2).
+    Cost: one sort of the angles of each orbit. Memory: about ten arrays of the size of points.
+    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020, Physica D 411, 132569.
+    """
+    points, counts = _checked(points)
+    return _rotation(points, counts, _centres(centre, points, counts))
+
+
+def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: float = 4.0) -> Islands:
+    """Tell invariant curves, chains of islands and chaotic orbits of a section apart.
+
+    Parameters: points, centre as in `rotation_number`: of a chain, a point between its islands, such as the elliptic
+    fixed point that they surround; max_period: the longest chain looked for; digits > 0 that the rotation number of a
+    curve or chain must have. Returns Islands. Raises ValueError or TypeError for wrong input.
+
+    ISLANDS: the rotation number is p/q within its error, the points visited every q-th time stay inside a sector of angles of
+    their own, and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but the points have not turned
+    back yet: a curve as close to p/q or an island that turns more slowly than the points tell. CURVE: all other
+    orbits whose rotation number converges. CHAOTIC: it does not, and there is evidence of chaos in 200 points or more: they fill an
+    area, and neighbours among them part until they are as far from each other as any two. UNDECIDED where neither is seen: close to
+    a separatrix or a resonance a rotation number needs more crossings, which decide (thousands). q = 1 is an island beside the
+    centre. The mean point of an island is off its periodic point by the order of its width squared.
+    Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits without digits.
+    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits);
+    Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
+    """
+    points, counts = _checked(points)
+    max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)
+    turning = _rotation(points, counts, _centres(centre, points, counts))
+    orbits = counts.size
+    fits("max_period", orbits, max_period, 4)
+    kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
+    for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
+        kind[o] = Kind.CHAOTIC if scattered(points[o, : counts[o]]) else Kind.UNDECIDED
+    p, q = np.zeros((2, orbits), np.int64)
+    centres, extents = np.full((2, orbits, max_period, 2), np.nan)
+    inner, inner_error = np.full((2, orbits), np.nan)
+    size = np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1)
+    still = size.max(axis=1) <= STILL * np.fmax.reduce(np.abs(points), axis=1).max(axis=1)
+    # One island is what is left: points that keep to one sector may still fall apart into several inside of it.
+    for period in (*range(2, max_period + 1), 1):
+        nearest = np.rint(period * turning.rotation)
+        near = np.abs(turning.rotation - nearest / period) <= turning.error
+        if period == 1:  # a curve that closes turns by more than 1/counts
+            near &= (turning.error < 0.5 / np.maximum(counts, 1)) | still
+        else:
+            near &= ~still
+        tried = np.flatnonzero(near & (kind == Kind.CURVE) & (counts >= 4 * period))
+        if not tried.size:
+            continue
+        sub = _visits(points[tried], counts[tried], period)
+        apart, returns = _sectors(sub, turning.centre[tried])
+        returns |= still[tried]
+        kind[tried[apart]] = np.where(returns[apart], Kind.ISLANDS, Kind.UNDECIDED)
+        found = tried[apart]
+        p[found], q[found] = np.where(2 * nearest[found] == -period, period / 2, nearest[found]), period
+        sub, visits = sub[apart], (counts[found] + period - 1) // period
+        extents[found, :period] = np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)
+        for island in range(period):
+            number = (counts[found] - island + period - 1) // period
+            centres[found, island] = _mean(sub[:, :, island], number)
+        own = _rotation(sub[:, :, 0], visits, centres[found, 0])
+        inner[found], inner_error[found] = own.rotation, own.error
+    most = int(q.max(initial=1))
+    return Islands(kind, turning, p, q, centres[:, :most], extents[:, :most], inner, inner_error, turning.status.copy())
+
+
+def _checked(points: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (orbits, crossings, 2), NaN from the first that is not finite, and how many there are."""
+    array = an_array("points", points)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"points must be an array of real numbers, got {type(points).__name__} of {array.dtype}")
+    if array.ndim not in (2, 3) or array.shape[-1] != 2 or array.shape[-2] == 0:
+        raise ValueError(f"points must have shape (crossings, 2) or (orbits, crossings, 2), got {array.shape}")
+    array = array.astype(np.float64).reshape(-1, *array.shape[-2:])
+    if array.shape[1] == 1:  # a slot for the image of the only crossing
+        array = np.concatenate([array, np.full_like(array, np.nan)], axis=1)
+    missing = ~np.isfinite(array).all(axis=2)
+    counts = np.where(np.any(missing, axis=1), np.argmax(missing, axis=1), array.shape[1])
+    array[np.arange(array.shape[1]) >= counts[:, None]] = np.nan
+    return array, counts
+
+
+def _centres(centre: Any, points: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return a centre (orbits, 2) for each orbit."""
+    if centre is None:
+        return _mean(points, counts)
+    given = numbers("centre", centre)
+    if given.shape not in ((2,), (len(points), 2)) or not np.isfinite(given).all():
+        raise ValueError(f"centre must be a finite point (2,) or one for each of {len(points)} orbits (orbits, 2), got {centre!r}")
+    return np.broadcast_to(given, (len(points), 2)).copy()
+
+
+def _weights(slots: int, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Return normalised weights (orbits, slots) of a window over the places first <= k < last of each orbit."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = (2 * np.arange(slots) + 1 - (first + last)[:, None]) / (last - first)[:, None]
+        weight = np.where(np.abs(x) < 1, np.exp(SHARPNESS * (np.sqrt(np.maximum(1 - x * x, 0.0)) - 1)), 0.0)
+        return weight / _total(weight)[:, None]
+
+
+def _total(values: np.ndarray) -> np.ndarray:
+    """Return the sums over the slots of values (orbits, slots, ...), one after another: zeros past the last change no bit."""
+    return np.cumsum(values, axis=1)[:, -1]
+
+
+def _mean(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the weighted averages of values (orbits, slots, 2) over the first counts of each orbit."""
+    weight = _weights(values.shape[1], np.zeros_like(counts), counts)
+    return _total(weight[..., None] * np.nan_to_num(values))
+
+
+def _means(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the averages (spans, orbits) of values (orbits, slots) over SPANS of the counts: the whole, the halves, uneven windows."""
+    clean = np.nan_to_num(values)
+    windows = [(np.rint(begin * counts), np.rint(end * counts)) for begin, end in SPANS]
+    return np.array([_total(_weights(values.shape[1], *window) * clean) for window in windows])
+
+
+def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rotation:
+    """Return the Rotation of points (orbits, slots, 2) about centre (orbits, 2)."""
+    dx, dy = np.moveaxis(points - centre[:, None], -1, 0)
+    enough = counts >= LEAST
+    steps = np.where(enough, counts - 1, LEAST)
+    turns = _means(_displacements(np.arctan2(dy, dx)) / (2 * np.pi), steps)
+    exponent = np.frexp(np.fmax.reduce(np.fmax(np.abs(dx), np.abs(dy)), axis=1, keepdims=True))[1]
+    x, y = np.ldexp(dx, -exponent), np.ldexp(dy, -exponent)  # squares in any units
+    radius = _means(x * x + y * y, np.where(enough, counts, LEAST))
+    difference = np.abs(turns[1] - turns[2])
+    uneven = np.abs(turns[1:] - turns[0]).max(axis=0)
+    spread = np.abs(radius[1] - radius[2]) / np.where(radius[0] > 0, radius[0], 1.0)
+    digits = np.where(enough, -np.log10(np.maximum(np.maximum(difference, spread), 1e-16)), 0.0)
+    rotation = np.where(enough, turns[0] - np.ceil(turns[0] - 0.5), 0.0)
+    error = np.where(enough, SAFETY * uneven + _unresolved(turns[0], steps) + ROUNDING, np.inf)
+    return Rotation(rotation, error, digits, centre, counts, np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS))
+
+
+def _unresolved(rotation: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around between the m.
+
+    The displacement varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of their slow beats.
+    """
+    m = np.arange(1, HARMONICS + 1)[:, None]
+    beat = np.abs(m * rotation - np.rint(m * rotation))
+    return (4.0 * 0.5**m * beat / m * damping(beat * steps)).sum(axis=0)
+
+
+def _displacements(theta: np.ndarray) -> np.ndarray:
+    """Return the lifted displacements (orbits, slots - 1) of angles theta (orbits, slots), NaN past the last.
+
+    In the order of the angles, from behind the widest gap, each image is taken within half a turn of the one before it.
+    """
+    image = theta[:, 1:]
+    start = np.where(np.isnan(image), np.nan, theta[:, :-1])
+    ring = np.sort(start, axis=1)
+    gaps = np.diff(ring, axis=1)
+    widest = np.fmax.reduce(gaps, axis=1, initial=0.0)
+    around = 2 * np.pi - (np.fmax.reduce(ring, axis=1) - ring[:, 0])
+    edge = np.fmax.reduce(np.where(gaps >= np.maximum(widest, around)[:, None], ring[:, :-1], -np.inf), axis=1, initial=-np.inf)
+    start = np.where(start <= edge[:, None], start + 2 * np.pi, start)
+    order = np.argsort(start, axis=1)
+    walk = np.take_along_axis(image, order, axis=1)
+    walk[:, 1:] = walk[:, :1] + np.cumsum(_wrap(np.diff(walk, axis=1)), axis=1)
+    lifted = np.empty_like(walk)
+    np.put_along_axis(lifted, order, walk, axis=1)
+    return lifted - start
+
+
+def _visits(points: np.ndarray, counts: np.ndarray, q: int) -> np.ndarray:
+    """Return points (orbits, slots, 2) as (orbits, visits, q, 2), NaN past the last."""
+    slots = -(-int(counts.max()) // q) * q
+    padded = np.full((len(points), max(slots, points.shape[1]), 2), np.nan)
+    padded[:, : points.shape[1]] = points
+    return padded[:, :slots].reshape(len(points), -1, q, 2)
+
+
+def _sectors(sub: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tell, for visits sub (orbits, visits, q, 2), whether each island keeps to its own sector, and whether the points return."""
+    d = sub - centre[:, None, None]
+    theta = np.arctan2(d[..., 1], d[..., 0])
+    away = _wrap(theta - theta[:, :1])
+    low, high = np.fmin.reduce(away, axis=1), np.fmax.reduce(away, axis=1)
+    begin, end = np.mod(theta[:, 0] + low, 2 * np.pi), high - low
+    order = np.argsort(begin, axis=1)
+    begin, end = np.take_along_axis(begin, order, axis=1), np.take_along_axis(end, order, axis=1)
+    free = np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1) - (begin + end)
+    # A single island may reach around most of the circle; that its rotation number is 0 says that it does not close.
+    apart = (free.min(axis=1) > 0.0) | (sub.shape[2] == 1)
+    radius = np.fmax.reduce(np.abs(d).reshape(len(d), -1), axis=1)
+    size = (np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)).reshape(len(sub), -1).max(axis=1)
+    still = size <= STILL * radius
+    steps = _wrap(np.diff(theta, axis=1)).reshape(len(sub), -1)
+    returns = (np.fmin.reduce(steps, axis=1) < 0) & (np.fmax.reduce(steps, axis=1) > 0)
+    return apart, returns | still
+
+
+def _wrap(angle: np.ndarray) -> np.ndarray:
+    """Return angles in [-pi, pi)."""
+    return np.mod(angle + np.pi, 2 * np.pi) - np.pi

@@ -1,0 +1,394 @@
+"""Poincaré maps: crossings of a surface of section by many orbits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import fits, positive, whole
+from ...base.recipe import recorded
+from ...base.status import Status, describe, raise_if_failed
+from ...charts import Chart
+from ...flows import observers
+from ...flows.accuracy import Plan, halved, planned, planned_alike, refined, wants_accuracy
+from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
+from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error
+from ...flows.motion import Motion, motion
+from ...flows.time_transformed import TransformedFlow, chosen_scheme, flow_over
+from ...flows.trials import on_ladder
+from ...kernels import crossings as kernels
+from ...schemes.automatic import Automatic
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.time_transformed import TimeTransformed, lowered, transformed_section
+
+SPARE = 8
+"""Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
+
+SLOWEST = 2.0
+"""Natural periods between crossings that steps are chosen for, where max_time allows more."""
+
+NUDGE = 1e-6
+"""Displacement, in amplitudes of the motion or relative, for slopes of the section function."""
+
+START = 8 * float(np.finfo(float).eps)
+"""Section function at the start, relative to its changes with z and over a step, and time after max_time, that are rounding."""
+
+SAME = 0.1
+"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
+
+PER_ORBIT = (
+    "points", "times", "counts", "section_error", "energy_error", "status", "step", "time_error", "point_error", "accurate_until",
+)  # fmt: skip
+
+LAST_RECORDS = 500_000
+"""Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
+
+
+@dataclass(frozen=True)
+class SectionMap:
+    """Crossings of a section.
+
+    points (orbits, crossings, 2n), the states at the crossings, and times (orbits, crossings): NaN past counts (orbits,).
+    section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
+    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step, one for each orbit
+    where it was chosen, or inf for an adaptive scheme. time_error (orbits, crossings) and point_error (orbits, crossings, 2n): the
+    estimated errors of both, inf where a run with another step has no such crossing; accurate_until (orbits,): the time up to
+    which they stay below the accuracy; None where a step or tolerances were given.
+    An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded the tolerance.
+    """
+
+    points: np.ndarray
+    times: np.ndarray
+    counts: np.ndarray
+    section_error: np.ndarray
+    energy_error: np.ndarray
+    status: np.ndarray
+    section: Any
+    scheme: Splitting | RungeKutta | TimeTransformed
+    step: float | np.ndarray
+    time_error: np.ndarray | None = None
+    point_error: np.ndarray | None = None
+    accurate_until: np.ndarray | None = None
+    __repr__ = screen
+
+    def coordinates(self, chart: Chart) -> np.ndarray:
+        """Return the crossings in a chart of GL(2,R): (8, orbits, crossings), coordinates and momenta, NaN past counts."""
+        z = np.moveaxis(self.points, -1, 0)
+        kept = np.isfinite(self.times)
+        converted = np.full(z.shape, np.nan)
+        converted[:, kept] = checked_chart(chart).from_planes(z[:, kept])
+        return converted
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every orbit is OK."""
+        raise_if_failed(self.status)
+
+    def summary(self) -> str:
+        """Say in one line what became of the orbits."""
+        return describe(self.status)
+
+
+@recorded
+def poincare_map(
+    body: Any, z0: Any, *, section: Any, crossings: int, max_time: float, accuracy: float | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
+    energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
+) -> SectionMap:  # fmt: skip
+    """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
+
+    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own); crossings >= 1; max_time > 0
+    ends every orbit, whatever it does; accuracy: error that times (times the angular frequency) and points (relative to the amplitudes
+    of the motion) may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report
+    as in `integrate`.
+    Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+
+    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the section function
+    over a step is always found. Two crossings inside a step, where the sign does not change, are found when the function's values at
+    three successive steps have their smallest in the middle and a parabola through them reaches zero within a margin of two: then the
+    extremum between them is searched on the flow; so too in the first and the last step, from a step before the start and one beyond
+    the end. They are missed only where the function turns more than once between steps.
+    A crossing is the root of the section function along fractional steps of the same scheme, so it has the scheme's order
+    and section error at the level of rounding; nothing is interpolated.
+    Cost: the steps, and about eight steps for each crossing, located in full lane blocks. Memory: (2n + 4) numbers for each
+    crossing and orbit, whatever max_time is.
+    Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
+    """
+    wanted = whole("crossings", crossings, 1)
+    max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
+    checked_section(section, checked_model(body))
+    goal = wants_accuracy(scheme, step, accuracy)
+    if isinstance(scheme, Automatic):
+        chosen = chosen_scheme(max_time, body, z0, scheme, step, rtol, atol, threads)
+        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+    flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads, error=None)
+    if goal is not None:
+        result, interrupted = _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
+    else:
+        result, _, interrupted = _mapped(flow, z, section, wanted, max_time, tolerance, report)
+    if interrupted:
+        stopped = Interrupted("poincare_map")
+        stopped.partial = result
+        raise stopped
+    return result
+
+
+def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) -> tuple[SectionMap, np.ndarray, bool]:
+    """Follow the orbits once; return their crossings, the times that they reached, and whether it was interrupted."""
+    asked = section
+    if isinstance(flow, TransformedFlow):
+        section = transformed_section(section, flow.model.degrees_of_freedom - 1)
+    ensemble, (rows, orbits) = flow.ensemble(z, radius=radius), z.shape
+    width, slots = kernels.RECORD + rows, wanted + SPARE
+    fits("crossings", orbits, slots, width)
+    observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
+    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
+    start_crossings(flow, memory, section, ensemble)
+    interrupted = False
+    try:
+        follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
+    except KeyboardInterrupt:
+        interrupted = True
+    result = _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance)
+    if isinstance(flow, TransformedFlow):
+        points = np.moveaxis(lowered(np.moveaxis(result.points, -1, 0)), 0, -1)
+        result = replace(result, points=np.ascontiguousarray(points), section=asked)
+    if interrupted:
+        result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
+    return result, ensemble.time, interrupted
+
+
+class _Crossings(NamedTuple):
+    """Orbits after a run: their map, the times they reached, and how slanting (orbits, crossings) they cross; see `slants`."""
+
+    found: SectionMap
+    reached: np.ndarray
+    slant: np.ndarray
+
+    def of(self, orbits: np.ndarray) -> _Crossings:
+        """Return those of some of the orbits."""
+        changed = {name: entry[orbits] for name in PER_ORBIT if (entry := getattr(self.found, name)) is not None}
+        return _Crossings(replace(self.found, **changed), self.reached[orbits], self.slant[orbits])
+
+
+def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
+    """Return how many times the error of a state is the error of its crossing (orbits, crossings), at least 1, NaN where there is none.
+
+    That is the change of the section function by an amplitude of the motion over its change in a radian: large where orbits graze.
+    """
+    n = model.degrees_of_freedom
+    z = np.ascontiguousarray(np.moveaxis(points, -1, 0))
+    size = np.concatenate([scales.position, scales.momentum])[:, :, None]
+    with np.errstate(all="ignore"):
+        speed = np.array([*model.velocity(*z[n:]), *model.force(*z[:n])]) / scales.rate[:, None]
+        change, passing = np.zeros(z.shape[1:]), np.zeros(z.shape[1:])
+        for row in range(2 * n):
+            shift = np.zeros((2 * n, 1, 1))
+            shift[row] = NUDGE
+            slope = (section.value(*(z + shift * size)) - section.value(*(z - shift * size))) / (2 * NUDGE)
+            change += slope**2
+            passing += np.where(size[row] > 0, slope / size[row], 0.0) * speed[row]
+        return np.maximum(np.sqrt(change) / np.abs(passing), 1.0)
+
+
+def _plan(flow, body, z, wanted, max_time, accuracy) -> Plan:
+    """Return the steps to begin with: for as long as the crossings may take, fractions of max_time."""
+    if isinstance(flow, TransformedFlow):
+        return planned_alike(flow, body, lowered(z), 1)
+    if flow.adaptive:
+        return planned_alike(flow, body, z, flow.threads)
+    found = motion(body, z, flow.threads)
+    plan = planned(flow, z, found, np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate), accuracy)
+    return plan._replace(step=on_ladder(plan.step, max_time, 2))
+
+
+def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
+    """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was interrupted."""
+    plan = _plan(flow, body, z, wanted, max_time, accuracy)
+    rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
+    result = SectionMap(
+        np.full((orbits, wanted, rows), np.nan), np.full((orbits, wanted), np.nan), np.zeros(orbits, np.int64), np.zeros(orbits),
+        np.zeros(orbits), np.full(orbits, int(Status.INTERRUPTED)), section, flow.scheme, np.full(orbits, np.nan),
+        np.full((orbits, wanted), np.nan), np.full((orbits, wanted, rows), np.nan), np.zeros(orbits),
+    )  # fmt: skip
+
+    def take(where: np.ndarray, part: SectionMap) -> None:
+        for name in PER_ORBIT:
+            if getattr(part, name) is not None:
+                getattr(result, name)[where] = getattr(part, name)
+
+    def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
+        part, reached, interrupted = _mapped(
+            refined(flow, step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report,
+            plan.motion.radius[orbits],
+        )  # fmt: skip
+        part = replace(part, step=np.full(len(step), np.inf) if flow.adaptive else step)
+        if interrupted:
+            take(orbits, part)
+            raise KeyboardInterrupt
+        return _Crossings(part, reached, slants(body, section, part.points, plan.motion.of(orbits)))
+
+    def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        scales = plan.motion.of(orbits)
+        with np.errstate(all="ignore"):
+            late = np.abs(fine.found.times - coarse.found.times) * scales.rate[:, None]
+            apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 2, 0))
+            apart = np.maximum(apart, late.T)
+            straight = apart / fine.slant.T
+        phase = fine.found.times.T * scales.rate
+        same = np.isfinite(apart) & (apart < SAME)
+        # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is known.
+        ended = ~np.isfinite(fine.found.times.T)
+        known = np.logical_and.accumulate(same | ended, axis=0)
+        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, fine.slant.T)
+
+    def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
+        where, part = orbits[chosen], fine.of(chosen)
+        error = error[:, chosen].T
+        scales = plan.motion.of(where)
+        there = np.isfinite(part.found.times)
+        late = np.where(there, error / scales.rate[:, None], np.nan)
+        apart = np.where(there[:, :, None], error[:, :, None] * np.concatenate([scales.position, scales.momentum]).T[:, None], np.nan)
+        holds = np.where(there, error <= accuracy, True)
+        first = np.where(holds.all(axis=1), wanted, (~holds).argmax(axis=1))
+        before = np.take_along_axis(np.pad(part.found.times, ((0, 0), (1, 0))), np.minimum(first, wanted)[:, None], axis=1)[:, 0]
+        until = np.where(holds.all(axis=1), part.reached, before)
+        take(where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
+
+    try:
+        halved(flow, plan, accuracy, run, compare, keep)
+    except KeyboardInterrupt:
+        return result, True
+    return result, False
+
+
+def start_crossings(flow: Flow | TransformedFlow, memory: np.ndarray, section: Any, ensemble: Ensemble, *, on: bool = False) -> None:
+    """Set the section function at the start and a step before it; `on` says that all starts are on the section, to some error.
+
+    Where a start is on the section, to rounding of z or of a step, it keeps only the sign of the function just after it.
+    """
+    z, n = ensemble.points, flow.model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        value = _section_values(section, z)
+        field = np.array([*flow.model.velocity(*z[n:]), *flow.model.force(*z[:n])])
+        change = (_section_values(section, z + NUDGE * ensemble.ahead * field) - value) / NUDGE
+        size = np.abs(change)
+        for row in np.eye(2 * n):
+            size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
+        leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
+        memory[1] = np.where((np.abs(value) <= START * size) | on, leaving, value)
+    before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
+    memory[2], memory[4] = _section_values(section, before.points), -ensemble.ahead
+    memory[kernels.MEMORY :] = ensemble.z
+
+
+def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
+    """Return the section function at z (2n, orbits), one number for each orbit."""
+    with np.errstate(all="ignore"):
+        return np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
+
+
+def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
+    """Run, locate and drop false alarms until every orbit has its crossings or has ended.
+
+    After an interruption the records so far are located before it is passed on; what is not located is never kept.
+    """
+    rows, orbits = ensemble.z.shape
+    records = out.reshape(-1, kernels.RECORD + rows)
+    slot = np.arange(out.shape[1] // records.shape[1])
+    located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+
+    def settle(most: int | None) -> np.ndarray:
+        """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers of crossings."""
+        written = memory[5].astype(np.int64)
+        where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))[:most]
+        try:
+            flow.locate(section, records, where)
+        finally:
+            limit = np.broadcast_to(max_time, orbits)[where // slot.size]
+            late = ~((records[where, 0] > 0.0) & (records[where, 0] <= limit * (1 + START)))
+            records[where[late], 1] = kernels.NOTHING
+            kernels.compact(rows, out, written)
+            memory[5], memory[6] = written, written
+        return written
+
+    while True:
+        try:
+            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=report)
+        except KeyboardInterrupt:
+            interrupted = True
+        try:
+            located = settle(LAST_RECORDS if interrupted else None)
+            missing = (ensemble.status == Status.OK) & (located < wanted)
+            ended = ensemble.time >= max_time * (1 - 1e-12)
+            last = missing & ended & ~looked
+            if last.any() and not interrupted:
+                look_beyond(flow, ensemble, section, memory, out, last)
+                looked |= last
+                located = settle(None)
+        except KeyboardInterrupt:
+            interrupted = True
+        if interrupted:
+            raise KeyboardInterrupt
+        short = missing & ~ended
+        if not short.any():
+            return
+        _hold(flow, ensemble, short, max_time)
+
+
+def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
+    """Record suspected pairs around the ends of the orbits `last`, from the section function a step beyond."""
+    rows = ensemble.z.shape[0]
+    after = replace(ensemble, z=flow.shifted(ensemble.z, ensemble.ahead))
+    now, step = _section_values(section, after.points), ensemble.ahead
+    records = out.reshape(len(out), -1, kernels.RECORD + rows)
+    for o in np.flatnonzero(last):
+        back = memory[3, o] - memory[4, o]
+        if kernels.dips(memory[2, o], memory[1, o], now[o], back, step[o]):
+            slot = int(memory[5, o])
+            for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
+                records[o, slot + k] = [memory[3, o], kind, -back, step[o], *memory[kernels.MEMORY :, o]]
+            memory[5, o] += 2
+
+
+def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
+    """Leave only the orbits that still miss crossings to the next round."""
+    finished = ~short & (ensemble.status == Status.OK)
+    if flow.adaptive:
+        ensemble.time[finished] = max_time
+    else:
+        ensemble.count[finished] = np.broadcast_to(flow.steps(max_time), finished.shape)[finished]
+
+
+def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -> SectionMap:
+    """Assemble the map: cut each orbit at the wanted number and where its energy has drifted."""
+    rows, orbits = ensemble.z.shape
+    width = kernels.RECORD + rows
+    records = out.reshape(orbits, -1, width)[:, :wanted]
+    counts = np.minimum(memory[5].astype(np.int64), wanted)
+    kept = np.arange(wanted) < counts[:, None]
+    points, times = records[:, :, kernels.RECORD :], np.where(kept, records[:, :, 0], np.nan)
+    drift = np.full(times.shape, -1.0)
+    start, scale = np.repeat(ensemble.energy, counts), np.repeat(ensemble.scale, counts)
+    drift[kept] = energy_drift(flow.model, points.transpose(2, 0, 1)[:, kept], start, scale)
+    beyond = drift > tolerance
+    first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
+    error = drift.max(axis=1)
+    error = np.where(ensemble.status == Status.OK, np.maximum(error, energy_error(flow.model, ensemble)), error)
+    status = ensemble.status.copy()
+    status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+    status[(status == Status.OK) & (counts < wanted)] = Status.TOO_FEW_CROSSINGS
+    written = memory[5].astype(np.int64)
+    counts = np.minimum(counts, first)
+    slot = np.arange(wanted)
+    dropped = (slot >= counts[:, None]) & (slot < written[:, None])
+    points[dropped], times[dropped] = np.nan, np.nan
+    residual = np.zeros(orbits)
+    np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
+    return SectionMap(
+        points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step
+    )

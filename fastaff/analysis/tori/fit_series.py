@@ -1,0 +1,246 @@
+"""Fourier series of signals on a torus of given frequencies, and the frequencies themselves to rounding.
+
+Signals are s(t) = e^{2 pi i nu_c t} sum_k c_k e^{2 pi i k . nu t}: a carrier nu_c of their own (or none) times a series in the
+librations nu that all share. c and the frequencies are a stationary point of the weighted misfit
+
+    sum_j w_j |s(t_j) - series(t_j)|^2,      w = exp(beta (sqrt(1 - x^2) - 1)),  x in (-1, 1) over the window.
+
+The normal equations have the block-Toeplitz matrix G_{k l} = g((l - k) . nu), g the transform of the window, below 2e-12 for lines
+more than 9.6 cycles apart: nearly 1, and solved by conjugate gradients with Fourier convolutions. Right sides, for all k of a box at
+once, are matrix products of tables e^{-2 pi i k_i nu_i t}.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernels.birkhoff import SHARPNESS
+from ..frequencies.integer_lattice import box
+
+CHUNK = 512
+"""Samples whose tables of phases are in memory at once."""
+
+NEAR, APART = 14.0, 1.5
+"""Cycles over the window: lines further apart than NEAR don't feel each other; closer than APART the higher order is left out."""
+
+ROUNDING = 1e-13
+"""Relative amplitude at the edge of a box that ends its growth."""
+
+FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
+
+
+class Samples(NamedTuple):
+    """Complex signals (signals, samples) of unit size at times t about the middle of the window, with weights w of sum 1.
+
+    carrier (signals,): number of each signal's carrier, -1 for none.
+    """
+
+    t: np.ndarray
+    w: np.ndarray
+    signals: np.ndarray
+    carrier: np.ndarray
+
+    @property
+    def time(self) -> float:
+        """Length of the window."""
+        return float(self.t[-1] - self.t[0]) * len(self.t) / (len(self.t) - 1)
+
+
+class Series(NamedTuple):
+    """Frequencies nu = (librations, carriers), coefficients c (signals, terms) at the middle of the window on the box k (terms, rank).
+
+    edge (rank,): largest coefficient in the outer quarter of the box in each direction; misfit: root of the weighted mean
+    square of what the series leaves, relative (resolved to 1e-8); left_out: terms of the box too close to lower ones;
+    unsettled: the last change of the frequencies, in cycles over the window.
+    """
+
+    nu: np.ndarray
+    c: np.ndarray
+    k: np.ndarray
+    orders: tuple[int, ...]
+    edge: np.ndarray
+    misfit: float
+    left_out: int
+    unsettled: float
+
+
+def weights(count: int) -> np.ndarray:
+    """Return the window's weights at `count` equidistant samples, of sum 1."""
+    x = (2 * np.arange(count) + 1 - count) / count
+    w = np.exp(SHARPNESS * (np.sqrt(1 - x * x) - 1))
+    return w / w.sum()
+
+
+def window(t: np.ndarray, signals: np.ndarray, carrier: np.ndarray) -> Samples:
+    """Return equidistant samples with the weights of the window that spans them."""
+    return Samples(t - (t[0] + t[-1]) / 2, weights(len(t)), signals, carrier)
+
+
+def averages(t: np.ndarray, signals: np.ndarray, nu: np.ndarray, orders: tuple[int, ...]) -> np.ndarray:
+    """Return sum_j signals_j e^{-2 pi i k . nu t_j} for all k of a box, (signals, *box)."""
+    shape = tuple(2 * order + 1 for order in orders)
+    total = np.zeros((len(signals), *shape), complex)
+    for start in range(0, len(t), CHUNK):
+        part = slice(start, start + CHUNK)
+        left = signals[:, part]
+        if not orders:
+            total += left.sum(axis=1)
+            continue
+        tables = [_powers(np.exp(-2j * np.pi * f * t[part]), order) for f, order in zip(nu, orders, strict=True)]
+        for table in tables[:-1]:
+            left = (left[:, None] * table).reshape(-1, left.shape[-1])
+        total += (left @ tables[-1].T).reshape(total.shape)
+    return total
+
+
+def _powers(unit: np.ndarray, order: int) -> np.ndarray:
+    """Return unit^k for k = -order..order, (2 order + 1, samples); products of halves, so that rounding grows like log(order)."""
+    table = np.ones((2 * order + 1, len(unit)), complex)
+    for k in range(1, order + 1):
+        table[order + k] = table[order + k // 2] * table[order + k - k // 2] if k > 1 else unit
+    table[:order] = table[:order:-1].conj()
+    return table
+
+
+class _Gram:
+    """The normal equations of lines nu on a box: application by Fourier convolution."""
+
+    def __init__(self, samples: Samples, nu: np.ndarray, orders: tuple[int, ...]):
+        self.orders = orders
+        self.shape = tuple(2 * order + 1 for order in orders)
+        self.axes = tuple(range(1, 1 + len(orders)))
+        differences = box([2 * order for order in orders])
+        dt = samples.time / len(samples.t)
+        cycles = differences @ nu * dt if len(orders) else np.zeros(1)
+        turns = np.rint(cycles)
+        cycles -= turns  # lines apart by a multiple of the sampling rate are one, up to a sign
+        sign = 1.0 - 2.0 * (turns * (len(samples.t) - 1) % 2)
+        near = np.flatnonzero(np.abs(cycles) * len(samples.t) < NEAR)
+        phases = 2 * np.pi * cycles[near, None] / dt * samples.t
+        self.size = tuple(_smooth(4 * order + 1) for order in orders)
+        kernels = np.zeros((2, *self.size))
+        place = tuple(differences[near].T)  # negative differences count from the end
+        if orders:
+            kernels[0][place] = sign[near] * (np.cos(phases) @ samples.w)
+            kernels[1][place] = -sign[near] * (np.sin(phases) @ (samples.w * samples.t))
+        else:
+            kernels[0] = 1.0
+        self.even, self.odd = [np.fft.fftn(kernel) if orders else kernel for kernel in kernels]
+        self.odd = 1j * self.odd
+        self.mask = self._mask(differences[near[np.abs(cycles[near]) * len(samples.t) < APART]])
+
+    def _mask(self, close: np.ndarray) -> np.ndarray:
+        """Return 0 where a term's line is that of a lower term within the resolution of the window, else 1."""
+        k = box(self.orders)
+        rank = np.abs(k).sum(axis=1) * float(4 * len(k)) + np.arange(len(k))  # order first, then position
+        rank = rank.reshape(self.shape)
+        mask = np.ones(self.shape)
+        for m in close:
+            if not m.any() or (np.abs(m) >= np.array(self.shape)).any():
+                continue
+            mine = tuple(slice(max(0, j), min(s, s + j)) for j, s in zip(m, self.shape, strict=True))
+            other = tuple(slice(max(0, -j), min(s, s - j)) for j, s in zip(m, self.shape, strict=True))
+            mask[mine] *= np.where(rank[other] < rank[mine], 0.0, 1.0)
+        return mask
+
+    def apply(self, c: np.ndarray, transform: np.ndarray) -> np.ndarray:
+        """Return sum over l of kernel(k - l) c_l on the box."""
+        if not self.orders:
+            return transform * c
+        full = np.fft.ifftn(np.fft.fftn(c, self.size, self.axes) * transform, axes=self.axes)
+        return full[(slice(None), *(slice(0, s) for s in self.shape))]
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """Return c with G c = b on the terms that the window resolves, by conjugate gradients, all signals together."""
+        b = b * self.mask
+        c = b.copy()
+        r = b - self.mask * self.apply(c, self.even)
+        p, rho = r.copy(), _norm2(r)
+        goal = 1e-31 * _norm2(b)
+        for _ in range(300):
+            if not (rho > goal):
+                break
+            q = self.mask * self.apply(p, self.even)
+            step = rho / float((p.conj() * q).real.sum())
+            c, r = c + step * p, r - step * q
+            rho, before = _norm2(r), rho
+            p = r + rho / before * p
+        return c
+
+
+def _smooth(least: int) -> int:
+    """Return the smallest product of 2, 3 and 5 that is at least `least`: a fast length of Fourier transforms."""
+    return min(2**a * 3**b * 5**c for a in range(12) for b in range(8) for c in range(5) if 2**a * 3**b * 5**c >= least)
+
+
+def _norm2(x: np.ndarray) -> float:
+    return float((x.real**2 + x.imag**2).sum())
+
+
+def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *, iterations: int = 12) -> Series:
+    """Fit the series on a box of `orders` and the frequencies nu (rank librations, then the carriers), starting from nu.
+
+    Gauss-Newton on the frequencies: delta nu = H^-1 Re sum_k conj(2 pi i kappa c_k) u_k, where u are the averages of t times the
+    residual and H = (2 pi)^2 <t^2> sum kappa kappa^T |c_k|^2, kappa = (k, unit vector of the carrier).
+    Converges for starts much closer than 1/time. Cost of an iteration: 16 signals samples terms flops.
+    """
+    t, w = samples.t, samples.w
+    nu = np.array(nu, dtype=float)
+    k = box(orders)
+    units = np.vstack([np.eye(len(nu) - rank), np.zeros((1, len(nu) - rank))])[samples.carrier]
+    directions = [np.hstack([k, np.broadcast_to(unit, (len(k), len(unit)))]) for unit in units]
+    second = float(w @ t**2)
+    unsettled = 1.0
+    for iteration in range(iterations):
+        gram = _Gram(samples, nu[:rank], orders)
+        carriers = np.append(nu[rank:], 0.0)[samples.carrier]
+        weighted = w * samples.signals * np.exp(-2j * np.pi * carriers[:, None] * t)
+        both = averages(t, np.vstack([weighted, t * weighted]), nu[:rank], orders)
+        b = both[: len(weighted)]
+        c = gram.solve(b)
+        misfit = 1.0 - float((c.conj() * b).real.sum()) / float((w * np.abs(samples.signals) ** 2).sum())
+        if iteration + 1 == iterations or unsettled < 1e-13:
+            break
+        u = gram.mask * (both[len(weighted) :] - gram.apply(c, gram.odd))
+        gradient, hessian = np.zeros(len(nu)), np.zeros((len(nu), len(nu)))
+        for kappa, ck, uk in zip(directions, c.reshape(len(c), -1), u.reshape(len(c), -1), strict=True):
+            gradient += 2 * np.pi * (kappa.T @ (-1j * ck.conj() * uk).real)
+            hessian += (2 * np.pi) ** 2 * second * (kappa.T * np.abs(ck) ** 2) @ kappa
+        change = np.linalg.lstsq(hessian, gradient, rcond=1e-13)[0] if len(nu) else gradient
+        largest = float(np.abs(change).max(initial=0.0)) * samples.time
+        if not largest < 0.5:
+            unsettled = 1.0
+            break
+        if 0.9 * unsettled <= largest < 1e-9:
+            break  # rounding
+        nu, unsettled = nu + change, largest
+    flat = c.reshape(len(c), -1)
+    size = np.abs(flat).max(axis=0)
+    edge = np.array([size[4 * np.abs(k[:, i]) > 3 * orders[i]].max() for i in range(rank)]) / (size.max() or 1.0)
+    left_out = int(gram.mask.size - gram.mask.sum())
+    return Series(nu, flat, k, orders, edge, float(np.sqrt(max(misfit, 0.0))), left_out, unsettled)
+
+
+def grow(samples: Samples, nu: np.ndarray, rank: int) -> Series:
+    """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the misfit."""
+    orders, before = (FIRST_ORDER,) * rank, np.inf
+    while True:
+        series = fit(samples, nu, rank, orders, iterations=2)
+        nu = series.nu
+        wanted = tuple(_enough(order, edge) for order, edge in zip(orders, series.edge, strict=True))
+        while np.prod([2.0 * order + 1 for order in wanted]) > LARGEST_BOX and wanted != orders:
+            wanted = tuple(max(order, larger - 1) for order, larger in zip(orders, wanted, strict=True))
+        stalled = series.misfit > 1e-7 and series.misfit > 0.7 * before
+        if wanted == orders or stalled:
+            return fit(samples, nu, rank, orders)
+        orders, before = wanted, series.misfit
+
+
+def _enough(order: int, edge: float) -> int:
+    """Return the order at which coefficients that fall exponentially to `edge` at `order` are at rounding."""
+    if edge <= ROUNDING:
+        return order
+    wanted = order * np.log(ROUNDING) / np.log(min(edge, 0.9))
+    return int(min(LARGEST_ORDER, np.clip(np.ceil(wanted), order + 2, 2 * order)))

@@ -1,0 +1,109 @@
+"""Narrow features of potentials of one variable: samples against their own interpolant.
+
+Turning points are looked for in steps, and quadratures start from few nodes: a barrier narrower than that is not seen. So every
+function is sampled once, finely; where its samples are not what neighbours further off predict, the extrema and inflections there are
+its knots, at which turning points are looked for too and quadratures are cut.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+OCTAVES, PER_OCTAVE = 40, 8192
+"""Range of s = 2^-40 ... 2^40 that is sampled, and samples in a factor of 2: features of a relative width of 1e-4 are seen."""
+
+AROUND = 32768
+"""Samples of an angle."""
+
+STRIDE = 4
+"""Distance, in samples, of those that predict one: a feature is narrow where four of them, 2 strides apart, miss it."""
+
+MISSED, NOISE = 1e-9, 1e-12
+"""What they may miss, and what a difference must exceed to count, beside the largest value nearby."""
+
+NEARBY, APART = 512, 64
+"""Samples whose largest value others are judged by, and between which two features are two."""
+
+MOST = 512
+"""Knots of one function at most."""
+
+
+def knots(function: Any, kind: str) -> np.ndarray:
+    """Return the knots of a potential of one variable, increasing; none where it is smooth.
+
+    kind: "x^2" or "sinh^2" (s is the square of the coordinate, or of its sinh), "r" (s is the coordinate), "sin^2(x/2)", "sin^2"
+    (ratios s/(1 - s) are returned), or "angle" (of three turns).
+    """
+    return _knots(_types(function), function, kind)
+
+
+def _types(function: Any) -> tuple[Any, ...]:
+    """Return the types of a function and of its parts: equal tuples may be different functions."""
+    parts = function if isinstance(function, tuple) else ()
+    return type(function), *(_types(part) for part in parts)
+
+
+@functools.lru_cache(maxsize=256)
+def _knots(_: tuple[Any, ...], function: Any, kind: str) -> np.ndarray:
+    if kind == "angle":
+        x = (np.arange(AROUND) + 0.5) * 2 * np.pi / AROUND - np.pi
+        at = _found(_values(function, x, lambda x: x), periodic=True)
+        return np.sort(np.concatenate([x[at] + turn for turn in (-2 * np.pi, 0.0, 2 * np.pi)]))
+    if kind.startswith("sin^2"):
+        half = (np.arange(AROUND) + 0.5) * np.pi / 2 / AROUND
+        coordinate = (lambda s: 2 * np.arcsin(np.sqrt(s))) if kind == "sin^2(x/2)" else (lambda s: np.arcsin(np.sqrt(s)))
+        return np.tan(half[_found(_values(function, np.sin(half) ** 2, coordinate))]) ** 2
+    s = 2.0 ** (np.arange(-OCTAVES * PER_OCTAVE, OCTAVES * PER_OCTAVE + 1) / PER_OCTAVE)
+    coordinates = {"x^2": np.sqrt, "r": lambda s: s, "sinh^2": lambda s: np.arcsinh(np.sqrt(s))}
+    return s[_found(_values(function, s, coordinates[kind]))]
+
+
+def _values(function: Any, s: np.ndarray, coordinate: Any) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        V = function.regular(s) if hasattr(function, "regular") else function.value(coordinate(s))
+        return np.asarray(V, dtype=np.float64) + 0.0 * s
+
+
+def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:
+    """Return the numbers of the samples at extrema and inflections inside of narrow features, and of those inside of narrow walls."""
+    reach = 3 * STRIDE
+    if periodic:
+        V = np.concatenate([V[-reach:], V, V[:reach]])
+    with np.errstate(all="ignore"):
+        near, far = V[2 * STRIDE : -4 * STRIDE] + V[4 * STRIDE : -2 * STRIDE], V[: -6 * STRIDE] + V[6 * STRIDE :]
+        size = _largest_nearby(V)[reach:-reach]
+        inner = V[reach:-reach]
+        narrow = np.abs((9 * near - far) / 16 - inner) > MISSED * size
+        slope, bend = np.diff(V), np.diff(V, 2)
+        marks = np.zeros(V.size, bool)
+        for difference in (slope, bend):
+            sure = np.flatnonzero(np.abs(difference) > NOISE * _largest_nearby(V)[: difference.size])
+            turns = np.flatnonzero(np.diff(np.sign(difference[sure])) != 0)
+            marks[(sure[turns] + sure[turns + 1] + 2) // 2] = True
+    marks = marks[reach:-reach] & narrow
+    start = 0 if periodic else reach
+    missed = np.flatnonzero(narrow)
+    feature = np.cumsum(np.diff(missed, prepend=missed[:1]) > APART)  # a number for each, of all of its samples
+    has = np.zeros(missed.size + 1, bool)
+    has[feature[marks[missed]]] = True
+    edge = np.diff(feature, prepend=-1) + np.diff(feature, append=missed.size) > 0  # where features begin and end
+    found = np.union1d(np.flatnonzero(marks), missed[edge & has[feature]]) + start
+    walls = np.flatnonzero(~np.isfinite(inner))
+    if walls.size:  # a wall between two places where it is finite
+        edges = np.flatnonzero(np.diff(np.isfinite(inner).astype(np.int8)))
+        if edges.size >= 2:
+            begin, end = edges[:-1] + 1, edges[1:]
+            inside = ~np.isfinite(inner[begin])
+            found = np.union1d(found, np.concatenate([begin[inside], (begin[inside] + end[inside]) // 2, end[inside]]) + start)
+    return found[:: max(1, -(-found.size // MOST))]
+
+
+def _largest_nearby(V: np.ndarray) -> np.ndarray:
+    """Return the largest finite |V| within about NEARBY samples."""
+    size = np.where(np.isfinite(V), np.abs(V), 0.0)
+    blocks = np.append(size, np.zeros(-size.size % NEARBY)).reshape(-1, NEARBY).max(axis=1)
+    around = np.maximum(blocks, np.maximum(np.append(blocks[1:], 0.0), np.append(0.0, blocks[:-1])))
+    return np.repeat(around, NEARBY)[: V.size]

@@ -1,0 +1,41 @@
+"""What charts and matrices take: finite real rows, told apart from everything else by name, with the orbit at fault."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .numbers import an_array
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
+    """Return `value` as floats of shape (*leading, ...), or say what was wrong with it."""
+    takes = f"{name} takes finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
+    try:
+        array = an_array(name, value)
+    except ValueError as problem:
+        raise ValueError(f"{takes}; {problem}") from None
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{takes}; got {type(value).__name__} of {array.dtype}")
+    if array.shape[: len(leading)] != leading:
+        raise ValueError(f"{takes}; got shape {array.shape}")
+    array = array.astype(np.float64, copy=False)
+    if not np.isfinite(array).all():
+        index = first(~np.isfinite(array))
+        raise ValueError(f"{takes}; got {array[index]} at index {index} (leave out orbits that have failed)")
+    return array
+
+
+def first(bad: Mask) -> tuple[int, ...]:
+    """Return the index of the first True."""
+    return tuple(int(i) for i in np.argwhere(bad)[0])
+
+
+def at_orbit(index: tuple[int, ...]) -> str:
+    """Return ' at orbit (...)', or nothing for a single phase point."""
+    return f" at orbit {index}" if index else ""

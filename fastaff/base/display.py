@@ -1,0 +1,37 @@
+"""What a result says of itself at a prompt: one line for each of its fields, no pages of numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+WIDTH = 120
+SMALL = 6
+"""Arrays of at most so many numbers are shown whole, larger ones as dtype and shape."""
+
+
+def screen(result: Any) -> str:
+    """Return the class of a result, its `summary()` where it has one, and a line for each field: the `__repr__` of results."""
+    names = [f.name for f in dataclasses.fields(result) if f.repr] if hasattr(result, "__dataclass_fields__") else result._fields
+    said = result.summary() if hasattr(result, "summary") else ""
+    width = max(map(len, names), default=0)
+    lines = [f"  {name:<{width}}  {_cut(brief(getattr(result, name)), WIDTH - width - 4)}" for name in names]
+    return "\n".join([_cut(f"{type(result).__name__}: {said}" if said else type(result).__name__, 2 * WIDTH), *lines])
+
+
+def brief(value: Any) -> str:
+    """Return a value in one line: arrays by dtype and shape, results within a result by their first line."""
+    if isinstance(value, np.ndarray):
+        if value.ndim > 1 or value.size > SMALL:
+            return f"{value.dtype} {value.shape}"
+        return np.array2string(value, separator=", ", precision=12).replace("\n", " ")
+    if type(value) in (tuple, list):
+        shown = ", ".join(map(brief, value[:SMALL])) + (f", ... {len(value)} in all" if len(value) > SMALL else "")
+        return f"({shown}{',' * (len(value) == 1)})" if isinstance(value, tuple) else f"[{shown}]"
+    return repr(value).partition("\n")[0]
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else text[: length - 4] + " ..."

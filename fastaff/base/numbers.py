@@ -1,0 +1,207 @@
+"""Checks of numbers: each raises at once, naming the argument, what it got and what it takes."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import operator
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+MOST = 2**53
+"""Whole numbers up to here are floats too; more steps than that no run comes to the end of."""
+
+DEEPEST = 24
+"""Dimensions that an array may have: NumPy makes more, and fails with them later."""
+
+
+def positive(name: str, value: Any) -> float:
+    """Return `value` as a finite float above 0."""
+    number = real(name, value)
+    if not number > 0.0:
+        raise ValueError(f"{name} must be positive, got {value!r}")
+    return number
+
+
+def nonnegative(name: str, value: Any) -> float:
+    """Return `value` as a finite float of at least 0."""
+    number = real(name, value)
+    if number < 0.0:
+        raise ValueError(f"{name} must be at least 0, got {value!r}")
+    return number
+
+
+def real(name: str, value: Any) -> float:
+    """Return `value` as a finite float."""
+    try:
+        if isinstance(value, (bool, np.bool_, str, bytes, complex, np.ma.MaskedArray)) or np.ndim(value) != 0:
+            raise TypeError
+        number = float(value)
+    except OverflowError:
+        raise ValueError(f"{name} must be within the range of floats") from None
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a real number, got {shown(value)} ({type(value).__name__})") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} must be finite, got {value!r}")
+    return number
+
+
+def whole(name: str, value: Any, least: int, most: int = MOST) -> int:
+    """Return `value` as an int from `least` to `most`."""
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, got {shown(value)} ({type(value).__name__})") from None
+    if number < least:
+        raise ValueError(f"{name} must be at least {least}, got {number}")
+    if number > most:
+        raise ValueError(f"{name} must be at most {'2**53' if most == MOST else most}, got {shown(number)}")
+    return number
+
+
+def number_of_steps(time: Any, step: Any) -> np.ndarray:
+    """Return how many steps `time` takes, as floats; ValueError for more than 2**53."""
+    wanted = np.ceil(time / np.asarray(step) * (1 - 1e-12))
+    if not np.all(wanted < MOST):
+        raise ValueError(f"time (or max_time) needs {np.max(wanted):.3g} steps of {np.min(step):.3g}: no run comes to its end")
+    return wanted
+
+
+def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
+    """Return whole numbers as an array of integers; whole floats are converted, all else and an empty array refused."""
+    numbers = an_array(name, value)
+    if numbers.dtype.kind not in "iuf" or numbers.size == 0:
+        raise TypeError(f"{name} must be whole numbers, got {shown(value)}")
+    if numbers.dtype.kind == "f":
+        numbers = numbers.astype(np.float64)
+    if not np.all(np.abs(numbers) < MOST) or np.any(numbers != np.round(numbers)):
+        raise ValueError(f"{name} must be whole numbers below 2**53, got {shown(value)}")
+    return numbers.astype(np.int64)
+
+
+def an_array(name: str, value: Any) -> np.ndarray:
+    """Return `value` as an array of whatever entries; ValueError for masked ones, rows of different lengths, too many dimensions."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(f"{name} must have no masked entries, whose values mean nothing; got {shown(value)}")
+    try:
+        array = np.asarray(value)
+    except (ValueError, OverflowError) as problem:
+        raise ValueError(f"{name} must be an array of numbers, got {shown(value)}: {problem}") from None
+    if array.ndim > DEEPEST:
+        raise ValueError(f"{name} must have at most {DEEPEST} dimensions, got {array.ndim}")
+    return array
+
+
+def numbers(name: str, value: Any) -> np.ndarray:
+    """Return `value` as an array of floats, as they are: not finite ones too."""
+    array = an_array(name, value)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be an array of real numbers, got {shown(value)} ({type(value).__name__})")
+    return array.astype(np.float64, copy=False)
+
+
+def entries(name: str, value: Any, takes: str, *counts: int) -> list[Any]:
+    """Return the entries of a tuple, list or array; TypeError with what it `takes` for anything else, or for another count."""
+    listed = isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0 and not np.ma.is_masked(value))
+    if not listed or (counts and len(value) not in counts):
+        raise TypeError(f"{name} must be {takes}, got {shown(value)} ({type(value).__name__})")
+    return list(value)
+
+
+def reals(name: str, value: Any) -> tuple[float, ...]:
+    """Return a sequence of finite numbers as a tuple of floats."""
+    return tuple(real(f"{name}[{k}]", entry) for k, entry in enumerate(entries(name, value, "a tuple of numbers")))
+
+
+def span(name: str, value: Any) -> tuple[float, float]:
+    """Return a range (low, high) with low < high."""
+    ends = reals(name, value)
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        raise ValueError(f"{name} must be a range (low, high) with low < high, got {shown(value)}")
+    return ends[0], ends[1]
+
+
+def texts(name: str, value: Any) -> tuple[str, ...]:
+    """Return a sequence of texts as a tuple."""
+    if not isinstance(value, (tuple, list)) or not all(isinstance(entry, str) for entry in value):
+        raise TypeError(f"{name} must be a tuple of texts, got {shown(value)} ({type(value).__name__})")
+    return tuple(value)
+
+
+def flag(name: str, value: Any) -> bool:
+    """Return `value` if it is True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, got {shown(value)} ({type(value).__name__})")
+    return bool(value)
+
+
+def text(name: str, value: Any) -> str:
+    """Return `value` if it is a text."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a text, got {shown(value)} ({type(value).__name__})")
+    return value
+
+
+def function(name: str, value: Any) -> Any:
+    """Return `value` if it can be called."""
+    if not callable(value):
+        raise TypeError(f"{name} must be a function, got {shown(value)} ({type(value).__name__})")
+    return value
+
+
+def reporter(value: Any) -> Any:
+    """Return `value` if it is None or can be called with the fraction that is done."""
+    if value is not None and not callable(value):
+        raise TypeError(f"report must be a function of the fraction that is done, or None, got {shown(value)} ({type(value).__name__})")
+    return value
+
+
+def fits(name: str, *shape: int, itemsize: int = 8) -> None:
+    """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make smaller."""
+    size, free = itemsize * math.prod(map(int, shape)), free_memory()
+    if size > free:
+        raise ValueError(f"{name} asks for {_bytes(size)} of memory (an array of {' x '.join(map(shown, shape))}), {_bytes(free)} are free")
+
+
+def free_memory() -> int:
+    """Return the bytes that this process may still take, as far as the system tells: of the machine and of its control group."""
+    known = []
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        rows = Path("/proc/meminfo").read_text().splitlines()
+        known += [1024 * int(row.split()[1]) for row in rows if row.startswith("MemAvailable:")]
+    for limit, used in (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes")):
+        with contextlib.suppress(OSError, ValueError):
+            group = Path("/sys/fs/cgroup")
+            taken = int((group / used).read_text())
+            with contextlib.suppress(OSError, ValueError, StopIteration):  # files in memory give way
+                rows = (group / used).with_name("memory.stat").read_text().splitlines()
+                taken -= next(int(row.split()[1]) for row in rows if row.startswith(("inactive_file", "total_inactive_file")))
+            known.append(max(0, int((group / limit).read_text()) - taken))
+    if not known:
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            known.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    return min(known, default=2**47)
+
+
+def shown(value: Any, length: int = 200) -> str:
+    """Return the repr of what was handed in, short, also of what has none."""
+    try:
+        said = repr(value)
+    except Exception:
+        said = f"<{type(value).__name__}>"
+    return said if len(said) <= length else said[: length - 4] + " ..."
+
+
+def _bytes(size: float) -> str:
+    size = float(min(size, 10**300))
+    for unit in ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB"):
+        if size < 1024:
+            return f"{size:.4g} {unit}"
+        size /= 1024
+    return f"{size:.4g} EiB"

@@ -1,0 +1,112 @@
+"""The call that made a result, as plain data: kept with the result, written into its file, enough to run it again."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import functools
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .numbers import reporter
+
+OWN = "fastaff"
+
+
+class Call(NamedTuple):
+    """A call of a public function: its name, its arguments as `encoded` data, and the names of those that are no data (functions)."""
+
+    function: str
+    arguments: dict[str, Any]
+    missing: tuple[str, ...] = ()
+
+
+class NoData(TypeError):
+    """What is neither a number, a text, a value of the package nor a collection of these."""
+
+
+def recorded(function: Callable) -> Callable:
+    """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
+
+    `report` is no part of it: it is checked here. A partial result of an interrupted call keeps it too. Where the arguments are wrong
+    the function itself says so.
+    """
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def wrapped(*given: Any, **named: Any) -> Any:
+        try:
+            bound = signature.bind(*given, **named)
+        except TypeError:
+            return function(*given, **named)  # which says what is wrong
+        bound.apply_defaults()
+        reporter(bound.arguments.get("report"))
+        call = _call(function.__name__, bound.arguments)
+        try:
+            result = function(*given, **named)
+        except BaseException as problem:
+            if dataclasses.is_dataclass(getattr(problem, "partial", None)):
+                keep(problem.partial, call)  # type: ignore[attr-defined]
+            raise
+        return keep(result, call)
+
+    return wrapped
+
+
+def keep(result: Any, call: Call | None) -> Any:
+    """Return the result with a call that made it."""
+    if call is not None and not isinstance(result, type) and dataclasses.is_dataclass(result):
+        object.__setattr__(result, "call", call)
+    return result
+
+
+def _call(name: str, given: dict[str, Any]) -> Call:
+    arguments, missing = {}, []
+    for key, value in given.items():
+        if key != "report":
+            try:
+                arguments[key] = encoded(value)
+            except (NoData, RecursionError):
+                missing.append(key)
+    return Call(name, arguments, tuple(missing))
+
+
+def encoded(value: Any) -> Any:
+    """Return a value as data that JSON holds exactly, but for arrays, which are copied; NoData for what is none.
+
+    Values and schemes become their class with its fields, a class of the user's with its module, a model of a formula with its text.
+    """
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, enum.Enum):
+        raise NoData
+    if isinstance(value, (int, np.integer, np.bool_)):
+        return bool(value) if isinstance(value, np.bool_) else int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else {"float": str(float(value))}
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        return value.copy()
+    if hasattr(value, "form") and hasattr(value, "singular"):
+        return {"chart": value.name}
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return _class(value, value._fields)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        if repr(value) == getattr(value, "name", None):
+            return {"scheme": repr(value)}
+        return _class(value, [field.name for field in dataclasses.fields(value)])
+    if isinstance(value, (list, tuple)):
+        return [encoded(entry) for entry in value]
+    raise NoData
+
+
+def _class(value: Any, names: Any) -> dict[str, Any]:
+    """Return class and fields of a value; of a generated class, the request that it answers."""
+    cls = type(value)
+    own = cls.__module__.partition(".")[0] == OWN
+    request = getattr(cls, "_request", None)
+    origin = {"formula": list(request)} if request is not None else {} if own else {"module": cls.__module__}
+    return {"class": cls.__name__, **origin, **{name: encoded(getattr(value, name)) for name in names}}

@@ -1,0 +1,81 @@
+"""Outcomes of an orbit, with the sentence for people."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+OK_CODE = 0
+NONFINITE_CODE = 1
+COLLAPSED_CODE = 2
+ESCAPED_CODE = 3
+ENERGY_DRIFT_CODE = 4
+TOO_FEW_CROSSINGS_CODE = 5
+NOT_CONVERGED_CODE = 6
+INTERRUPTED_CODE = 7
+STEP_TOO_SMALL_CODE = 8
+UNBOUND_CODE = 9
+ACTION_ZERO_CODE = 10
+SEPARATRIX_CODE = 11
+
+
+class Status(IntEnum):
+    """What became of an orbit; `.sentence` says it for people."""
+
+    OK = OK_CODE
+    NONFINITE = NONFINITE_CODE
+    COLLAPSED = COLLAPSED_CODE
+    ESCAPED = ESCAPED_CODE
+    ENERGY_DRIFT = ENERGY_DRIFT_CODE
+    TOO_FEW_CROSSINGS = TOO_FEW_CROSSINGS_CODE
+    NOT_CONVERGED = NOT_CONVERGED_CODE
+    INTERRUPTED = INTERRUPTED_CODE
+    STEP_TOO_SMALL = STEP_TOO_SMALL_CODE
+    UNBOUND = UNBOUND_CODE
+    ACTION_ZERO = ACTION_ZERO_CODE
+    SEPARATRIX = SEPARATRIX_CODE
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Status.OK: "finished",
+    Status.NONFINITE: "a coordinate became infinite or NaN",
+    Status.COLLAPSED: "left the domain of the potential (det phi > 0 for most bodies): where a wall bounds it the step is too long",
+    Status.ESCAPED: "went beyond the escape radius, a million times the orbit's own size",
+    Status.ENERGY_DRIFT: "energy error above the tolerance: shorten the step or use an adaptive scheme",
+    Status.TOO_FEW_CROSSINGS: "reached max_time before the asked number of crossings",
+    Status.NOT_CONVERGED: "an iteration did not reach its tolerance",
+    Status.INTERRUPTED: "stopped by the user before its end",
+    Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time",
+    Status.UNBOUND: "no torus: a coordinate has no turning point on one side (it escapes, or falls to alpha = beta = 0)",
+    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, NaN in theta says which",
+    Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that is NaN has "
+    "two limits, one from each side",
+}
+
+
+def summary(status: np.ndarray) -> dict[Status, int]:
+    """Count the orbits of each outcome, the frequent ones first."""
+    codes, counts = np.unique(np.asarray(status), return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    return {Status(int(codes[i])): int(counts[i]) for i in order}
+
+
+def describe(status: np.ndarray) -> str:
+    """Say in one line what became of the orbits."""
+    return "; ".join(f"{count} {outcome.name} ({outcome.sentence})" for outcome, count in summary(status).items())
+
+
+class OrbitError(RuntimeError):
+    """Raised by `.raise_if_failed()` where some orbit has another status than OK."""
+
+
+def raise_if_failed(status: np.ndarray) -> None:
+    """Raise OrbitError, with the count of each outcome, unless every orbit is OK."""
+    if np.any(np.asarray(status) != Status.OK):
+        raise OrbitError(describe(status))

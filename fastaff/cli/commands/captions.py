@@ -1,0 +1,107 @@
+"""What files, titles and captions say of a computation."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from ...plot.sections import symbol
+
+
+def stated(body, surface, section, starts, choices, z0, fixed) -> dict[str, Any]:
+    """Return what a file says of its computation."""
+    inner = getattr(body, "potential", body)
+    return {
+        "model": body, "energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "section": section,
+        "seed": starts.seed if starts.orbits is not None else None, "grid": starts.grid,
+        "orbits": starts.orbits if z0 is None else z0.shape[1], "range1": starts.range1, "range2": starts.range2,
+        "rtol": 1e-12, "atol": 1e-12, "energy_tolerance": 1e-6,
+        "formula": getattr(inner, "formula", None), "domain": getattr(inner, "domain", None), "threads": choices["threads"], "z0": z0,
+        **{name: value for name, value in fixed.items() if name != "section"},
+    }  # fmt: skip
+
+
+def in_words(section: Any, body: Any) -> str:
+    """Name a section in a caption."""
+    turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
+    name = type(section).__name__
+    if name == "Linear":
+        return f"${symbol(body.coordinates[0 if section.normal[0] else 1])}$ = {section.offset:g}, {turn}"
+    if name.endswith("Turning"):
+        return rf"$p_\{name.removesuffix('Turning').lower()}$ = 0, {turn}"
+    left = {"AlphaEquals": r"$\alpha$", "BetaEquals": r"$\beta$", "AreaEquals": "$D_1D_2$"}[name]
+    return f"{left} = {section.constant:g}, {turn}"
+
+
+def units(body: Any) -> str:
+    """Say in a caption what is 1."""
+    inner = getattr(body, "potential", body)
+    if inner is body or not inner._fields or hasattr(inner, "formula") or inner[0] != 1 or body.mu != 1:
+        return "units: those of the parameters"
+    return rf"units: {inner._fields[0]} = $\mu$ = 1"
+
+
+def titled(body: Any, without: tuple[str, ...] = ()) -> str:
+    """Name a body and its parameters in a title."""
+    inner = getattr(body, "potential", body)
+    values = [f"{name} = {value:g}" for name, value in zip(inner._fields, inner) if name not in without]
+    if inner is not body and "mu" not in without:
+        values.append(f"mu = {body.mu:g}")
+    text = getattr(inner, "formula", None)
+    name = type(inner).__name__ if text is None else "V = " + (text if len(text) <= 60 else text[:57] + "...")
+    return name + (f" ({', '.join(values)})" if values else "")
+
+
+def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:
+    """Name the energy surface in a title, without what is scanned."""
+    from ...models import Body
+
+    parts = {"energy": f"E = {surface.energy:g}"}
+    if isinstance(body, Body):
+        parts |= {"p_eta": rf"$p_\eta$ = {surface.p_eta:g}", "p_gamma": rf"$p_\gamma$ = {surface.p_gamma:g}"}
+    return ", ".join(text for name, text in parts.items() if name not in without)
+
+
+def figure_of(panels: int = 1) -> tuple[Any, Any]:
+    """Return a figure and its panels."""
+    from matplotlib.figure import Figure
+
+    rows = 2 if panels == 4 else 1
+    width = {1: 7.6, 2: 12.6, 3: 17.0, 4: 12.6}[panels]
+    figure = Figure(figsize=(width, 6.2 * rows if rows > 1 else 6.2 if panels < 3 else 5.6), dpi=200, layout="constrained")
+    return figure, figure.subplots(rows, panels // rows)
+
+
+def finish(figure, ax, body, surface, section, text, stem, facts) -> None:
+    """Put title and caption on the figure and write it, with the parameters inside the PNG; name the file."""
+    title(figure, f"{titled(body)}, {surface_in_words(body, surface)}")
+    caption(figure, f"section {in_words(section, body)}; {text}; {units(body)}")
+    write(figure, stem, facts)
+
+
+def title(figure: Any, text: str) -> None:
+    """Write a title above the figure, in lines that fit: the formula of a model can be long."""
+    figure.suptitle(textwrap.fill(text, int(11 * figure.get_figwidth()), break_on_hyphens=False), fontsize=11)
+
+
+def caption(figure: Any, text: str) -> None:
+    """Write a caption below the figure, in lines that fit."""
+    lines = [""]
+    for part in text.split("; "):
+        if lines[-1] and len(lines[-1]) + len(part) > 15 * figure.get_figwidth():
+            lines.append("")
+        lines[-1] += ("; " if lines[-1] else "") + part
+    figure.supxlabel("\n".join(lines), fontsize=7.5, color="0.3")
+
+
+def write(figure, stem, facts) -> None:
+    """Write the figure with the parameters inside the PNG; name the file."""
+    from ...files import plain, provenance
+
+    kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
+    path = stem.with_name(stem.name + ".png")
+    figure.savefig(path, metadata={"Title": "fastaff", "Description": json.dumps({**provenance(), **kept})})
+    print(path)

@@ -1,0 +1,61 @@
+"""`fastaff demo`: the demonstration."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from pathlib import Path
+from typing import Any
+
+from ..options import Output
+from ..progress import COMPILE_SECONDS, EXIT_INTERRUPTED, Progress, is_cold, say
+
+
+def demo(*, out: Path = Path("fastaff-demo"), quick: bool = False, threads: int | None = None, force: bool = False) -> int:
+    """Compute and draw the demonstration: a neo-Hookean body with islands and chaos, and an integrable one beside it.
+
+    About a minute on two cores, and about 40 s of compilation the first time.
+
+    Parameters
+    ----------
+    out
+        Folder for the figure and the data, made if missing. [fastaff-demo]
+    quick
+        A small version in seconds.
+    threads
+        Threads. [all cores]
+    force
+        Replace earlier files instead of numbering the new ones.
+    """
+    Output().check()
+    from .. import demonstration
+
+    bars: list[Progress] = []
+
+    def meter(title: str) -> Any:
+        for bar in bars:
+            bar.__exit__()
+        bars[:] = [Progress(title).__enter__()]
+        return bars[0]
+
+    def leave(*_: Any) -> None:
+        for bar in bars:
+            bar.__exit__()
+        say("stopped by Ctrl-C; the demo writes its files at the end, nothing is kept")
+        os._exit(EXIT_INTERRUPTED)
+
+    ours = threading.current_thread() is threading.main_thread()
+    before = signal.getsignal(signal.SIGINT)
+    if ours:
+        signal.signal(signal.SIGINT, leave)
+    if is_cold():
+        say(f"compiling once (about {COMPILE_SECONDS['frequency-map']} s)")
+    try:
+        demonstration.run(out, quick, threads=threads, meter=meter, force=force)
+    finally:
+        for bar in bars:
+            bar.__exit__()
+        if ours:
+            signal.signal(signal.SIGINT, before)
+    return 0

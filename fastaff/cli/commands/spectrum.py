@@ -1,0 +1,314 @@
+"""`fastaff spectrum`: quantum levels of a body or of some of its symmetry classes, against a parameter too."""
+
+# ruff: noqa: B008
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...base.numbers import whole
+from ..options import HOW, WRITTEN, Model, Output, Parameter, Wrong, named
+from ..progress import Progress, drawing, say, watched
+from . import scans
+from .captions import caption, figure_of, title, titled, units, write
+from .level_tables import level_table, scan_table
+
+PANELS = 4
+"""Densities in one figure."""
+SEPARATED, COUPLED = 1e-10, 1e-6
+"""Tolerances of bodies that separate and of those that do not."""
+Watch = Callable[[Callable[[Progress], Any], str], Any]
+
+
+def energy_levels(
+    *,
+    options: Model = Model(),
+    output: Output = Output(),
+    m: Annotated[str | None, Parameter(group=HOW, allow_leading_hyphen=True)] = None,
+    l: Annotated[str | None, Parameter(group=HOW, name="--l", allow_leading_hyphen=True)] = None,
+    levels: Annotated[int, Parameter(group=HOW)] = 20,
+    below: Annotated[float | None, Parameter(group=HOW)] = None,
+    hbar: Annotated[float, Parameter(group=HOW)] = 1.0,
+    chart: Annotated[str | None, Parameter(group=HOW)] = None,
+    covering: Annotated[bool, Parameter(group=HOW)] = False,
+    tolerance: Annotated[float | None, Parameter(group=HOW)] = None,
+    scan: Annotated[str | None, Parameter(group=HOW)] = None,
+    states: Annotated[str | None, Parameter(group=WRITTEN)] = None,
+    density_chart: Annotated[str | None, Parameter(group=WRITTEN)] = None,
+) -> int:
+    """Compute quantum levels with their degeneracies and errors, print them and draw them.
+
+    Without --m and --l the lowest levels of the whole body, none missing; with both those of one symmetry class e^(i m phi + i l psi) or
+    of several. The figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter (--scan); or, for
+    one class, probability densities of its states with the classical turning curve.
+
+    Parameters
+    ----------
+    m
+        Spin in units of hbar, a whole number or all of LOW:HIGH, such as -3:3. With --l, or both left out.
+    l
+        Vorticity, the same; m + l must be even, of ranges those classes are taken.
+    levels
+        Levels of each class, or different energies of the whole body. [20]
+    below
+        All levels of the whole body below this energy, instead of --levels.
+    hbar
+        Planck's constant over 2 pi, in the units of the actions. [1]
+    chart
+        alpha-beta or r-vartheta, for quantum numbers of bodies that separate in both. [the first]
+    covering
+        Take m + l odd too: functions on the double covering of GL(2,R).
+    tolerance
+        Relative error of levels that count as converged. [1e-10; 1e-6 where the body does not separate]
+    scan
+        NAME=LOW:HIGH:N: levels of the classes against a parameter of the body such as C, or mu.
+    states
+        Numbers of the states to draw for one class, from 0, with commas, up to four. [0,1,2,3]
+    density_chart
+        alpha-beta, r-vartheta or two-polar, for the densities. [that of the levels]
+    """
+    from ...analysis.tori.separation import FAMILIES
+
+    body = options.build()
+    separates = any(hasattr(getattr(body, "potential", None), family.member) for family in FAMILIES[:2])
+    classes = _classes(m, l, covering)
+    if chart is not None:
+        named("--chart", chart, ("alpha-beta", "r-vartheta"))
+    where = _chart(density_chart)
+    if scan is not None and classes is None:
+        raise Wrong("--scan needs --m and --l, the classes whose levels are followed")
+    if below is not None and classes is not None:
+        raise Wrong("--below belongs to the whole body; with --m and --l give --levels")
+    if (states is not None or where is not None) and (classes is None or len(classes) > 1 or scan is not None):
+        raise Wrong("--states and --density-chart belong to one class: give --m and --l, one number each")
+    numbers = _states(states, levels)
+    stem = output.stem("fastaff-spectrum")
+    output.check()
+    how: dict[str, Any] = {
+        "hbar": hbar, "single_valued": not covering, "chart": chart,
+        "tolerance": (SEPARATED if separates else COUPLED) if tolerance is None else tolerance,
+    }  # fmt: skip
+    facts = {"model": body, "spin": m, "vorticity": l, "levels": levels, "below": below, "covering": covering, **how, "scan": scan}
+    facts |= {name: getattr(getattr(body, "potential", None), name, None) for name in ("formula", "domain")}
+    start = clock.perf_counter()
+
+    def save(result: Any, interrupted: bool = True) -> Any:
+        return output.save(stem, result, {**facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted})
+
+    def watch(compute: Callable[[Progress], Any], kept: str) -> Any:
+        return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
+
+    draw: Callable[[], None]
+    if classes is None:
+        result = _whole(body, levels, below, how, watch)
+        rows, draw = level_table(result), lambda: _draw_whole(result, body, stem, facts)
+    elif scan is not None:
+        result = _scanned(body, classes, levels, scan, how, watch)
+        rows, draw = scan_table(result), lambda: _draw_diagram(result, body, classes, stem, facts)
+    else:
+        found, result = _some(body, classes, levels, how, watch)
+        rows, draw = level_table(result), lambda: _draw_classes(found, result, body, numbers, where, stem, facts)
+    path = save(result, interrupted=False)
+    print("\n".join(rows))
+    say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
+    with drawing(path):
+        if not output.no_figure:
+            draw()
+    return 0
+
+
+# Options
+
+
+def _classes(m: str | None, l: str | None, covering: bool) -> list[tuple[int, int]] | None:
+    """Return the classes asked for, None for all."""
+    if (m is None) != (l is None):
+        raise Wrong("give both --m and --l, or neither for the whole body")
+    if m is None or l is None:
+        return None
+    spins, vorticities = _numbers("--m", m), _numbers("--l", l)
+    if len(spins) == len(vorticities) == 1:
+        return [(spins[0], vorticities[0])]
+    found = [(one, other) for one in spins for other in vorticities if covering or (one + other) % 2 == 0]
+    if not found:
+        raise Wrong(f"--m {m} and --l {l} have no class with m + l even; --covering takes the others")
+    return found
+
+
+def _numbers(option: str, text: str) -> list[int]:
+    low, colon, high = text.partition(":")
+    try:
+        ends = int(low), int(high if colon else low)
+        if ends[0] > ends[1]:
+            raise ValueError
+    except ValueError:
+        raise Wrong(f"{option} must be a whole number, or LOW:HIGH with LOW <= HIGH, for example -3:3, got {text!r}") from None
+    return list(range(ends[0], ends[1] + 1))
+
+
+def _states(text: str | None, levels: int) -> list[int]:
+    if text is None:
+        return list(range(min(PANELS, levels)))
+    try:
+        numbers = [int(part) for part in text.split(",")]
+        if not 1 <= len(numbers) <= PANELS or min(numbers) < 0 or max(numbers) >= levels:
+            raise ValueError
+    except ValueError:
+        raise Wrong(f"--states must be one to {PANELS} numbers from 0 to {levels - 1} with commas, for example 0,3, got {text!r}") from None
+    return numbers
+
+
+def _chart(name: str | None) -> Any:
+    from ...plot.quantum import CHARTS
+
+    known = {chart.name: chart for chart in CHARTS}
+    return None if name is None else known[named("--density-chart", name, tuple(known))]
+
+
+# Computing
+
+
+def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], watch: Watch) -> Any:
+    import fastaff
+
+    whole("levels", levels, 1)
+    asked: dict[str, Any] = {"count": levels} if below is None else {"below": below}
+    return watch(lambda report: fastaff.all_levels(body, **asked, **how, report=report), "complete below E = {complete_below:.6g}")
+
+
+def _scanned(body: Any, classes: list[tuple[int, int]], levels: int, text: str, how: dict[str, Any], watch: Watch) -> Any:
+    import fastaff
+
+    axis = scans.parsed([text])[0]
+    potential: Any = getattr(body, "potential", None)
+    named("--scan", axis.name, (*getattr(potential, "_fields", ()), "mu"))
+    m, l = zip(*classes, strict=True)
+
+    def make(value: float) -> Any:
+        return body._replace(mu=value) if axis.name == "mu" else body._replace(potential=potential._replace(**{axis.name: value}))
+
+    return watch(
+        lambda report: fastaff.level_diagram(make, axis.values, m=m, l=l, levels=levels, name=axis.name, report=report, **how),
+        "the others are NaN",
+    )
+
+
+def _some(body: Any, classes: list[tuple[int, int]], levels: int, how: dict[str, Any], watch: Watch) -> tuple[list[Any], Any]:
+    """Return the Levels of the classes, and their list."""
+    import fastaff
+
+    found: list[Any] = []
+
+    def compute(report: Progress) -> Any:
+        try:
+            for number, (m, l) in enumerate(classes):
+                found.append(fastaff.spectrum(body, m=m, l=l, levels=levels, **how))
+                report((number + 1) / len(classes))
+        except KeyboardInterrupt:
+            stopped = fastaff.Interrupted("spectrum")
+            stopped.partial = fastaff.level_list(found) if found else None
+            raise stopped from None
+        return fastaff.level_list(found)
+
+    return found, watch(compute, "of the first classes")
+
+
+def _keep(partial: Any, save: Callable[[Any], Any], kept: str) -> None:
+    """Save what an interrupted run has come to, and say so."""
+    if partial is None:
+        say("stopped by Ctrl-C before any level was finished; nothing is kept")
+        return
+    facts = {"complete_below": getattr(partial, "complete_below", np.nan)}
+    done = int(np.count_nonzero(np.isfinite(partial.E)))
+    say(f"stopped by Ctrl-C: kept {done} levels, {kept.format(**facts)}, in {save(partial)}; no figure drawn")
+
+
+def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
+    """Say in one line what was computed."""
+    from ...quantum.symmetry import SymmetryClass
+
+    worst = f"largest error {result.error.max(initial=0.0):.1e}"
+    if not hasattr(result, "first"):
+        return f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of {result.name}; {worst}"
+    text = f"{result.E.size} levels, {result.degeneracy.size} different energies; {worst}"
+    if classes is None:
+        return f"{text}; none is missing below E = {result.complete_below:.10g}"
+    if len(classes) > 1:
+        return f"{text}; degeneracies are those among these {len(classes)} classes"
+    others = [other for other in SymmetryClass(*classes[0]).alike() if other != classes[0]]
+    return text + (f"; the same levels in the classes {' '.join(f'({m},{l})' for m, l in others)}" if others else "")
+
+
+# Drawing
+
+
+def _draw_whole(levels: Any, body: Any, stem: Any, facts: dict[str, Any]) -> None:
+    from ...plot import quantum as plot_quantum
+
+    figure, (left, right) = figure_of(panels=2)
+    plot_quantum.plot_spectrum(levels, ax=left)
+    plot_quantum.plot_degeneracies(levels, ax=right)
+    text = f"{levels.E.size} levels, {levels.degeneracy.size} different energies; none is missing below E = {levels.complete_below:.6g}"
+    _finish(figure, body, "all classes", text, levels.hbar, stem, facts)
+
+
+def _draw_diagram(diagram: Any, body: Any, classes: list[tuple[int, int]], stem: Any, facts: dict[str, Any]) -> None:
+    from ...plot import quantum as plot_quantum
+
+    figure, ax = figure_of()
+    plot_quantum.plot_levels(diagram, ax=ax)
+    what = f"(m, l) = {classes[0]}" if len(classes) == 1 else f"{len(classes)} classes"
+    text = f"{diagram.E.shape[2]} levels of each class; grey: above them; largest error {np.nanmax(diagram.error):.0e}"
+    _finish(figure, body, what, text, diagram.hbar, stem, facts, without=(diagram.name,))
+
+
+def _draw_classes(found: list[Any], levels: Any, body: Any, states: list[int], chart: Any, stem: Any, facts: dict[str, Any]) -> None:
+    """Draw densities of one class, levels against m or l, or over both."""
+    from ...plot import quantum as plot_quantum
+    from ...quantum.level_diagram import diagram_of
+
+    spins, vorticities = {one.m for one in found}, {one.l for one in found}
+    if len(found) == 1:
+        _draw_states(found[0], body, states, chart, stem, facts)
+        return
+    text = f"{found[0].E.size} levels of each class; largest error {levels.error.max():.0e}"
+    figure, ax = figure_of()
+    if min(len(spins), len(vorticities)) == 1:
+        name, other = ("m", f"l = {found[0].l}") if len(spins) > 1 else ("l", f"m = {found[0].m}")
+        values = np.array([getattr(one, name) for one in found], float)
+        plot_quantum.plot_levels(diagram_of(name, values, [[one] for one in found]), ax=ax)
+        text += "; grey: above them"
+    else:
+        other = f"{len(found)} classes"
+        plot_quantum.plot_spectrum(levels, ax=ax)
+    _finish(figure, body, other, text, levels.hbar, stem, facts)
+
+
+def _draw_states(found: Any, body: Any, states: list[int], chart: Any, stem: Any, facts: dict[str, Any]) -> None:
+    from ...plot import quantum as plot_quantum
+
+    figure, axes = figure_of(panels=len(states))
+    for ax, k in zip(np.atleast_1d(axes).ravel(), states, strict=True):
+        state = found.state(k)
+        plot_quantum.plot_density(state, ax=ax, body=body, chart=chart)
+        named_by = ", ".join(f"${_quantum(name)} = {n}$" for name, n in state.labels.items() if name.startswith("n_"))
+        ax.set_title(f"state {k}:  $E$ = {state.energy:.8g}" + (f",  {named_by}" if named_by else ""), fontsize=10, loc="left")
+    text = r"white: classical turning curve; dashed: $\det\varphi = 0$ where it is in the frame"
+    _finish(figure, body, f"(m, l) = ({found.m}, {found.l})", text, found.hbar, stem, facts)
+
+
+def _quantum(name: str) -> str:
+    from ...plot.sections import symbol
+
+    return f"n_{{{symbol(name.removeprefix('n_'))}}}"
+
+
+def _finish(
+    figure: Any, body: Any, what: str, text: str, hbar: float, stem: Any, facts: dict[str, Any], without: tuple[str, ...] = ()
+) -> None:  # fmt: skip
+    title(figure, rf"{titled(body, without)}, $\hbar$ = {hbar:g}, {what}")
+    caption(figure, f"{text}; {units(body)}")
+    write(figure, stem, facts)

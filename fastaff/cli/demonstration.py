@@ -1,0 +1,274 @@
+"""The demonstration: islands, chaos and resonances of a neo-Hookean body beside an integrable one."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import files, plot
+from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
+from ..analysis.sections.energy_grid import Grid, energy_grid
+from ..analysis.sections.poincare_map import SectionMap, poincare_map
+from ..base.status import describe
+from ..models import Body, Hyperelastic, NeoHookean
+from ..models.sections import AlphaTurning
+
+P_ETA, P_GAMMA = 0.3, 0.2
+SECTION = AlphaTurning(+1)
+SEED = 1
+CHAOTIC = -4.0
+"""log10 of the change of frequency between the halves above which an orbit is counted as chaotic."""
+
+Say = Callable[[str], None]
+Meter = Callable[[str], Any]
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much to compute."""
+
+    orbits: int
+    crossings: int
+    cells: tuple[int, int]
+    time: float
+
+
+FULL = Size(orbits=320, crossings=800, cells=(56, 56), time=600.0)
+QUICK = Size(orbits=40, crossings=60, cells=(24, 20), time=200.0)
+
+
+@dataclass(frozen=True)
+class Portrait:
+    """One body: its section with the diffusion of each orbit, and its frequency map over (beta, p_gamma)."""
+
+    name: str
+    body: Body
+    energy: float
+    section: SectionMap
+    diffusion: np.ndarray
+    grid: Grid
+    map: FrequencyMap
+    edge: plot.Edge
+    seconds: tuple[float, float]
+
+    @property
+    def shown(self) -> np.ndarray:
+        """Orbits (orbits,) drawn in the plane of frequencies: those that have some, but for islands, whose chain has its own."""
+        found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
+        r = found.nu[found.names.index("r")]
+        near = (np.abs(r / np.median(r) - 1.0) < 0.2) & (ratio > 1.001) & (ratio < 1.999)
+        return found.regular & near
+
+
+def run(
+    out_dir: Any, quick: bool = False, *, threads: int | None = None, say: Say = print, meter: Meter | None = None,
+    force: bool = False,
+) -> list[Path]:  # fmt: skip
+    """Compute both bodies, draw the figure and save it with its data; return the files written.
+
+    Parameters: out_dir, made if missing; quick: a small version in seconds; threads; say: where lines of text go; meter: gives, for a
+    title, a report(fraction) callback; force: replace earlier files instead of numbering the new ones.
+
+    Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean body,
+    2 C for the hyperelastic one). At this energy of the neo-Hookean body (G = 1, K = 2) the chains of islands of the
+    resonances 3:2, 4:3, 10:7 stand in a sea of chaos that covers about a third of the section; at 1.2 there is hardly any chaos,
+    at 1.8 little else. Cost: about three minutes on two cores, and one of compilation the first time.
+    """
+    size, folder = QUICK if quick else FULL, Path(out_dir)
+    folder.mkdir(parents=True, exist_ok=True)
+    start = clock.perf_counter()
+    portraits = [
+        portrait("neo-Hookean", Body(NeoHookean(G=1.0, K=2.0), 1.0), 1.5, size, threads, say, meter),
+        portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, size, threads, say, meter),
+    ]
+    seconds = clock.perf_counter() - start
+    stem = folder / "fastaff-demo"
+    names = [f"-{p.name.lower()}-{part}.npz" for p in portraits for part in ("section", "map")]
+    if not force:
+        stem = files.free_stem(stem, [".png", *names])
+    written = []
+    for p in portraits:
+        common = {
+            "model": p.body, "energy": p.energy, "p_eta": P_ETA, "seed": SEED, "threads": threads or files.cores(), "quick": quick,
+        }  # fmt: skip
+        for part, result, extra in (
+            ("section", p.section, {"p_gamma": P_GAMMA, "diffusion": p.diffusion, "wall_time": p.seconds[0]}),
+            ("map", p.map, {"section": SECTION, "z0": p.grid.z0, "cell": p.grid.cell, "shown": p.shown, "axis_0": p.grid.axes[0],
+                            "axis_1": p.grid.axes[1], "axis_names": p.grid.names, "wall_time": p.seconds[1]}),
+        ):  # fmt: skip
+            path = stem.with_name(f"{stem.name}-{p.name.lower()}-{part}.npz")
+            written.append(files.save(path, result, force=force, **common, **extra))
+    image = stem.with_name(stem.name + ".png")
+    figure = draw(*portraits)
+    facts = {**files.provenance(), "seed": SEED, "energies": [p.energy for p in portraits], "p_eta": P_ETA, "p_gamma": P_GAMMA}
+    figure.savefig(image, metadata={"Title": "fastaff demo", "Description": json.dumps(facts)})
+    for p in portraits:
+        for line in numbers(p):
+            say(line)
+    say(f"computed in {seconds:.0f} s, drawn in {clock.perf_counter() - start - seconds:.0f} s; open")
+    for path in (image, *written):
+        say(f"  {path}")
+    return [image, *written]
+
+
+def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:
+    """Compute section and frequency map of one body."""
+    report = meter or (lambda title: None)
+    edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA, p_gamma=P_GAMMA)
+    z0 = random_starts(body, edge, energy, size.orbits)
+    _compile(body, z0[:, :1], threads, say)
+    say(f"{name}: section of {size.orbits} orbits x {size.crossings} crossings")
+    start = clock.perf_counter()
+    # Return times are below one breathing period.
+    section = poincare_map(
+        body, z0, section=SECTION, crossings=size.crossings, max_time=20.0 * size.crossings, accuracy=1e-8, threads=threads,
+        report=report(f"{name}, section"),
+    )  # fmt: skip
+    between = clock.perf_counter()
+    diffusion = frequency_map(body, z0, time=size.time, threads=threads).diffusion
+    say(f"{name}: frequency map")
+    grid = surface(body, energy, size.cells)
+    grown = clock.perf_counter()
+    found = frequency_map(body, grid.z0, time=size.time, threads=threads, report=report(f"{name}, frequency map"))
+    seconds = (between - start, clock.perf_counter() - grown)
+    return Portrait(name, body, energy, section, diffusion, grid, found, edge, seconds)
+
+
+def _compile(body: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
+    """Compile what a portrait needs, so that its times are those of the computation."""
+    start = clock.perf_counter()
+    poincare_map(body, z0, section=SECTION, crossings=1, max_time=20.0, step=0.05, threads=threads)
+    frequency_map(body, z0, time=5.0, threads=threads)
+    seconds = clock.perf_counter() - start
+    if seconds > 2.0:
+        say(f"compiled in {seconds:.0f} s, once for this version")
+
+
+def random_starts(body: Any, edge: plot.Edge, energy: float, orbits: int) -> np.ndarray:
+    """Return starts (2n, orbits), uniform over the accessible part of the section."""
+    (u0, u1), (v0, v1) = edge.axes
+    axes = (np.linspace(u0, u1, 202)[1:-1], np.linspace(v0, v1, 202)[1:-1])
+    fine = energy_grid(body, energy=energy, section=SECTION, axes=axes, p_eta=P_ETA, p_gamma=P_GAMMA)
+    chosen = np.random.default_rng(SEED).choice(fine.cell.size, size=orbits, replace=False)
+    return np.ascontiguousarray(fine.z0[:, chosen])
+
+
+def surface(body: Any, energy: float, cells: tuple[int, int]) -> Grid:
+    """Return a grid over beta and p_gamma of the energy surface, at p_beta = 0 on the section."""
+    edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA)
+    beta = np.linspace(0.0, edge.coordinate[-1], cells[0] + 2)[1:-1]
+    # The largest p_gamma: beta sqrt(2 mu (E - V_effective)) at its maximum over beta.
+    top = float((edge.coordinate * edge.momentum).max())
+    p_gamma = top * (np.arange(cells[1]) + 0.5) / cells[1]
+    z0, cell = [], []
+    for k, value in enumerate(p_gamma):
+        try:
+            row = energy_grid(body, energy=energy, section=SECTION, axes=(beta, [0.0]), p_eta=P_ETA, p_gamma=value)
+        except ValueError:  # nothing is reached so close to the largest p_gamma
+            continue
+        z0.append(row.z0)
+        cell.append(row.cell * cells[1] + k)
+    forbidden = np.ones(cells[0] * cells[1], bool)
+    forbidden[np.concatenate(cell)] = False
+    return Grid(
+        np.concatenate(z0, axis=1), np.concatenate(cell), forbidden.reshape(cells), (beta, p_gamma), ("beta", "p_gamma"), energy
+    )
+
+
+def numbers(p: Portrait) -> list[str]:
+    """Return what a reader wants to know of one portrait, in lines."""
+    crossings, (section_time, map_time) = int(p.section.counts.sum()), p.seconds
+    chaotic = np.count_nonzero(p.map.diffusion > CHAOTIC)
+    lines = [
+        f"{p.name}, E = {p.energy:g}:",
+        f"  section: {p.section.status.size} orbits, {crossings} crossings, {crossings / section_time:,.0f} crossings/s, "
+        f"largest energy error {p.section.energy_error.max():.1e}; {p.section.summary()}",
+        f"  frequency map: {p.map.status.size} orbits, {p.map.status.size / map_time:,.0f} orbits/s, largest energy error "
+        f"{p.map.energy_error.max():.1e}; {describe(p.map.status)}",
+        f"  {chaotic} chaotic (diffusion > {CHAOTIC:g}), {p.map.status.size - chaotic} regular; "
+        f"{np.count_nonzero(~p.shown)} not drawn in the plane of frequencies",
+    ]
+    if p.name == "hyperelastic":
+        exact = np.sqrt(p.body.potential.C / p.body.mu) / np.pi
+        lines.append(f"  nu_r = sqrt(C/mu)/pi for all orbits, to {np.abs(p.map.nu[0] - exact).max():.1e}")
+    return lines
+
+
+LINES = ((2, 0, -3), (3, 0, -4), (5, 0, -6), (7, 0, -10))
+"""The resonances m:n, as (n, 0, -m), of the largest chains of islands of the neo-Hookean body."""
+
+
+def _plane(p: Portrait) -> tuple[str, str]:
+    other, r = sorted(p.map.names[:2], key="r".__eq__)
+    return f"{other}/{r}", f"gamma/{r}"
+
+
+def draw(chaotic: Portrait, integrable: Portrait) -> Any:
+    """Draw both portraits, one below the other: section, diffusion over the energy surface, frequency map."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12.6, 9.0), dpi=200)
+    layout = figure.add_gridspec(
+        2, 4, width_ratios=(1, 1, 1, 0.04), left=0.055, right=0.925, bottom=0.15, top=0.93, wspace=0.27, hspace=0.34
+    )
+    norm = plot.clipped(np.concatenate([chaotic.map.diffusion, chaotic.diffusion]))
+    for row, p in enumerate((chaotic, integrable)):
+        axes = [figure.add_subplot(layout[row, k]) for k in range(3)]
+        _draw_row(p, axes, norm, row)
+        last = axes[0].collections[0]
+    bar = figure.colorbar(last, cax=figure.add_subplot(layout[:, 3]), extend="both")
+    bar.set_label(r"diffusion   $\log_{10}\,\max_k\,|\nu_k^{(2)}-\nu_k^{(1)}|$   (cycles per unit time)")
+    figure.text(0.055, 0.018, _caption(chaotic, integrable), fontsize=8.2, va="bottom", linespacing=1.4)
+    return figure
+
+
+def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> None:
+    plot.plot_section(p.section, ax=axes[0], values=p.diffusion, boundary=p.edge, norm=norm, colorbar=False, size=0.5)
+    plot.plot_diffusion_grid(p.grid, p.map.diffusion, ax=axes[1], norm=norm, colorbar=False)
+    axes[1].axhline(P_GAMMA, color="0.1", lw=1.5)
+    axes[1].axhline(P_GAMMA, color="white", lw=0.9, ls=(0, (5, 4)))
+    axes[1].set_ylim(0.0, None)
+    x, y = _plane(p)
+    limits = tuple(_padded(plot.frequency(p.map, name)[p.shown]) for name in (x, y))
+    lines = LINES if row == 0 else ()
+    plot.plot_frequency_map(
+        p.map, ax=axes[2], x=x, y=y, shown=p.shown, norm=norm, colorbar=False, lines=lines, limits=limits, size=2.2
+    )
+    titles = (
+        (r"neo-Hookean body: section $p_\alpha=0$, rising", r"hyperelastic body: section $p_\alpha=0$, rising"),
+        (r"same energy, all $p_\gamma$, at $p_\beta=0$", r"same energy, all $p_\gamma$, at $p_\beta=0$"),
+        ("frequency map of (b)", "frequency map of (e): integrable, smooth"),
+    )
+    for k, ax in enumerate(axes):
+        above = row == 0 and k == 2
+        ax.set_title(f"({'abcdef'[3 * row + k]})  {titles[k][row]}", fontsize=9.5, loc="left", pad=19 if above else 6)
+        ax.tick_params(labelsize=8.5)
+
+
+def _padded(values: np.ndarray) -> tuple[float, float]:
+    low, high = np.quantile(values, [0.001, 0.999]) if values.size else (0.0, 1.0)
+    pad = 0.04 * (high - low) or 0.05
+    return float(low - pad), float(high + pad)
+
+
+def _caption(chaotic: Portrait, integrable: Portrait) -> str:
+    a, b = chaotic, integrable
+    worst = max(p.map.energy_error.max() for p in (a, b))
+    return (
+        r"Units: $G=\mu=1$ (top, $K=2$, $E=1.5$) and $C=\mu=1$ (bottom, $E=3.5$); both energies are 1.5 above the minimum of the "
+        r"potential. $p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines." "\n"
+        rf"Sections: {a.section.status.size} orbits × {a.section.points.shape[1]} crossings, grey: edge of the accessible region. "
+        rf"(b), (e): {a.map.status.size} and {b.map.status.size} orbits over the time {a.map.time:g}, halves (1) and (2). "
+        r"$\nu_{\rm area}$, $\nu_r$: librations of area and" "\n"
+        r"size, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm area}=m\,\nu_r$, "
+        r"gaps or chaos beside them; orbits in their islands have the chain's own frequencies. "
+        rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and" "\n"
+        rf"{np.count_nonzero(~b.shown)} in (f), chaotic, undecided or in islands. "
+        rf"Colour scale clipped at 5 % and 95 % of the top row. Largest energy error {worst:.0e}."
+    )

@@ -1,0 +1,73 @@
+"""The command line: its entry point, which commands there are, and what happens to errors.
+
+Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Each command is a module of
+`fastaff.cli.commands`.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from .commands.chaos_map import chaos_map
+from .commands.demo import demo
+from .commands.doctor import doctor
+from .commands.frequency_map import frequencies
+from .commands.poincare import poincare
+from .commands.spectrum import energy_levels
+from .commands.warmup import warmup
+from .options import HELP, Parameter, cyclopts
+from .progress import EXIT_INTERRUPTED, say
+
+EXIT_WRONG_INPUT = 2
+COMMANDS: dict[str, Any] = {
+    "demo": demo, "poincare": poincare, "frequency-map": frequencies, "chaos-map": chaos_map, "spectrum": energy_levels,
+    "warmup": warmup, "doctor": doctor,
+}  # fmt: skip
+NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C."""
+    try:
+        code = _run(sys.argv[1:] if arguments is None else arguments)
+    except KeyboardInterrupt:
+        say("stopped by Ctrl-C; nothing was computed yet, nothing is kept")
+        code = EXIT_INTERRUPTED
+    if arguments is None:
+        sys.exit(code)
+    return code
+
+
+def _run(arguments: list[str]) -> int:
+    if cyclopts is None:
+        print(NO_EXTRAS, file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    try:
+        return int(_app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
+    except cyclopts.CycloptsError as problem:
+        command = [word for word in arguments[:1] if word in COMMANDS]
+        say(f"error: {_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
+    except ModuleNotFoundError as problem:
+        if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
+            raise
+        print(NO_EXTRAS, file=sys.stderr)
+    except (ValueError, TypeError, OSError) as problem:
+        say(f"error: {_one_line(problem)}")
+    return EXIT_WRONG_INPUT
+
+
+def _one_line(problem: BaseException) -> str:
+    return " ".join(str(problem).split())
+
+
+def _app() -> Any:
+    from .. import __version__
+
+    app = cyclopts.App(
+        name="fastaff", version=__version__, help_format="markdown", suppress_keyboard_interrupt=False, help=HELP,
+        default_parameter=Parameter(negative="", show_default=False),
+    )  # fmt: skip
+    for name, command in COMMANDS.items():
+        app.command(command, name=name)
+    return app

@@ -1,0 +1,181 @@
+"""What the command line says while it computes: progress, the compile notice, what Ctrl-C kept."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time as clock
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from ..base.recipe import keep
+from ..base.status import Status, summary
+from ..flows.flow import Interrupted
+
+EXIT_INTERRUPTED = 130
+COMPILE_SECONDS = {"poincare": 20, "frequency-map": 40, "chaos-map": 60}
+
+
+def say(text: str) -> None:
+    """Tell the user one line, on stderr."""
+    print(f"fastaff: {text}", file=sys.stderr, flush=True)
+
+
+class Progress:
+    """Bar, orbits/s and time left on a terminal; nothing elsewhere. A `report` of the library's functions.
+
+    `share` is the fraction of the work at which the end is expected. Where the fraction falls, another pass has begun.
+    """
+
+    def __init__(self, title: str, orbits: int | None = None, share: float = 1.0):
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        rate = [] if orbits is None else [TextColumn("{task.fields[rate]}")]
+        self.bar = Bar(
+            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"),
+            *rate, TimeRemainingColumn(compact=True), TextColumn("left"),
+            console=Console(stderr=True), transient=True,
+        )  # fmt: skip
+        self.shown = self.bar.console.is_terminal
+        self.task = self.bar.add_task(title, total=1.0, rate="")
+        self.orbits, self.share = orbits or 0, share
+        self.start, self.last = clock.perf_counter(), 0.0
+
+    def __call__(self, fraction: float) -> None:
+        if fraction < self.last:
+            self.bar.reset(self.task, rate="")
+            self.start, self.share = clock.perf_counter(), 1.0
+        self.last = fraction
+        done = min(fraction / self.share, 1.0)
+        rate = done * self.orbits / max(clock.perf_counter() - self.start, 1e-9)
+        self.bar.update(self.task, completed=done, rate=f"{rate:,.0f} orbits/s")
+
+    def __enter__(self) -> Progress:
+        if self.shown:
+            self.bar.start()
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        if self.shown:
+            self.bar.stop()
+
+
+def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callable[[Any], Any]) -> Any:
+    """Return compute(progress); after Ctrl-C keep what there is, say so and leave with exit code 130."""
+    try:
+        with progress:
+            return compute(progress)
+    except Interrupted as stopped:
+        partial = stopped.partial
+    ours = threading.current_thread() is threading.main_thread()
+    before = signal.getsignal(signal.SIGINT)
+    if ours:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C must not stop the saving
+    try:
+        keep(partial)
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, before)
+    raise SystemExit(EXIT_INTERRUPTED)
+
+
+def kept(result: Any, save: Callable[[], Any]) -> None:
+    """Save what an interrupted run has come to, unless that is nothing, and say so."""
+    total, done = result.status.size, int(np.count_nonzero(result.status != Status.INTERRUPTED))
+    if done or (hasattr(result, "counts") and result.counts.any()):
+        path = save()
+        say(f"stopped by Ctrl-C: kept {done} finished of {total} orbits{_crossings(result)} in {path}; no figure drawn")
+    else:
+        say(f"stopped by Ctrl-C before any of {total} orbits was finished; nothing is kept")
+
+
+def begun(partial: Any, z0: np.ndarray) -> tuple[Any, dict[str, Any]]:
+    """Return a partial section map of the orbits that have begun, and their z0: the others' empty rows take seconds to write."""
+    rows = np.flatnonzero((partial.status != Status.INTERRUPTED) | (partial.counts > 0))
+    values = {entry.name: getattr(partial, entry.name) for entry in fields(partial)}
+    cut = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return keep(replace(partial, **cut), getattr(partial, "call", None)), {"z0": z0[:, rows], "begun": rows}
+
+
+@contextlib.contextmanager
+def drawing(path: Any) -> Iterator[None]:
+    """Name the file of the data; Ctrl-C while the figure is drawn leaves with exit code 130."""
+    print(path, flush=True)
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"stopped by Ctrl-C: all results are in {path}; no figure drawn")
+        raise SystemExit(EXIT_INTERRUPTED) from None
+
+
+def _crossings(result: Any) -> str:
+    return f" ({int(result.counts.sum())} crossings)" if hasattr(result, "counts") else ""
+
+
+def compiled(what: str, first: Any, announce: bool = True) -> None:
+    """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the compiler."""
+    failure: list[BaseException] = []
+    finished = threading.Event()
+
+    def work() -> None:
+        try:
+            first()
+        except BaseException as problem:  # handed to the caller below
+            failure.append(problem)
+        finally:
+            finished.set()
+
+    before = signal.getsignal(signal.SIGINT)
+    ours = threading.current_thread() is threading.main_thread()
+    if ours:
+        signal.signal(signal.SIGINT, _leave_the_compiler)
+    try:
+        threading.Thread(target=work, daemon=True).start()
+        if announce and not finished.wait(0.5) and (is_cold() or not finished.wait(1.5)):
+            how_long = f"about {COMPILE_SECONDS[what]} s" if is_cold() else "a few seconds, for a new model or section"
+            say(f"compiling once ({how_long})")
+        while not finished.wait(0.1):
+            pass
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, before)
+    if failure:
+        raise failure[0]
+
+
+def _leave_the_compiler(*_: Any) -> None:
+    # A thread inside the compiler cannot be stopped; Numba moves finished cache files into place, so none is left half written.
+    say("stopped by Ctrl-C before any orbit was finished (compiling); nothing is kept")
+    sys.stderr.flush()
+    os._exit(EXIT_INTERRUPTED)
+
+
+def is_cold() -> bool:
+    """Return whether the kernels of this version are still to be compiled."""
+    from ..compile.jit import cache_directory
+
+    folder = cache_directory()
+    return folder is None or sum(1 for _ in folder.rglob("*.nbi")) < 10
+
+
+def counted(status: np.ndarray) -> str:
+    """Count the outcomes in a caption."""
+    return "orbits: " + ", ".join(f"{count} {outcome.name}" for outcome, count in summary(status).items())
+
+
+def finished(result: Any, seconds: float) -> str:
+    """Say how many orbits were computed, how fast and how well."""
+    orbits = result.status.size
+    rate = f"{orbits / seconds:,.0f} orbits/s"
+    if hasattr(result, "counts"):
+        rate += f", {result.counts.sum() / seconds:,.0f} crossings/s"
+    drift = f"largest energy error {result.energy_error.max():.1e}"
+    return f"{orbits} orbits{_crossings(result)} in {seconds:.1f} s: {rate}; {result.summary()}; {drift}"

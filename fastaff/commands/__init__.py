@@ -1,1 +1,0 @@
-"""The commands of the command line, one module each; their options are in `fastaff.options` (layer L5)."""

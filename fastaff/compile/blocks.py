@@ -1,0 +1,282 @@
+"""Block functions: loops over lanes generated around the scalar methods of a model, a section or a set of angles.
+
+A value (a NamedTuple, possibly of NamedTuples) enters a kernel as a typed pointer to a compiled loop and a vector of parameters,
+so the engine is compiled once for all models and parameters stay run-time values.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import os
+import sys
+import types as python_types
+from collections import namedtuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
+from numba.extending import lower_builtin
+
+from . import jit
+from .jit import JIT_DISABLED, SIGNATURES
+from .texts import ARGUMENTS, TEXTS, Rows
+
+_TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
+
+
+def is_value(candidate: Any) -> bool:
+    """Tell whether `candidate` is a NamedTuple instance."""
+    return isinstance(candidate, tuple) and hasattr(candidate, "_fields")
+
+
+def parameters(value: Any) -> np.ndarray:
+    """Flatten the float parameters of a NamedTuple of NamedTuples, in field order."""
+    flat: list[float] = []
+    _walk(value, flat, {})
+    return np.array(flat, dtype=np.float64) if flat else np.zeros(1)
+
+
+def _is_number(entry: Any) -> bool:
+    return isinstance(entry, (int, float, np.integer, np.floating)) and not isinstance(entry, bool)
+
+
+def _float(name: str, number: Any) -> float:
+    try:
+        return float(number)
+    except OverflowError:
+        raise ValueError(f"{name} must be within the range of floats") from None
+
+
+def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
+    """Collect parameters and classes; return the source text that builds `value` from `params`."""
+    name = classes.setdefault(type(value), f"Value{len(classes)}")
+    arguments = []
+    declared = getattr(type(value), "__annotations__", {})
+    for field, entry in zip(value._fields, value, strict=True):
+        number = getattr(declared.get(field), "__forward_arg__", declared.get(field)) in (float, int, "float", "int")
+        if is_value(entry) and not number:
+            try:
+                arguments.append(_walk(entry, flat, classes))
+            except (TypeError, ValueError) as problem:
+                raise type(problem)(f"{type(value).__name__}.{field}: {problem}") from None
+        elif isinstance(entry, tuple) and entry and all(map(_is_number, entry)) and not number:
+            arguments.append("(" + "".join(f"params[{len(flat) + j}], " for j in range(len(entry))) + ")")
+            flat.extend(_float(f"{type(value).__name__}.{field}", part) for part in entry)
+        elif _is_number(entry):
+            arguments.append(f"params[{len(flat)}]")
+            flat.append(_float(f"{type(value).__name__}.{field}", entry))
+        else:
+            raise TypeError(
+                f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got {entry!r} "
+                f"({type(entry).__name__})" + (": wrap it, one_variable(f)" if inspect.isfunction(entry) else "")
+            )
+    return f"{name}({', '.join(arguments) or '0.0'})"
+
+
+@functools.cache
+def _compilable(cls: type) -> type:
+    """Return `cls`, or where it has no fields, which Numba can't pass, a twin with one unused field."""
+    if cls._fields:  # type: ignore[attr-defined]
+        return cls
+    twin: type = namedtuple("twin", ["unused"])
+    for name, method in _methods(cls):
+        setattr(twin, name, method)
+    return twin
+
+
+def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
+    """Return the compiled block function `kind` of a model or section; a state is an orbit with so many tangent vectors.
+
+    Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is symplectic,
+    and a Runge-Kutta tableau solves the variational equations.
+    """
+    classes: dict[type, str] = {}
+    constructor = _walk(value, [], classes)
+    return _compiled(kind, constructor, tuple(classes.items()), TEXTS[kind](Rows(degrees_of_freedom, vectors)), ())
+
+
+def function_block(function: Any, variable: str) -> Any:
+    """Return the compiled block of a function of one variable: its `regular(s)`, or value(x) with the text `variable` for x(s)."""
+    classes: dict[type, str] = {}
+    constructor = _walk(function, [], classes)
+    term = "regular(z[i])" if hasattr(function, "regular") else f"value({variable.format('z[i]')})"
+    body = f"    for i in range(lanes):\n        result[i] = value.{term}\n"
+    try:
+        return _compiled("value", constructor, tuple(classes.items()), body, (("np", np),))
+    except numba.core.errors.NumbaError as problem:
+        raise TypeError(
+            f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python functions): "
+            f"{str(problem).strip().splitlines()[-1]}"
+        ) from problem
+
+
+def idle_block(kind: str) -> Any:
+    """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
+    return _compiled(kind, "0.0", (), "    return 0\n" if kind == "march" else "    return\n", ())
+
+
+def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]) -> Any:
+    """Return an observer whose text `body` may use `value` (built from params) and the package names of `namespace`."""
+    classes: dict[type, str] = {}
+    constructor = _walk(value, [], classes)
+    return _compiled("observe", constructor, tuple(classes.items()), body, namespace)
+
+
+@functools.cache
+def _compiled(kind: str, constructor: str, classes: tuple, body: str, namespace: tuple) -> Any:
+    """Write, execute and compile the text of a block function; once per process for each value type."""
+    text = (
+        f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, _ in classes)])}\n"
+        f"def {kind}({ARGUMENTS[kind]}):\n    value = {constructor}\n{body}"
+    )
+    identity = class_fingerprint(tuple(cls for cls, _ in classes))
+    folder = None if identity is None or JIT_DISABLED else jit.cache_directory()
+    filename, module = "<fastaff block>", f"fastaff_block_{kind}_{id(classes)}"
+    if folder is not None:
+        key = hashlib.sha256(f"{identity}\n{text}".encode()).hexdigest()[:20]
+        filename = str(_write_once(folder / "blocks" / f"{kind}_{key}.py", text))
+        module = f"fastaff_block_{kind}_{key}"
+    # Numba looks cached code's module up by name, so the text gets a real module.
+    names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
+    names.update({name: _compilable(cls) for cls, name in classes}, **dict(namespace))
+    exec(compile(text, filename, "exec"), names)
+    if not JIT_DISABLED:
+        for cls, _ in classes:
+            _register_methods(cls)
+    return jit.block_function(names[kind], SIGNATURES[kind], cache=folder is not None)
+
+
+def _write_once(path: Path, text: str) -> Path:
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft = path.with_suffix(f".{os.getpid()}.tmp")
+        draft.write_text(text)
+        os.replace(draft, path)
+    return path
+
+
+def class_fingerprint(classes: tuple[type, ...]) -> str | None:
+    """Content key of the code of `classes`: what their methods do, call and read; None where that can't be known.
+
+    Numba stamps a cached function with its own file only, so an edited model in another file would return old numbers.
+    A class without a source file (typed at a prompt) is compiled but never cached.
+    """
+    digest = hashlib.sha256()
+    for cls in classes:
+        if cls.__module__.partition(".")[0] == __package__.partition(".")[0]:
+            digest.update(f"{cls.__module__}.{cls.__qualname__}".encode())  # the package hash covers it
+            continue
+        try:
+            source = inspect.getsourcefile(cls)
+        except (TypeError, OSError):
+            return None
+        if source is None or not Path(source).is_file():
+            return None
+        digest.update(Path(source).read_bytes())
+        for name, method in _methods(cls):
+            digest.update(name.encode())
+            if not _fingerprint(method, digest, set()):
+                return None
+    return digest.hexdigest()
+
+
+def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
+    """Feed bytecode, constants and read globals of `function` to `digest`; False where a global has unknown content."""
+    function = getattr(function, "py_func", function)
+    if id(function) in seen:
+        return True
+    seen.add(id(function))
+    for cell in function.__closure__ or ():
+        entry = cell.cell_contents
+        if isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):
+            if not _fingerprint(entry, digest, seen):
+                return False
+        elif isinstance(entry, (int, float, complex, str)):
+            digest.update(repr(entry).encode())
+        else:
+            return False
+    for default in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
+        if not isinstance(default, (int, float, complex, str, tuple, np.generic)):
+            return False
+        digest.update(repr(default).encode())
+    pending = [function.__code__]
+    while pending:
+        code = pending.pop()
+        digest.update(code.co_code)
+        pending.extend(c for c in code.co_consts if isinstance(c, python_types.CodeType))
+        digest.update(repr([c for c in code.co_consts if not isinstance(c, python_types.CodeType)]).encode())
+        digest.update(repr(code.co_names).encode())
+        for name in code.co_names:
+            entry = function.__globals__.get(name)
+            if isinstance(entry, (int, float, complex, str, np.generic)):
+                digest.update(repr(entry).encode())
+            elif isinstance(entry, python_types.ModuleType):
+                digest.update(f"{entry.__name__} {getattr(entry, '__version__', '')}".encode())
+                if entry.__name__ not in ("math", "numpy", "cmath"):
+                    return False
+            elif isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):
+                if not _fingerprint(entry, digest, seen):
+                    return False
+            elif entry is not None and not isinstance(entry, (type, python_types.BuiltinFunctionType, np.ufunc)):
+                return False
+    return True
+
+
+def _methods(cls: type) -> list[tuple[str, Callable]]:
+    return [
+        (name, entry)
+        for name, entry in vars(cls).items()
+        if inspect.isfunction(entry) and name not in _TUPLE_NAMES and not name.startswith("__")
+    ]
+
+
+_REGISTERED: set[str] = set()
+
+
+def _register_methods(cls: type) -> None:
+    """Teach Numba to call the plain methods of NamedTuple classes by name."""
+    for name, _ in _methods(cls):
+        if name not in _REGISTERED:
+            _REGISTERED.add(name)
+            _register(name)
+
+
+@infer_getattr
+class _Methods(AttributeTemplate):
+    """The types of methods of NamedTuples; `_register` adds what calls compile to."""
+
+    key = types.BaseNamedTuple
+
+    def generic_resolve(self, value, name):
+        method = vars(value.instance_class).get(name) if name in _REGISTERED else None
+        if not inspect.isfunction(method):
+            return None
+        compiled = types.Dispatcher(_compiled_method(method))
+
+        class Call(AbstractTemplate):
+            key = types.BaseNamedTuple, name
+
+            def generic(self, args, kws):
+                return compiled.get_call_type(self.context, (value, *args), kws).as_method()
+
+        return types.BoundFunction(Call, value)
+
+
+def _register(name: str) -> None:
+    @lower_builtin((types.BaseNamedTuple, name), types.BaseNamedTuple, types.VarArg(types.Any))
+    def call(context, builder, signature, arguments):
+        compiled = types.Dispatcher(_compiled_method(vars(signature.args[0].instance_class)[name]))
+        function = context.get_function(compiled, compiled.get_call_type(context.typing_context, signature.args, {}))
+        context.add_linking_libs(function.libs)
+        return function(builder, arguments)
+
+
+@functools.cache
+def _compiled_method(method: Callable) -> Callable:
+    return numba.njit(method, error_model="numpy", forceinline=getattr(method, "inlined", False))

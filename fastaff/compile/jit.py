@@ -1,0 +1,263 @@
+"""The only place that configures Numba: decorators, lane width, compile cache."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import os
+import platform
+import stat
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.core import config as _config
+from numba.extending import intrinsic
+
+config: Any = _config  # its options are set at run time, unknown to type checkers
+
+LANES = 128
+"""Orbits in a lane block. A constant of the compiled code: a state block is a flat array whose row r
+starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
+
+GENERATED = ("blocks", "formulas")
+"""Folders of generated source text in the cache."""
+
+JIT_DISABLED = bool(config.DISABLE_JIT)
+
+
+@functools.cache
+def package_hash() -> str:
+    """Hash of every source file of the package and of what compiles it: the key of the compile cache."""
+    flags = f"{config.OPT} {config.BOUNDSCHECK}"  # of the environment, NUMBA_OPT and NUMBA_BOUNDSCHECK
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()} {flags}".encode())
+    root = Path(__file__).parents[1]
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:20]
+
+
+def cache_root() -> Path:
+    """Folder of all compile caches: $FASTAFF_CACHE_DIR, else fastaff/ in the user's cache folder."""
+    named = os.environ.get("FASTAFF_CACHE_DIR")
+    if named:
+        return Path(named)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData/Local")) / "fastaff"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "fastaff"
+
+
+@functools.cache
+def cache_directory() -> Path | None:
+    """Private, writable cache folder of exactly these sources; None, after one warning, where there is none.
+
+    What lies in it is executed, so it must be the user's, and neither it nor its parts may be writable by others.
+    """
+    folder = cache_root() / package_hash()
+    parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
+    try:
+        cache_root().parent.mkdir(parents=True, exist_ok=True)
+        for part in parts:
+            part.mkdir(mode=0o700, exist_ok=True)
+        refused = next(filter(None, map(who_else_writes, parts)), None)
+        probe = folder / f".probe-{os.getpid()}-{threading.get_ident()}"
+        if refused is None:
+            probe.touch()
+            probe.unlink()
+    except OSError as problem:
+        refused = f"fastaff cannot write its compile cache ({problem})", "Set FASTAFF_CACHE_DIR to a writable folder."
+    if refused is not None:
+        warnings.warn(f"{refused[0]}; kernels are compiled anew in every process. {refused[1]}", RuntimeWarning, stacklevel=2)
+        return None
+    return folder
+
+
+def who_else_writes(folder: Path) -> tuple[str, str] | None:
+    """Return what is wrong with a folder of code that somebody else could write to, and what mends it; None where only this user can.
+
+    A folder for all like /tmp, where only owners may rename (sticky), will do for the folders in it. A link is followed: what counts is
+    the folder that it leads to. Windows keeps a user's folders private by itself.
+    """
+    if not hasattr(os, "getuid"):
+        return None
+    status, user = folder.stat(), os.getuid()
+    if status.st_mode & stat.S_ISVTX and status.st_uid in (0, user):
+        return None
+    said = f"fastaff does not use its compile cache, whose code it would run: the folder {folder}"
+    if status.st_uid != user:
+        return f"{said} belongs to another user (uid {status.st_uid})", "Set FASTAFF_CACHE_DIR to a folder of your own."
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        mode = stat.S_IMODE(status.st_mode)
+        return f"{said} can be written by others (mode {mode:o})", f"Empty it and run: chmod -R go-w '{folder}'"
+    return None
+
+
+@contextlib.contextmanager
+def _private_cache(folder: Path | None) -> Iterator[bool]:
+    """Point Numba's cache at `folder` while a function is decorated; yields whether to cache at all."""
+    if folder is None:
+        yield False
+        return
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield True
+    finally:
+        config.CACHE_DIR = before
+
+
+def jit(function: Callable | None = None, *, parallel: bool = False, constants: bool = False) -> Callable:
+    """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
+
+    With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes, which
+    that makes up to a third faster. Else one code serves all numbers.
+    """
+    if function is None:
+        return functools.partial(jit, parallel=parallel, constants=constants)
+    if JIT_DISABLED:
+        return function
+    with _private_cache(cache_directory()) as cache:
+        kernel = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy")
+    return kernel if constants else _for_all_numbers(kernel)
+
+
+def _for_all_numbers(kernel: Any) -> Any:
+    """Make kernels that call this one with constants share the code for all numbers: Numba would compile it anew for each."""
+    template = kernel.get_call_template
+
+    def get_call_template(args, kws):
+        return template(tuple(map(types.unliteral, args)), {name: types.unliteral(entry) for name, entry in kws.items()})
+
+    kernel.get_call_template = get_call_template
+    return kernel
+
+
+def _element(context, builder, array_type, array, index):
+    """Address of array[index]."""
+    view = context.make_array(array_type)(context, builder, array)
+    return cgutils.get_item_pointer(context, builder, array_type, view, [index], wraparound=False)
+
+
+@intrinsic
+def _atomic_read(typingcontext, array, index):
+    def generate(context, builder, signature, arguments):
+        address = _element(context, builder, signature.args[0], *arguments)
+        return builder.load_atomic(address, "monotonic", 8)
+
+    return array.dtype(array, index), generate
+
+
+@intrinsic
+def _atomic_write(typingcontext, array, index, value):
+    def generate(context, builder, signature, arguments):
+        address = _element(context, builder, signature.args[0], *arguments[:2])
+        builder.store_atomic(arguments[2], address, "monotonic", 8)
+        return context.get_dummy_value()
+
+    return types.void(array, index, array.dtype), generate
+
+
+@jit
+def read_now(array, index):
+    """Read array[index] (int64) from memory at this very moment.
+
+    Kernels promise LLVM that nobody else writes to their arrays, so a plain read of a flag that another thread sets is moved
+    out of the loop that polls it.
+    """
+    return _atomic_read(array, index)
+
+
+@jit
+def write_now(array, index, value):
+    """Write array[index] (int64) to memory at this very moment, for another thread to see."""
+    _atomic_write(array, index, value)
+
+
+if JIT_DISABLED:
+
+    def read_now(array, index):
+        """Read array[index]."""
+        return array[index]
+
+    def write_now(array, index, value):
+        """Write array[index]."""
+        array[index] = value
+
+
+class BlockFunction(types.WrapperAddressProtocol):
+    """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
+
+    def __init__(self, function: Callable, signature: Any, *, cache: bool):
+        with _private_cache(cache_directory() if cache else None) as enabled:
+            self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
+        self._signature = signature
+        self._address: Any = self._compiled.address
+
+    def __wrapper_address__(self) -> int:
+        return self._address
+
+    def signature(self) -> Any:
+        return self._signature
+
+
+def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable | BlockFunction:
+    """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled)."""
+    return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache)
+
+
+_loops: dict[tuple, Callable] = {}
+
+
+def loop_over_units(loop: Any, work: Callable, arguments: tuple) -> Callable:
+    """Return loop(work, ., .) with both compiled for arguments of these types: run it with the arguments and the number of units.
+
+    `work` is work(unit, *arguments), not compiled yet; see `kernels.drive.run_units`.
+    """
+    if JIT_DISABLED:
+        return functools.partial(loop, work)
+    key = (work, *map(_kind, arguments))
+    if key not in _loops:
+        _loops[key] = _compiled_loop(loop, work, numba.typeof(arguments))
+    return _loops[key]
+
+
+def _kind(argument: Any) -> Any:
+    """Return what the type of an argument follows from, in a tenth of the time that Numba needs for it."""
+    if isinstance(argument, np.ndarray):
+        return argument.dtype, argument.ndim, argument.flags.num
+    return argument.signature() if isinstance(argument, BlockFunction) else type(argument)
+
+
+@functools.cache
+def _compiled_loop(loop: Any, work: Callable, arguments: Any) -> Callable:
+    compiled = BlockFunction(work, types.void(types.int64, *arguments), cache=True)
+    return functools.partial(loop.compile((types.FunctionType(compiled.signature()), arguments, types.int64)), compiled)
+
+
+_f8, _i8 = types.float64, types.int64
+_vector = types.Array(_f8, 1, "C")
+SIGNATURES = {
+    # (params, lanes, drift, kick, step, z): q += drift*step*velocity(p), then p += kick*step*force(q)
+    "stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
+    "precise_stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
+    # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
+    "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
+    # (params, lanes, z, result)
+    "derivative": types.void(_vector, _i8, _vector, _vector),
+    "inside": types.void(_vector, _i8, _vector, _vector),
+    "value": types.void(_vector, _i8, _vector, _vector),
+    # (params, lanes, escape radii, z, status, largest kinetic energy so far)
+    "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
+    # (params, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
+    "observe": _i8(
+        _vector, _i8, types.Array(_i8, 1, "C"), _vector, _vector, _vector, _vector, types.Array(_f8, 2, "C"), _vector
+    ),
+}

@@ -1,0 +1,182 @@
+"""Texts of block functions: loops over lanes around the scalar methods of `value`, a model or section.
+
+State blocks are flat: row r of lane i is z[r*LANES + i].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from .jit import LANES
+
+VECTORS_PER_LOOP = {1: 8, 2: 4}
+"""Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
+
+
+class Rows:
+    """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one after another)."""
+
+    def __init__(self, n: int, vectors: int):
+        self.n, self.vectors, self.half = n, vectors, n * (1 + vectors)
+
+    @property
+    def orbit(self) -> list[int]:
+        """The rows of the orbit itself."""
+        return [*range(self.n), *range(self.half, self.half + self.n)]
+
+    @property
+    def all(self) -> range:
+        """Numbers of the rows of a half."""
+        return range(self.half)
+
+    @property
+    def groups(self) -> list[range]:
+        """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other vectors."""
+        width = VECTORS_PER_LOOP.get(self.n, 2)
+        ends = [1 + min(self.vectors, width), *range(1 + 2 * width, 1 + self.vectors + width, width)]
+        ends = [min(end, 1 + self.vectors) * self.n for end in ends]
+        return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
+
+    def _parts(self, rows: range) -> list[range]:
+        return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
+
+    def velocities(self, rows: range) -> str:
+        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own momenta."""
+        return "".join(f"{_list('v', part)}, = value.velocity({_list('p', part)})\n" for part in self._parts(rows))
+
+    def forces(self, rows: range) -> str:
+        """Text that sets the f of these rows to the force at q, or its change along a vector."""
+        text, orbit = "", range(self.n)
+        for part in self._parts(rows):
+            call = f"force({_list('q', orbit)})" if part == orbit else f"tangent_force({_list('q', orbit)}, {_list('q', part)})"
+            text += f"{_list('f', part)}, = value.{call}\n"
+        return text
+
+
+def _list(letter: str, rows: Iterable[int]) -> str:
+    return ", ".join(f"{letter}{r}" for r in rows)
+
+
+def _indent(text: str, depth: int) -> str:
+    return "".join(f"{' ' * 4 * depth}{line}\n" for line in text.splitlines())
+
+
+def _at(row: int) -> str:
+    return f"z[{row * LANES} + i]"
+
+
+def _stage(rows: Rows) -> str:
+    """Drift and kick of the state in place."""
+    return _drift_kick(rows, 0)
+
+
+def _precise_stage(rows: Rows) -> str:
+    """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small size."""
+    return _drift_kick(rows, 2 * rows.half)
+
+
+def _drift_kick(rows: Rows, first: int) -> str:
+    """Text of a drift and a kick that change the rows from `first` on: the state itself (0), or its increments."""
+    n = rows.half
+
+    def now(row: int) -> str:
+        return f"{_at(row)} + {_at(first + row)}" if first else _at(row)
+
+    drift = kick = ""
+    for group in rows.groups:
+        move = "".join(f"p{r} = {now(n + r)}\n" for r in group) + rows.velocities(group) + "hd = drift*step[i]\n"
+        move += "".join(f"d{r} = {_at(first + r)} + hd*v{r}\n" for r in group) + "".join(f"{_at(first + r)} = d{r}\n" for r in group)
+        push = "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
+        push += "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in group) + rows.forces(group) + "hk = kick*step[i]\n"
+        push += "".join(f"{_at(first + n + r)} = {_at(first + n + r)} + hk*f{r}\n" for r in group)
+        drift, kick = drift + _loop(move, 2), kick + _loop(move + push, 1)
+    return f"    if kick == 0.0:\n{drift}        return\n{kick}"
+
+
+def _loop(body: str, depth: int) -> str:
+    return f"{' ' * 4 * depth}for i in range(lanes):\n{_indent(body, depth + 1)}"
+
+
+def _march(rows: Rows) -> str:
+    """Whole steps of lane 0 with its state in scalars, and the arithmetic of `stage` to the bit: for a single orbit.
+
+    Ends early, after the step that leaves the domain; returns the number of steps.
+    """
+    n = rows.half
+    state = [f"q{r}" for r in rows.all] + [f"p{r}" for r in rows.all]
+    drift = rows.velocities(rows.all) + "hd = drift[s]*step\n" + "".join(f"q{r} = q{r} + hd*v{r}\n" for r in rows.all)
+    kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = p{r} + hk*f{r}\n" for r in rows.all)
+    return (
+        f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
+        "    taken = 0\n    while taken < steps:\n        for s in range(drift.size):\n"
+        + _indent(drift, 3)
+        + "            if s < kick.size:\n"
+        + _indent(kick, 4)
+        + f"        taken += 1\n        if not value.margin({_list('q', range(rows.n))}) > 0.0:\n            break\n"
+        + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(state))
+        + "    return taken\n"
+    )
+
+
+def _derivative(rows: Rows) -> str:
+    n, text = rows.half, ""
+    for group in rows.groups:
+        q = [*group] if group.start == 0 else [*range(rows.n), *group]
+        body = "".join(f"q{r} = {_at(r)}\n" for r in q) + "".join(f"p{r} = {_at(n + r)}\n" for r in group)
+        body += rows.velocities(group) + rows.forces(group)
+        body += "".join(f"result[{r * LANES} + i] = v{r}\nresult[{(n + r) * LANES} + i] = f{r}\n" for r in group)
+        text += _loop(body, 1)
+    return text
+
+
+def _check(rows: Rows) -> str:
+    n = rows.n
+    z = [f"z{r}" for r in range(2 * rows.half)]
+    # 0*z is 0 for finite z and NaN else; comparisons with NaN are false.
+    return _loop(
+        "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
+        + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
+        f"size = {' + '.join(f'{name}*{name}' for name in z[:n])}\n"
+        f"margin = value.margin({', '.join(z[:n])})\n"
+        "code = 0.0 if margin > 0.0 else 2.0\n"
+        "code = code if size < radius[i]*radius[i] else 3.0\n"
+        "result[i] = code if finite == 0.0 else 1.0\n"
+        f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[n:])})\n"
+        "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n", 1
+    )  # fmt: skip
+
+
+def _inside(rows: Rows) -> str:
+    """The part of `check` that no step may do without: whether the orbit is finite and in the domain."""
+    z = [_at(r) for r in range(2 * rows.half)]
+    return _loop(
+        f"margin = value.margin({', '.join(z[: rows.n])})\n"
+        f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
+        "code = 2.0 if finite == 0.0 else 1.0\n"
+        "result[i] = 0.0 if margin > 0.0 else code\n", 1
+    )  # fmt: skip
+
+
+def _value(rows: Rows) -> str:
+    return _loop(f"result[i] = value.value({', '.join(map(_at, rows.orbit))})\n", 1)
+
+
+TEXTS: dict[str, Callable[[Rows], str]] = {
+    "stage": _stage,
+    "precise_stage": _precise_stage,
+    "march": _march,
+    "derivative": _derivative,
+    "check": _check,
+    "inside": _inside,
+    "value": _value,
+}
+ARGUMENTS = {
+    "stage": "params, lanes, drift, kick, step, z",
+    "precise_stage": "params, lanes, drift, kick, step, z",
+    "march": "params, drift, kick, step, steps, z",
+    "check": "params, lanes, radius, z, result, kinetic",
+    "inside": "params, lanes, z, result",
+    "derivative": "params, lanes, z, result",
+    "value": "params, lanes, z, result",
+    "observe": "params, lanes, orbit, fresh, t, z, memory, out, done",
+}

@@ -1,0 +1,258 @@
+"""The checks of what a user hands in: each raises at once, naming the argument, what it got and what it takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.numbers import numbers, shown
+from ..charts import Chart
+from ..compile.blocks import is_value, parameters
+from ..models import Body, ReducedBody, StackelBody
+from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
+from ..schemes.time_transformed import TimeTransformed
+
+_METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
+
+
+LARGEST = 1e150
+"""Size of a model's parameters whose squares are still numbers."""
+
+
+def checked_model(model: Any, name: str = "body") -> Any:
+    """Return `model` if it is a model: a NamedTuple with the methods of the physics and finite parameters."""
+    if not is_value(model):
+        raise TypeError(
+            f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {model!r} "
+            f"({type(model).__name__})"
+        )
+    missing = [m for m in ("degrees_of_freedom", *_METHODS) if not hasattr(model, m)]
+    if missing:
+        hint = " (a potential? wrap it: Body(potential))" if hasattr(model, "slopes") else ""
+        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{hint}")
+    if isinstance(model, (Body, StackelBody)) and not is_value(model.potential):
+        raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
+    if isinstance(model, (Body, StackelBody)) and not hasattr(model.potential, "slopes"):
+        raise TypeError(f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}")
+    flat = _parameters(name, model)
+    if not np.all(np.isfinite(flat)):
+        raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
+    if np.any(np.abs(flat) > LARGEST):
+        raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
+    if isinstance(model, (Body, ReducedBody, StackelBody)) and not model.mu > 0:
+        raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
+    _evaluated(name, model)
+    return model
+
+
+def _evaluated(name: str, model: Any) -> None:
+    """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
+    for part in (model, getattr(model, "potential", None)):
+        _functions(part)
+    n = model.degrees_of_freedom
+    q, p = np.linspace(1.3, 0.2, n), np.linspace(0.3, 1.1, n)
+    try:
+        with np.errstate(all="ignore"):
+            numbers_of = [*(getattr(model, method)(*q) for method in ("potential_energy", "margin")), model.kinetic_energy(*p)]
+            rows = model.force(*q), model.velocity(*p)
+        if [len(row) for row in rows] != [n, n] or any(np.shape(number) != () for number in (*numbers_of, *rows[0], *rows[1])):
+            raise TypeError("one number for each coordinate is needed, and one for energies and the margin")
+    except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
+        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
+
+
+def _parameters(name: str, value: Any) -> np.ndarray:
+    """Return the parameters of a model or section; where they are no numbers the message names the argument too."""
+    try:
+        return parameters(value)
+    except (TypeError, ValueError) as problem:
+        raise type(problem)(f"{name} has a wrong parameter: {problem}") from None
+
+
+def checked_tangent_model(model: Any, name: str = "body") -> Any:
+    """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
+    checked_model(model, name)
+    n = model.degrees_of_freedom
+    try:
+        with np.errstate(all="ignore"):
+            model.tangent_force(*np.linspace(1.3, 0.2, n), *np.ones(n))
+    except AttributeError as problem:
+        raise TypeError(
+            f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need tangent_force(q..., dq...) of a "
+            "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
+        ) from None
+    p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
+    linear = np.array(model.velocity(*(p + d))) - np.array(model.velocity(*p)) - np.array(model.velocity(*d))
+    if not np.abs(linear).max() <= 1e-12 * np.abs(model.velocity(*p)).max():
+        raise ValueError(f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent vectors")
+    return model
+
+
+def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
+    """Return `scheme` if it is one that steps in time itself."""
+    if isinstance(scheme, TimeTransformed):
+        raise TypeError(
+            f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it elsewhere, where a "
+            "Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
+        )
+    if not isinstance(scheme, (Splitting, RungeKutta)):
+        raise TypeError(
+            f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
+            f"by name: scheme_named(...) of {', '.join(SCHEMES)}"
+        )
+    return scheme
+
+
+def _functions(value: Any) -> None:
+    """Refuse numbers and plain functions in the fields V_... of a separable potential or body."""
+    for field in getattr(value, "_fields", ()):
+        entry = getattr(value, field)
+        if field.startswith("V_"):
+            checked_function(field, entry)
+
+
+def checked_function(field: str, entry: Any) -> Any:
+    """Return the entry of the field V_... if it is a function of one variable."""
+    if not is_value(entry) or not hasattr(entry, "value"):
+        angle = field in ("V_eta", "V_gamma")
+        what = "of the angle such as one_variable(f) or Zero()" if angle else "such as Oscillator(k=1.0) or one_variable(f)"
+        raise TypeError(f"{field} must be a function {what}, got {entry!r}")
+    return entry
+
+
+def checked_chart(chart: Any) -> Chart:
+    """Return `chart` if it is one of GL(2,R)."""
+    if not isinstance(chart, Chart):
+        raise TypeError(f"chart must be a chart such as fastaff.ALPHA_BETA, got {shown(chart)} ({type(chart).__name__})")
+    return chart
+
+
+def checked_section(section: Any, model: Any) -> Any:
+    """Return `section` if it is a section that suits the model."""
+    if not is_value(section) or not hasattr(section, "value") or not hasattr(section, "direction"):
+        raise TypeError(
+            f"section must be a section such as AlphaTurning(direction=+1), got {section!r} ({type(section).__name__})"
+        )
+    if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
+        raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
+    if not np.all(np.isfinite(_parameters("section", section))):
+        raise ValueError(f"section has a parameter that is not finite: {section!r}")
+    rows = 2 * model.degrees_of_freedom
+    normal = getattr(section, "normal", None)
+    try:
+        if normal is not None and (len(normal) != rows or not any(normal)):
+            raise TypeError
+        if np.shape(section.value(*np.ones(rows))) != ():
+            raise TypeError
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"section {section!r} does not suit a {type(model).__name__}: it must take {rows} numbers, "
+            "the rows of z, and depend on one of them"
+        ) from None
+    return section
+
+
+def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
+    """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain."""
+    rows = 2 * model.degrees_of_freedom
+    try:
+        z = np.array(numbers(name, z0), order="C")
+    except (TypeError, ValueError) as problem:
+        raise type(problem)(f"{name} must be an array of real numbers, got {type(z0).__name__}: {problem}") from None
+    if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
+        raise ValueError(
+            f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
+            f"{', '.join(model.coordinates)} and their momenta; got shape {z.shape}"
+        )
+    z = z.reshape(rows, -1)
+    bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
+    if bad.size:
+        raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
+    with np.errstate(all="ignore"):
+        margin = np.broadcast_to(model.margin(*z[: rows // 2]), z.shape[1:])
+    outside = np.flatnonzero(~(margin > 0))
+    if outside.size:
+        raise ValueError(
+            f"{name} must lie where the potential lives (for most bodies det phi > 0); orbit {outside[0]} has margin "
+            f"{margin[outside[0]]:.6g} <= 0 ({outside.size} such orbits)"
+        )
+    return z
+
+
+def energies(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the energy of each phase point of z (2n, ...); NaN outside the potential's domain."""
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        return model.kinetic_energy(*z[n:]) + model.potential_energy(*z[:n])
+
+
+def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the kinetic energy of each phase point of z (2n, orbits)."""
+    with np.errstate(all="ignore"):
+        return np.asarray(model.kinetic_energy(*z[model.degrees_of_freedom :]), dtype=np.float64) + np.zeros(z.shape[1])
+
+
+ROUNDING = 8 * np.finfo(float).eps
+"""Relative error that an energy may have from its own sums."""
+
+
+def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value.
+
+    What rounding of E itself may make, as where V has a large constant, does not count.
+    """
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        T, V = model.kinetic_energy(*z[n:]), model.potential_energy(*z[:n])
+        drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
+    return np.where(np.isfinite(drift), drift, np.inf)
+
+
+FARTHEST, ESCAPE = 1e150, 1e6
+"""Distance whose square is still a number; escape radius in units of the orbit's own size."""
+
+
+def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped.
+
+    ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along, if that is farther;
+    `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company nor the zero of V.
+    """
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        q, v = z[:n], np.array(np.broadcast_arrays(*model.velocity(*z[n:]), z[0])[:-1])
+        size = np.sqrt((q * q).sum(axis=0))
+        force = np.array(np.broadcast_arrays(*model.force(*q), z[0])[:-1])
+        direction = np.where((v != 0).any(axis=0), v, force)
+        direction = direction / np.abs(direction).max(axis=0)  # lengths of huge momenta have no square
+        unit = direction / np.sqrt((direction * direction).sum(axis=0))
+        unit = np.where(np.isfinite(unit), unit, 0.0)
+        limit = kinetic_energies(model, z) + model.potential_energy(*q)
+        reach, away = size.copy(), ~(size > 0)
+        for orbits, decades in ((np.flatnonzero(~away), np.arange(-2.0, 21.0)), (np.flatnonzero(away), np.arange(-30.0, 31.0))):
+            scale = np.where(size[orbits] > 0, size[orbits], 1.0)
+            for sign in (1.0, -1.0):
+                turned = _turning_distance(model, q[:, orbits], sign * unit[:, orbits] * scale, limit[orbits], decades)
+                reach[orbits] = np.maximum(reach[orbits], scale * turned)
+    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
+
+
+def _turning_distance(model: Any, q: np.ndarray, along: np.ndarray, limit: np.ndarray, decades: np.ndarray) -> np.ndarray:
+    """Return the largest s at which V(q + s along) rises through `limit`, to two digits; 0 where it never does."""
+
+    def allowed(exponent: np.ndarray) -> np.ndarray:
+        return np.asarray(model.potential_energy(*(q + 10.0**exponent * along)) <= limit)
+
+    low, high = np.full(limit.shape, np.nan), np.full(limit.shape, np.nan)
+    inside = np.ones(limit.shape, dtype=bool)
+    for k, exponent in enumerate(decades):
+        now = allowed(np.full(limit.shape, exponent))
+        turns = inside & ~now
+        low, high = np.where(turns, decades[max(k - 1, 0)], low), np.where(turns, exponent, high)
+        inside = now
+    for _ in range(8):
+        middle = 0.5 * (low + high)
+        now = allowed(middle)
+        low, high = np.where(now, middle, low), np.where(now, high, middle)
+    return np.where(np.isfinite(low), 10.0**low, 0.0)

@@ -1,0 +1,345 @@
+"""Running kernels: flows of a model by a scheme, ensembles of orbits under way, interruption and progress."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numba
+import numpy as np
+
+from ..base.numbers import number_of_steps, whole
+from ..base.status import Status
+from ..compile.blocks import idle_block, model_block, parameters
+from ..compile.jit import JIT_DISABLED, LANES, loop_over_units
+from ..kernels import crossings
+from ..kernels.drive import run_adaptive, run_fixed, run_units
+from ..schemes.catalogue import RungeKutta, Splitting
+from . import observers
+from .checks import FARTHEST, energies, energy_drift, escape_radii, kinetic_energies
+from .observers import Observer
+
+Report = Callable[[float], None]
+"""Called about ten times a second with the fraction of the work that is done."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED."""
+
+    partial: Any = None
+
+
+def default_threads() -> int:
+    """Return the number of threads that kernels use unless told otherwise: $NUMBA_NUM_THREADS or the cores of this process."""
+    return 1 if JIT_DISABLED else numba.get_num_threads()
+
+
+def available_threads() -> int:
+    """Return the largest number of threads that kernels can use in this process."""
+    return 1 if JIT_DISABLED else int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+
+
+def checked_threads(threads: Any) -> int:
+    """Return the number of threads to use: `threads` if it is one this process can have, the default for None."""
+    count = default_threads() if threads is None else whole("threads", threads, 1)
+    if count > available_threads():
+        raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
+    return count
+
+
+def launch(
+    kernel: Callable, arguments: tuple, stop: np.ndarray, progress: np.ndarray, work: float, threads: int,
+    report: Report | None,
+) -> None:  # fmt: skip
+    """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a worker thread.
+
+    The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised when the kernel
+    has put its state back.
+    """
+
+    def run() -> None:
+        if not JIT_DISABLED:
+            numba.set_num_threads(max(1, min(threads, progress.size)))  # a second thread for one unit would only wait
+            numba.set_parallel_chunksize(1)
+        given = (stop, progress, *arguments)  # arrays first: Numba warns of tuples that begin with functions
+        loop_over_units(run_units, kernel, given)(given, progress.size)
+
+    interrupted = False
+    future = _worker(os.getpid()).submit(run)
+    while not future.done():
+        try:
+            wait([future], 0.1)
+            if report is not None and work > 0 and not interrupted:
+                report(min(1.0, float(progress.sum()) / work))
+        except BaseException as problem:
+            stop[0] = 1  # whatever happened, the kernel must not be left running
+            if not isinstance(problem, KeyboardInterrupt):
+                wait([future])
+                raise
+            interrupted = True
+    future.result()
+    if interrupted:
+        raise KeyboardInterrupt
+
+
+@functools.cache
+def _worker(process: int) -> ThreadPoolExecutor:
+    """Return this process's one kernel thread.
+
+    One, because parallel kernels must take turns (the workqueue threading layer) and a new thread would start new OpenMP
+    threads; of this process, because threads don't survive a fork.
+    """
+    return ThreadPoolExecutor(1, thread_name_prefix="fastaff")
+
+
+@dataclass
+class Ensemble:
+    """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
+
+    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise; energy at the
+    start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no zero of V; radius: the distance
+    from the origin beyond which an orbit has escaped.
+    """
+
+    z: np.ndarray
+    energy: np.ndarray
+    kinetic: np.ndarray
+    vectors: int = 0
+    status: np.ndarray = field(init=False)
+    count: np.ndarray = field(init=False)
+    time: np.ndarray = field(init=False)
+    ahead: np.ndarray = field(init=False)
+    ticks: np.ndarray = field(init=False)
+    radius: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        n = self.z.shape[1]
+        self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
+        self.time, self.ahead, self.radius = np.zeros(n), np.zeros(n), np.full(n, FARTHEST)
+
+    def of(self, orbits: Any) -> Ensemble:
+        """Return some of the orbits as an ensemble of their own."""
+        part = Ensemble(self.z[:, orbits], self.energy[orbits], self.kinetic[orbits], self.vectors)
+        for name in ("status", "count", "time", "ahead", "ticks", "radius"):
+            setattr(part, name, getattr(self, name)[orbits])
+        return part
+
+    def take(self, orbits: Any, part: Ensemble) -> None:
+        """Take over the state of `part` for the orbits of that index array or mask."""
+        for name in ("z", "energy", "kinetic", "status", "count", "time", "ahead", "ticks", "radius"):
+            getattr(self, name)[..., orbits] = getattr(part, name)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """What energy errors are relative to: the largest kinetic energy seen; 1 for an orbit that rests."""
+        return np.where(self.kinetic > 0, self.kinetic, 1.0)
+
+    @property
+    def points(self) -> np.ndarray:
+        """The orbits' phase points (2n, orbits)."""
+        return self.z if self.vectors == 0 else self.parts[:, 0].reshape(-1, self.z.shape[1])
+
+    @property
+    def parts(self) -> np.ndarray:
+        """A view (2, 1 + vectors, n, orbits) of z: positions and momenta of the orbit and of its tangent vectors."""
+        return self.z.reshape(2, 1 + self.vectors, -1, self.z.shape[1])
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """The tangent vectors (vectors, 2n, orbits)."""
+        return self.parts[:, 1:].transpose(1, 0, 2, 3).reshape(self.vectors, -1, self.z.shape[1])
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`).
+
+    step: one number for all orbits or (orbits,), a step for each. Each orbit carries so many tangent `vectors`.
+    """
+
+    model: Any
+    scheme: Splitting | RungeKutta
+    step: float | np.ndarray
+    rtol: float
+    atol: float
+    threads: int
+    vectors: int = 0
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether the scheme controls its step."""
+        return isinstance(self.scheme, RungeKutta) and self.scheme.adaptive
+
+    @property
+    def precise(self) -> bool:
+        """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that small."""
+        return isinstance(self.scheme, Splitting) and self.scheme.order >= 10
+
+    def ensemble(self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None) -> Ensemble:
+        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n, orbits).
+
+        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, where they are known already.
+        """
+        n = self.model.degrees_of_freedom
+        state = z0
+        if deviations is not None:
+            whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
+            state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
+        started = Ensemble(state, energies(self.model, z0), kinetic_energies(self.model, z0), self.vectors)
+        with np.errstate(all="ignore"):
+            slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
+        size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
+        guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
+        started.radius = escape_radii(self.model, z0) if radius is None else radius
+        started.ahead[:] = np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
+        return started
+
+    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        if isinstance(self.scheme, Splitting):
+            return self.scheme.drift_array, self.scheme.kick_array, np.zeros((0, 0)), np.zeros(0)
+        return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
+
+    def _stepping(self) -> tuple[Callable, Callable]:
+        """Return the blocks stage, which splittings step by, and derivative, which Runge-Kutta tableaux step by; the other is idle."""
+        if isinstance(self.scheme, Splitting):
+            return self._block("precise_stage" if self.precise else "stage"), idle_block("derivative")
+        return idle_block("stage"), self._block("derivative")
+
+    def _block(self, kind: str) -> Callable:
+        return model_block(kind, self.model, self.model.degrees_of_freedom, self.vectors)
+
+    def steps(self, time: float | np.ndarray) -> np.ndarray:
+        """Return the number of steps that reach `time`, for each orbit where steps or times differ."""
+        return np.maximum(1, number_of_steps(time, self.step)).astype(np.int64)
+
+    def fitted(self, time: float | np.ndarray, parts: int = 1) -> Flow:
+        """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`."""
+        return replace(self, step=time / (parts * self.steps(time / parts)))
+
+    def of(self, orbits: Any) -> Flow:
+        """Return the flow of some of the orbits, chosen by an index array or mask."""
+        return replace(self, step=self.step[orbits]) if isinstance(self.step, np.ndarray) and self.step.ndim else self
+
+    def _unit(self, orbits: int) -> int:
+        """Orbits handed to a thread at once: about eight portions each, whole blocks where there are enough orbits."""
+        portion = math.ceil(orbits / (8 * self.threads))
+        if portion >= LANES:
+            return LANES * math.ceil(portion / LANES)
+        return min(LANES, math.ceil(orbits / self.threads))
+
+    def advance(
+        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float | np.ndarray,
+        observations: int = 0, refill: bool = False, report: Report | None = None,
+    ) -> None:  # fmt: skip
+        """Advance the ensemble to `time`, with fixed steps perhaps one for each orbit, and update its status.
+
+        The observer sees `observations` equidistant states, for which steps are shortened as they need, or every step where that is 0.
+        """
+        run = self._advance_adaptive if self.adaptive else self._advance_fixed
+        run(ensemble, observer, memory, out, time, observations, refill, report)
+
+    def sampled(
+        self, ensemble: Ensemble, count: int, *, time: float | np.ndarray, states: np.ndarray | None = None, report: Report | None = None
+    ) -> np.ndarray:  # fmt: skip
+        """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not reached.
+
+        They are written to `states` where it is given, so that those met before Ctrl-C are not lost.
+        """
+        rows, orbits = ensemble.z.shape
+        if states is None:
+            states = np.full((orbits, count, rows), np.nan)
+        observer = observers.samples(rows)
+        out, memory = states.reshape(orbits, count * rows), np.zeros((observer.rows, orbits))
+        self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
+        return states
+
+    def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
+        """Advance with step control; lanes are always refilled, so `refill` changes nothing."""
+        stop, derivative, check = np.zeros(1, np.int64), self._block("derivative"), self._block("check")
+        _, _, a, b = self._tables()
+        orbits = ensemble.z.shape[1]
+        unit = self._unit(orbits)
+        progress = np.zeros(math.ceil(orbits / unit), np.int64)
+        errors, dense = self.scheme.error_array, self.scheme.dense_array  # type: ignore[union-attr]
+        arguments = (
+            derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
+            self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, ensemble.radius, unit,
+            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, ensemble.kinetic, memory, out, ensemble.status, ensemble.count,
+        )  # fmt: skip
+        launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
+
+    def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
+        """Advance each orbit with equal steps; `count` of the ensemble is the number of steps done."""
+        stop, check = np.zeros(1, np.int64), self._block("check")
+        drift, kick, a, b = self._tables()
+        orbits = ensemble.z.shape[1]
+        every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
+        if observations:
+            every[:] = self.steps(time / observations)
+            total[:] = observations * every
+            h[:] = time / total
+        else:
+            total[:], h[:] = self.steps(time), self.step
+        # Orbits with equally many steps share blocks, whose lanes then end and are observed together.
+        order = np.argsort(-total, kind="stable")
+        unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
+        solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
+        march = self._block("march") if solo else idle_block("march")
+        stage, derivative = (idle_block("stage"), idle_block("derivative")) if solo else self._stepping()
+        progress = np.zeros(math.ceil(orbits / unit), np.int64)
+        arguments = (
+            stage, march, derivative, self._block("inside"), check, observer.function, parameters(self.model), observer.parameters,
+            drift, kick, a, b,
+            h, total, every, order, ensemble.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
+            ensemble.count, ensemble.kinetic, memory, out, ensemble.status,
+        )  # fmt: skip
+        try:
+            launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)
+        finally:
+            ensemble.time[:] = ensemble.count * h
+
+    def locate(
+        self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None
+    ) -> None:  # fmt: skip
+        """Turn the records numbered `where` into crossings of the section, in place."""
+        if not where.size:
+            return
+        stop, (stage, derivative) = np.zeros(1, np.int64), self._stepping()
+        progress = np.zeros(math.ceil(where.size / LANES), np.int64)
+        value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)
+        arguments = (
+            stage, derivative, value, parameters(self.model), parameters(section), *self._tables(),
+            float(section.direction), self.precise, 2 * self.model.degrees_of_freedom * (1 + self.vectors), records, where,
+        )  # fmt: skip
+        launch(crossings.locate, arguments, stop, progress, float(where.size), self.threads, report)
+
+
+    def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
+        table, stop, (stage, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
+        progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
+        arguments = stage, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
+        launch(crossings.shift, arguments, stop, progress, 0.0, self.threads, None)
+        return table
+
+
+def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
+    """Return the memory and output arrays of an observer that keeps nothing."""
+    return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
+
+
+def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
+    """Return |E - E0| of each orbit over the largest kinetic energy seen on it; inf where the energy has no value."""
+    return energy_drift(model, ensemble.points, ensemble.energy, ensemble.scale)
+
+
+def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
+    """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
+    ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+
+

@@ -1,0 +1,197 @@
+"""What the motion of each orbit is like: its angular frequency, energy and size, whatever the units and the company."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.status import Status
+from ..schemes.catalogue import KAHAN_LI8
+from .checks import escape_radii
+from .flow import Flow
+
+CHUNK = 4096
+"""Orbits whose samples are in memory at once."""
+
+LOOKS = 64
+"""Steps, and samples, of a first look at an orbit."""
+
+PHASE, PHASES = 0.2, (0.08, 0.5)
+"""The step of a first look in radians of the motion that it finds, and the range in which that is near enough."""
+
+ROUNDS, LEAP = 14, 32.0
+"""Looks that are taken at most, and the largest factor by which the step changes between two."""
+
+NUDGE = 1e-6
+"""Relative displacement for the change of a force."""
+
+VANISHING = 1e3
+"""How many times the frequency of small oscillations must exceed that of the motion for the latter to count as none."""
+
+
+class Motion(NamedTuple):
+    """The scales of orbits, of each orbit by itself.
+
+    rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an oscillator;
+    kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the amplitudes
+    (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius (orbits,): the distance from
+    the origin beyond which an orbit has escaped, `escape_radii`. They follow changes of units and know not the zero of V; all but the
+    radius know not the origin of coordinates. Of an orbit at rest in an equilibrium kinetic is 0.
+    """
+
+    rate: np.ndarray
+    kinetic: np.ndarray
+    position: np.ndarray
+    momentum: np.ndarray
+    radius: np.ndarray
+
+    def of(self, orbits: Any) -> Motion:
+        """Return those of some of the orbits."""
+        return Motion(*(entry[..., orbits] for entry in self))
+
+    def distance(self, apart: np.ndarray) -> np.ndarray:
+        """Return the size of differences of phase points (..., 2n, orbits): the largest of the coordinates' in their amplitudes."""
+        size = np.concatenate([self.position, self.momentum])
+        size = np.where(size > 0, size, 1.0)
+        return np.abs(apart / size).max(axis=-2)
+
+
+def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
+    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits); see `Motion`."""
+    return motion(model, z, threads).rate
+
+
+def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
+    """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
+
+    The look's step is fitted to what it finds until it is about a fifth of a radian. Cost: 64 steps a look, mostly one or two.
+    """
+    n, orbits = z.shape[0] // 2, z.shape[1]
+    found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)), np.zeros(orbits))
+    for start in range(0, orbits, CHUNK):
+        part = slice(start, start + CHUNK)
+        for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads), strict=True):
+            whole[..., part] = entry
+    return found
+
+
+def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
+    """Look at the orbits with steps that are fitted until they suit."""
+    n, orbits = z.shape[0] // 2, z.shape[1]
+    W = inverse_masses(model, z)
+    rate = _first_rates(model, z, W)
+    kinetic, step, todo, radius = np.zeros(orbits), PHASE / rate, np.arange(orbits), escape_radii(model, z)
+    for round_ in range(ROUNDS):
+        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
+        now, kinetic[todo] = _measured(model, states, W[:, :, todo])
+        moves = np.isfinite(now) & (now > 0)
+        rate[todo] = np.where(moves, now, rate[todo])
+        phase = rate[todo] * step[todo]
+        fits = (PHASES[0] <= phase) & (phase <= PHASES[1]) & ~(failed & (round_ < ROUNDS // 2))
+        change = np.where(failed, 1 / LEAP, np.clip(PHASE / phase, 1 / LEAP, LEAP))
+        step[todo] *= np.where(moves & ~fits, change, 1.0)
+        todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
+        if not todo.size:
+            break
+    stiff = _small_oscillations(model, z, W)
+    rate = np.where(stiff > VANISHING * rate, stiff, rate)
+    own = np.abs(np.array([W[i, i] for i in range(n)]))
+    own = np.where(own > 0, own, 1.0)
+    with np.errstate(all="ignore"):
+        return Motion(rate, kinetic, np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own), radius)
+
+
+def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who failed."""
+    flow = Flow(model, KAHAN_LI8, step, 1e-12, 1e-12, threads)
+    ensemble = flow.ensemble(z.copy(), radius=radius)
+    states = flow.sampled(ensemble, LOOKS, time=LOOKS * step).transpose(1, 2, 0)
+    return np.concatenate([z[None], states]), ensemble.status != Status.OK
+
+
+def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the angular frequency and the largest kinetic energy of states (samples, 2n, orbits), over those that are finite."""
+    n = states.shape[1] // 2
+    z = np.moveaxis(states, 1, 0)
+    with np.errstate(all="ignore"):
+        F, v = _force(model, z[:n]), _velocity(model, z[n:])
+        pulled, moved = total(F * applied(W[:, :, None], F)), total(z[n:] * v)
+        T = np.broadcast_to(model.kinetic_energy(*z[n:]), pulled.shape)
+        sound = np.isfinite(pulled) & np.isfinite(moved) & np.isfinite(T)
+        rate = np.sqrt(total(np.where(sound, pulled, 0.0)) / total(np.where(sound, moved, 0.0)))
+        return rate, np.where(sound, T, 0.0).max(axis=0)
+
+
+def total(rows: np.ndarray) -> np.ndarray:
+    """Return the sum over the first axis, row by row: NumPy's own order of summation depends on the number of orbits."""
+    result = np.zeros(rows.shape[1:])
+    for row in rows:
+        result += row
+    return result
+
+
+def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return matrix (n, n, ...) times vector (n, ...), in the same order for any number of orbits."""
+    return np.array([total(row * vector) for row in matrix])
+
+
+def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return W = dv/dp (n, n, orbits) at small momenta: the inverse mass matrix of a kinetic energy quadratic in p."""
+    n = z.shape[0] // 2
+    size = 1e-3 * np.abs(z[n:]).max(axis=0)
+    size = np.where(size > 0, size, 1.0)
+    with np.errstate(all="ignore"):
+        return np.array([_velocity(model, size * unit[:, None]) / size for unit in np.eye(n)]).transpose(1, 0, 2)
+
+
+def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
+    """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the path."""
+    n = z.shape[0] // 2
+    q, p = z[:n], z[n:]
+    with np.errstate(all="ignore"):
+        F, v = _force(model, q), _velocity(model, p)
+        u = applied(W, F)
+        sizes = [np.sqrt(total(x * x)) for x in (q, p, F, v, u)]
+        length, momentum, force, speed, pull = sizes
+        guesses = [0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / length)]
+        guesses += [_curvature(model, z, W, direction / size) for direction, size in ((u, pull), (v, speed))]
+    known = np.array([np.where(np.isfinite(guess) & (guess > 0), guess, 0.0) for guess in guesses])
+    stiff = known[2:].max(axis=0)
+    path = np.where((stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0])  # next to a turning point the path turns at once
+    best = np.maximum(stiff, path)
+    return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0))
+
+
+def _curvature(model: Any, z: np.ndarray, W: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """Return the angular frequency of small oscillations along unit vectors (n, orbits), from a difference of forces; NaN where none."""
+    q = z[: z.shape[0] // 2]
+    length = np.sqrt(total(q * q))
+    shift = NUDGE * np.where(length > 0, length, 1.0) * unit
+    with np.errstate(all="ignore"):
+        turned = applied(W, _force(model, q + shift) - _force(model, q - shift))
+        return np.sqrt(np.sqrt(total(turned * turned)) / (2 * np.sqrt(total(shift * shift))))
+
+
+def _small_oscillations(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
+    """Return the angular frequency (orbits,) of small oscillations along a direction of no symmetry; 0 where there are none."""
+    n = z.shape[0] // 2
+    with np.errstate(all="ignore"):
+        unit = np.array([np.sqrt(np.abs(W[i, i])) * (1.0 + 0.618 * i) for i in range(n)])
+        found = _curvature(model, z, W, unit / np.sqrt(total(unit * unit)))
+    return np.where(np.isfinite(found), found, 0.0)
+
+
+def _force(model: Any, q: np.ndarray) -> np.ndarray:
+    return np.array([row + np.zeros(q.shape[1:]) for row in model.force(*q)])
+
+
+def _velocity(model: Any, p: np.ndarray) -> np.ndarray:
+    return np.array([row + np.zeros(p.shape[1:]) for row in model.velocity(*p)])
+
+
+def typical_rate(model: Any, z: np.ndarray) -> float:
+    """Return the median natural angular frequency of a set of orbits: for what belongs to the set, never to an orbit."""
+    rates = natural_rates(model, z)
+    return float(np.median(rates)) if rates.size and math.isfinite(np.median(rates)) else 1.0

@@ -1,0 +1,290 @@
+"""Running time-transformed splittings: to a given time, with samples or section crossings, and the trial of rates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.numbers import fits, positive
+from ..base.status import Status
+from ..kernels import time_levels as kernels
+from ..kernels.crossings import LOCATED, NOTHING, RECORD
+from ..models.sections import Linear
+from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
+from ..schemes.catalogue import DOP853
+from ..schemes.time_transformed import Algebraic, Logistic, TimeTransformed, lifted, transformed_model
+from .checks import checked_model, energies, energy_drift, phase_points
+from .flow import Ensemble, Flow, Report, checked_threads
+from .motion import typical_rate
+from .observers import Observer
+from .trials import ERROR, following_step, make_flow, staying, trial_step, trials_in_time, unset_step
+
+PATIENCE = 1000
+"""How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
+
+
+LOOKS = 40
+"""States of each orbit that are looked at for the range of its potential."""
+
+OVERSHOOT = 1e3
+"""More than tau = t/time ever is: it is a coordinate and must not count as one that has escaped."""
+
+
+class _Until(NamedTuple):
+    first: Any
+    limit: float
+
+
+def _until(observer: Observer, row: int, limit: float) -> Observer:
+    """Return the observer with which an orbit is also done when row `row` of its state has reached `limit`."""
+    text = "    def part(value, lanes, orbit, fresh, t, z, memory, out, done):\n"
+    text += "".join(f"    {line}\n" for line in observer.text.splitlines())
+    text += "    ended = part(value.first, lanes, orbit, fresh, t, z, memory, out, done)\n"
+    text += f"    return ended + stop_beyond({row}, value.limit, lanes, fresh, z, done)\n"
+    names = dict(observer.names) | {"stop_beyond": kernels.stop_beyond}
+    return Observer(_Until(observer.value, limit), text, tuple(names.items()), observer.rows)
+
+
+class _Levels(NamedTuple):
+    levels: float
+
+
+def _levels(row: int, count: int, rows: int) -> Observer:
+    """Return the observer that records the passages of row `row` through 1/count, 2/count ... 1."""
+    text = f"    return pass_levels({row}, int(value.levels), {rows}, lanes, orbit, fresh, t, z, memory, out, done)\n"
+    return Observer(_Levels(float(count)), text, (("pass_levels", kernels.pass_levels),), kernels.MEMORY + rows)
+
+
+@dataclass(frozen=True)
+class TransformedFlow:
+    """A flow in the fictitious time s of a transformed model up to `time`; `pace` is about dt/ds, to expect numbers of steps by.
+
+    It stands in for `Flow` where states are those of the transformed model (see `lifted`); an ensemble's `time` is the orbits' time.
+    """
+
+    flow: Flow
+    scheme: TimeTransformed
+    pace: float
+    patience: int = PATIENCE
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether the scheme controls its step in s: no."""
+        return False
+
+    @property
+    def model(self) -> Any:
+        """The transformed model."""
+        return self.flow.model
+
+    @property
+    def step(self) -> float:
+        """The step in s."""
+        return float(self.flow.step)
+
+    @property
+    def row(self) -> int:
+        """The row of tau in a state."""
+        return self.model.degrees_of_freedom - 1
+
+    def steps(self, time: float) -> int:
+        """Return the most steps that an orbit may take to reach `time`."""
+        return self.patience * math.ceil(time / (self.step * self.pace))
+
+    def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
+        """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over; radius: those of the orbits in the model."""
+        started = self.flow.ensemble(z0, radius=radius)
+        started.radius = np.hypot(started.radius, OVERSHOOT)
+        return started
+
+    def advance(
+        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float,
+        refill: bool = True, report: Report | None = None,
+    ) -> None:  # fmt: skip
+        """Advance the ensemble until it has reached the model's time or the observer has what it wants; see `Flow.advance`."""
+        most = self.steps(time)
+        running = (ensemble.status == Status.OK) & (ensemble.count < most)
+        watcher = _until(observer, self.row, 1.0)
+        expected = None if report is None else lambda fraction: report(min(1.0, self.patience * fraction))
+        try:
+            self.flow.advance(ensemble, watcher, memory, out, time=most * self.step, refill=True, report=expected)
+        finally:
+            tau = ensemble.z[self.row]
+            exhausted = running & (ensemble.status == Status.OK) & (ensemble.count >= most) & (tau < 1.0)
+            ensemble.status[exhausted] = Status.STEP_TOO_SMALL
+            ensemble.time[:] = tau * self.model.time
+
+    def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:
+        """Turn the records numbered `where` into crossings of a section of transformed states; drop late ones."""
+        self.flow.locate(section, records, where, report)
+        tau = records[where, RECORD + self.row]
+        records[where, 0] = tau * self.model.time
+        records[where[(tau > 1.0) & (records[where, 1] == LOCATED)], 1] = NOTHING
+
+    def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the states one step later or earlier; see `Flow.shifted`."""
+        return self.flow.shifted(z, steps)
+
+    def sample(self, ensemble: Ensemble, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+        """Run to the end; return states (count, 2n + 2, orbits) at equidistant times, NaN where not reached, and whether interrupted.
+
+        Orbits that finish end at the last of them.
+        """
+        rows, orbits = ensemble.z.shape
+        width = RECORD + rows
+        fits("samples", orbits, count, width)
+        observer = _levels(self.row, count, rows)
+        memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * width), np.nan)
+        memory[kernels.MEMORY :] = ensemble.z
+        interrupted = False
+        try:
+            self.advance(ensemble, observer, memory, out, time=self.model.time, report=report)
+        except KeyboardInterrupt:
+            interrupted = True
+        records = out.reshape(-1, width)
+        passed = memory[0].astype(np.int64)
+        where = np.flatnonzero(np.arange(count) < passed[:, None])
+        normal = (0.0,) * self.row + (1.0,) + (0.0,) * (rows - self.row - 1)
+        try:
+            self.flow.locate(Linear(normal), records, where)
+        except KeyboardInterrupt:
+            interrupted = True
+            records[where[records[where, 1] != LOCATED]] = np.nan
+        states = records[:, RECORD:].reshape(orbits, count, rows).transpose(1, 2, 0)
+        states[:, self.row] += np.arange(1, count + 1)[:, None] / count
+        whole = (passed == count) & np.isfinite(states[-1]).all(axis=0)
+        ensemble.z[:, whole] = states[-1][:, whole]
+        ensemble.time[:] = np.where(whole, self.model.time, ensemble.z[self.row] * self.model.time)
+        return states, interrupted
+
+
+def flow_over(
+    time: float, model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, error: float | None = ERROR
+) -> tuple[Flow | TransformedFlow, np.ndarray]:
+    """Return the flow of any scheme for a run over `time`, and z0 as a fresh array of its states; see `make_flow`."""
+    if isinstance(scheme, Automatic):
+        chosen = chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads)
+        scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
+    if not isinstance(scheme, TimeTransformed):
+        return make_flow(model, z0, scheme, step, rtol, atol, threads, time=time, error=error)
+    z = phase_points("z0", z0, checked_model(model))
+    size = None if step is None else positive("step", step)
+    positive("rtol", rtol), positive("atol", atol)
+    flow = prepared(time, model, z, scheme, size, checked_threads(threads))[0]
+    return flow, lifted(z, energies(model, z))
+
+
+def chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads) -> Trial:
+    """Return what an automatic scheme chooses for a run over `time`."""
+    unset_step(step)
+    z, count = phase_points("z0", z0, checked_model(model)), checked_threads(threads)
+    tried = trials_in_time(model, z, scheme, rtol, atol, count, time)
+    for candidate in scheme.candidates:
+        if isinstance(candidate, TimeTransformed):
+            flow, error, cost = prepared(time, model, z, candidate, None, count, scheme.bound)
+            tried.append(Trial(flow.scheme, flow.step, error, cost))
+    return scheme.choose(tried)
+
+
+def prepared(
+    time: float, model: Any, z: np.ndarray, scheme: TimeTransformed, step: float | None, threads: int, error: float = 1e-11
+) -> tuple[TransformedFlow, float, float]:
+    """Return the flow with rate and step, by trial where they are missing; its largest energy error there and its forces per unit time.
+
+    Each rate tries steps that shrink until the largest energy error of a sample of orbits is below `error`; the rate with
+    the fewest forces per unit time is taken, or where none gets there that of least error.
+    """
+    _check_rate(model, scheme, z)
+    if scheme.rate is not None and step is not None:
+        pace = float(np.median(scheme.rate.at(model.potential_energy(*z[: z.shape[0] // 2]))))
+        return _flow(time, model, scheme, step, pace, threads), math.nan, math.nan
+    sample = spread(z, TRIAL_ORBITS)
+    span, rate, bottom, top = survey(model, sample, threads)
+    rounds = trial_rounds(sample, span, time)
+    sample, most = staying(model, sample, span * rounds, threads)
+    best: tuple[TransformedFlow, float, float] | None = None
+    for transformed in [scheme] if scheme.rate is not None else [replace(scheme, rate=r) for r in rates(bottom, top)]:
+        k = 0
+        while k < most:
+            found = _tried(model, transformed, step or trial_step(k, rate), span, rounds, sample, threads)
+            if best is None or _rank(found, error) < _rank(best, error):
+                best = found
+            if step is not None or found[1] <= error or (best[1] <= error and found[2] >= best[2]):
+                break
+            k = following_step(k, found[1], error, transformed.splitting.order)
+    flow, worst, cost = best  # type: ignore[misc]
+    return _flow(time, model, flow.scheme, flow.step, flow.pace, threads), worst, cost
+
+
+def _rank(found: tuple[TransformedFlow, float, float], error: float) -> tuple[bool, float]:
+    """Order trials: those below the error by cost, before the others by error."""
+    _, worst, cost = found
+    return (False, cost) if worst <= error else (True, worst)
+
+
+def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
+    """Raise ValueError unless the rate is a positive number at the starts."""
+    if scheme.rate is None:
+        return
+    V = np.asarray(model.potential_energy(*z[: z.shape[0] // 2]))
+    try:
+        with np.errstate(all="ignore"):
+            g = np.asarray(scheme.rate.at(V), dtype=np.float64)
+        if g.shape != V.shape:
+            raise ValueError(f"shape {g.shape} for V of shape {V.shape}")
+    except Exception as problem:
+        raise TypeError(f"rate {scheme.rate!r} must be arithmetic of V that takes arrays; at(V) fails: {problem}") from problem
+    if not (np.all(np.isfinite(g)) and g.min() > 1e-12 and g.max() < 1e12):
+        raise ValueError(
+            f"rate {scheme.rate!r} must be a number near 1 at the starts, it is {g.min():.3g} to {g.max():.3g}: "
+            "move its origin towards V there"
+        )
+
+
+def _flow(
+    time: float, model: Any, scheme: TimeTransformed, step: float, pace: float, threads: int, patience: int = PATIENCE
+) -> TransformedFlow:
+    """Return the flow of a scheme whose rate and step are known."""
+    extended = transformed_model(model, scheme.rate, time)
+    step = min(step, time / pace)  # tau = t/time must not overshoot 1 by orders of magnitude
+    return TransformedFlow(Flow(extended, scheme.splitting, step, 1e-12, 1e-12, threads), scheme, pace, patience)
+
+
+def _tried(
+    model: Any, scheme: TimeTransformed, step: float, span: float, rounds: int, sample: np.ndarray, threads: int
+) -> tuple[TransformedFlow, float, float]:
+    """Run the sample over `rounds` times `span`; return the flow with its pace, the largest energy error and forces per unit time."""
+    flow = _flow(span * rounds, model, scheme, step, 1.0, threads, 100)
+    ensemble = flow.ensemble(lifted(sample, energies(model, sample)))
+    states, _ = flow.sample(ensemble, rounds, None)
+    if np.any(ensemble.status != Status.OK):
+        return flow, math.inf, math.inf
+    worst = max(float(energy_drift(flow.model, state, ensemble.energy, ensemble.scale).max()) for state in states)
+    pace = float(ensemble.time.sum() / (ensemble.count.sum() * step))
+    return replace(flow, pace=pace, patience=PATIENCE), worst, scheme.stages / (step * pace)
+
+
+def survey(model: Any, sample: np.ndarray, threads: int) -> tuple[float, float, float, float]:
+    """Return a time of some librations, the typical angular frequency, the lowest potential and the highest energy of orbits."""
+    n, rows = model.degrees_of_freedom, len(sample)
+    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
+    ensemble, span = flow.ensemble(sample.copy()), 20 / typical_rate(model, sample)
+    states = flow.sampled(ensemble, LOOKS, time=span).reshape(-1, rows).T
+    states = np.concatenate([sample, states[:, np.isfinite(states).all(axis=0)]], axis=1)
+    with np.errstate(all="ignore"):
+        V = np.asarray(model.potential_energy(*states[:n]))
+    return span, typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
+
+
+def rates(bottom: float, top: float) -> Iterable[Any]:
+    """Return rates to try for orbits whose potential goes from `bottom` to `top`."""
+    height = top - bottom if top > bottom else 1.0
+    for share in (0.15, 0.19, 0.25, 0.5):
+        for level in (0.25, 0.375):
+            yield Logistic(height * share, bottom + height * level)
+    for share, exponent in ((0.125, 1.0), (0.125, 1.5), (0.25, 2.0)):
+        yield Algebraic(height * share, bottom, exponent)

@@ -1,0 +1,219 @@
+"""Flows for what a user asks: schemes and steps chosen by trial, for each orbit by itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..base.numbers import numbers, positive, shown
+from ..base.status import Status
+from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
+from ..schemes.catalogue import DOP853, RungeKutta, Splitting
+from . import observers
+from .checks import checked_model, checked_scheme, energies, energy_drift, phase_points
+from .flow import Flow, checked_threads, no_memory
+from .motion import Motion, motion, typical_rate
+
+SPAN, SAMPLES = 16.0, 4
+"""Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
+
+ERROR = 1e-10
+"""Error of states over SPAN, in units of the motion's amplitudes, where nothing else is asked."""
+
+MEASURABLE = 3e-12
+"""Error over SPAN that a trial measures above rounding; smaller ones follow from the order."""
+
+FIRST, COARSEST, FINEST = 0.25, 1.2, 1.5e-3
+"""Steps of trials in radians: to begin with, at most, at least."""
+
+LADDER = 4
+"""Numbers of steps go up by factors 2^(1/4): neighbours share lane blocks."""
+
+STEPS = 14
+"""Steps that are tried for a set of orbits at most."""
+
+TRIALS = 8
+"""Steps that are tried for an orbit at most."""
+
+
+def make_flow(
+    model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, time: float | None = None,
+    error: float | None = ERROR,
+) -> tuple[Flow, np.ndarray]:  # fmt: skip
+    """Check what every computation takes; return the flow and z0 as a fresh array (2n, orbits).
+
+    A missing fixed step is chosen for each orbit by `chosen_steps`, for that `error`, as a fraction of `time` where it is known; for no
+    error it is left to the caller, as inf.
+    """
+    checked_model(model)
+    count = checked_threads(threads)
+    if isinstance(scheme, Automatic):
+        unset_step(step)
+        z = phase_points("z0", z0, model)
+        chosen = scheme.in_time.choose(trials_in_time(model, z, scheme.in_time, rtol, atol, count))
+        scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
+    checked_scheme(scheme)
+    z = phase_points("z0", z0, model)
+    size = math.inf if step is None else checked_step(step, z.shape[1])
+    flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
+    if flow.adaptive or step is not None or error is None:
+        return flow, z
+    found = motion(model, z, count)
+    chosen_step, _ = chosen_steps(flow, z, found, np.full(z.shape[1], error))
+    return replace(flow, step=chosen_step if time is None else on_ladder(chosen_step, time)), z
+
+
+def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
+    """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, ... (factors 2^(1/4))."""
+    least = np.maximum(time / (parts * step) * (1 - 1e-12), 1.0)
+    rung = np.ceil(LADDER * np.log2(least) - 1e-9)
+    return time / (parts * np.ceil(2 ** (rung / LADDER) * (1 - 1e-12)))
+
+
+def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`, and the error to expect there.
+
+    The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`). Steps are tried
+    until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians do not reach it, that is the step.
+    Every orbit decides for itself. Cost: some 500 steps an orbit.
+    """
+    order = flow.scheme.order
+    orbits = z.shape[1]
+    step, least = FIRST / found.rate, np.full(orbits, np.nan)
+    wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
+    rate = found.rate
+    for _ in range(TRIALS):
+        apart = halving(flow, z[:, todo], step[todo], SPAN / rate[todo], found.of(todo))
+        least[todo] = apart
+        change = np.where(np.isfinite(apart), (wanted[todo] / np.maximum(apart, 1e-14)) ** (1 / order), 0.0)
+        following = np.clip(step[todo] * np.clip(change, 0.25, 3.0), FINEST / rate[todo], COARSEST / rate[todo])
+        near = (change >= 0.6) & (change <= 1.6) | (following == step[todo])
+        step[todo] = np.where(near, step[todo], following)
+        todo = todo[~near]
+        if not todo.size:
+            break
+    known = np.maximum(np.where(np.isfinite(least), least, 1.0), 1e-14)
+    change = np.clip((error / known) ** (1 / order), 0.1, 1.6)
+    last = np.clip(step * change, FINEST / rate, COARSEST / rate)
+    return last, known * (last / step) ** order
+
+
+def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: Motion) -> np.ndarray:
+    """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf where none."""
+    coarse, fine = (_states(replace(flow, step=size), z, time, found.radius) for size in (step, step / 2))
+    with np.errstate(all="ignore"):
+        apart = found.distance(coarse - fine)
+    known = np.isfinite(apart)
+    return np.where(known[0], np.where(known, apart, 0.0).max(axis=0), np.inf)
+
+
+def _states(flow: Flow, z: np.ndarray, time: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return states (SAMPLES, 2n, orbits) at equidistant moments of each orbit's time, NaN where not reached."""
+    return flow.sampled(flow.ensemble(np.array(z), radius=radius), SAMPLES, time=time).transpose(1, 2, 0)
+
+
+def checked_step(step: Any, orbits: int) -> float | np.ndarray:
+    """Return `step` as a positive number, or as a fresh array of one for each orbit."""
+    if not isinstance(step, (list, tuple, np.ndarray)) or (isinstance(step, np.ndarray) and step.ndim == 0):
+        return positive("step", step)
+    try:
+        steps = np.array(numbers("step", step))
+    except (TypeError, ValueError):
+        raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
+    if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
+        raise ValueError(f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape {steps.shape}")
+    return steps
+
+
+def unset_step(step: Any) -> None:
+    """Raise ValueError unless the step is left to an automatic scheme."""
+    if step is not None:
+        raise ValueError(f"step must be None with an automatic scheme, which chooses it; got {step!r}")
+
+
+def trials_in_time(
+    model: Any, z: np.ndarray, scheme: Automatic, rtol: Any, atol: Any, threads: int, time: float | None = None
+) -> list[Trial]:
+    """Try the candidates that step in time itself on a sample of orbits, for 60/omega at a time.
+
+    The error of an adaptive scheme is extended in proportion to a run over `time`.
+    """
+    sample, tried = spread(z, TRIAL_ORBITS), []
+    span = 60 / typical_rate(model, sample)
+    rounds = trial_rounds(sample, span, time)
+    sample, most = staying(model, sample, span * rounds, threads)
+    for candidate in scheme.candidates:
+        if not isinstance(candidate, (Splitting, RungeKutta)):
+            continue
+        flow = Flow(model, candidate, math.inf, positive("rtol", rtol), positive("atol", atol), threads)
+        if flow.adaptive:
+            worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
+            worst *= max(1.0, (time or span) / (span * rounds))
+        else:
+            flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds, most)
+            steps = span / float(flow.step)
+        tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / span))
+    return tried
+
+
+def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> tuple[np.ndarray, int]:
+    """Return the orbits of a sample that stay in the domain for `time` and a while after, and how many steps to try on them.
+
+    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are returned, for
+    one step.
+    """
+    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
+    ensemble = flow.ensemble(sample.copy())
+    flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * time)
+    stays = ensemble.status == Status.OK
+    return (np.ascontiguousarray(sample[:, stays]), STEPS) if stays.any() else (sample, 1)
+
+
+def try_steps(
+    flow: Flow, sample: np.ndarray, error: float, span: float, quantile: float, rounds: int = 1, most: int = STEPS
+) -> tuple[Flow, float]:
+    """Return the flow with the longest `trial_step` below the error, and that quantile of its energy errors.
+
+    The errors are those at the ends of `rounds` spans; where none of `most` steps gets there the one of least error is taken.
+    """
+    best, least, k = math.inf, math.inf, 0
+    rate = typical_rate(flow.model, sample)
+    while k < most:
+        step = trial_step(k, rate)
+        worst, _ = _run_trial(replace(flow, step=step), sample, span, quantile, rounds)
+        if worst < least:
+            best, least = step, worst
+        if worst <= error:
+            break
+        k = following_step(k, worst, error, flow.scheme.order)
+    return replace(flow, step=best if math.isfinite(best) else 1e-3), least
+
+
+def trial_step(k: int, rate: float) -> float:
+    """Return the k-th of the steps that are tried for a set of orbits of that angular frequency: 0.4/(2^(k/2) rate)."""
+    return 0.4 / (rate * 2 ** (k / 2))
+
+
+def following_step(k: int, worst: float, error: float, order: int) -> int:
+    """Return which step to try after the k-th gave the error `worst`: that before the one that should reach `error`, by the order."""
+    ahead = 2 * math.log2(worst / error) / order if math.isfinite(worst) else 0.0
+    return k + max(1, int(ahead) - 1)
+
+
+def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rounds: int) -> tuple[float, float]:
+    """Return that quantile of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in one."""
+    energy, z, errors, steps = energies(flow.model, sample), sample, [], 0.0
+    kinetic = np.zeros(sample.shape[1])
+    for _ in range(rounds):
+        ensemble = flow.ensemble(z.copy())
+        np.maximum(ensemble.kinetic, kinetic, out=ensemble.kinetic)
+        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=span, observations=0 if flow.adaptive else 1)
+        drift, kinetic = energy_drift(flow.model, ensemble.z, energy, ensemble.scale), ensemble.kinetic
+        errors.append(np.where(ensemble.status == Status.OK, drift, np.inf))
+        z, steps = ensemble.z, steps + float(ensemble.count.mean())
+        if not np.isfinite(errors[-1]).all():
+            break
+    return float(np.quantile(errors, quantile, method="lower")), steps / rounds

@@ -1,0 +1,76 @@
+"""Where a formula lives: conditions that are positive there.
+
+Arguments of logarithms and of roots and powers that are not whole must be positive, those of asin and acos below 1 in size, and a pole
+1/g is a wall g > 0 (or -g > 0) where g has one sign on the whole region: D1 > D2 > 0 for a body, everywhere for other systems.
+1/g^2 is always one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+SAMPLES = 400
+
+
+def conditions(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
+    """Return expressions that are positive where `expression` lives; region(rng, count) draws coordinates.
+
+    Parameters, whose values may change later, are drawn positive.
+    """
+    import sympy
+
+    found: list[Any] = []
+    coordinates = set(region(np.random.default_rng(1), 1))
+
+    def add(g: Any) -> None:
+        # Radii may be 0, where 1/r has its pole: the symbols' own positivity proves nothing.
+        closed = {x: sympy.Dummy(nonnegative=True) for x in coordinates if x.is_positive}
+        if g.xreplace(closed).is_positive or not g.free_symbols & coordinates:
+            return
+        g = _plain(g)
+        if g not in found:
+            found.append(g)
+
+    for e in sympy.postorder_traversal(expression):
+        if isinstance(e, sympy.log):
+            add(e.args[0])
+        elif isinstance(e, (sympy.asin, sympy.acos)):
+            add(1 - e.args[0] ** 2)
+        elif e.is_Pow and not e.exp.is_Integer:
+            add(e.base)
+        elif e.is_Pow and e.exp.is_negative:
+            sign = _sign(e.base, region)
+            if sign:
+                add(sign * e.base)
+            elif e.exp.is_even:
+                add(e.base**2)
+    return found
+
+
+def _plain(g: Any) -> Any:
+    """Return g without a constant positive factor."""
+    import sympy
+
+    coefficient, rest = sympy.factor_terms(g).as_coeff_Mul()
+    if rest.is_Add or not coefficient.is_number:
+        return rest if coefficient > 0 else sympy.Mul(-1, rest, evaluate=True)
+    return g / abs(coefficient)
+
+
+def _sign(g: Any, region: Callable) -> int:
+    """Return +1 or -1 where g has that sign at every sample of the region, else 0."""
+    import sympy
+
+    rng = np.random.default_rng(2)
+    points = region(rng, SAMPLES)
+    arguments = sorted(g.free_symbols, key=str)
+    values = [points[a] if a in points else rng.uniform(0.1, 2.0, SAMPLES) for a in arguments]
+    with np.errstate(all="ignore"):
+        numbers = np.broadcast_to(sympy.lambdify(arguments, g, "numpy", dummify=True)(*values), SAMPLES)
+    if numbers.dtype.kind != "f":
+        return 0
+    numbers = numbers[np.isfinite(numbers)]
+    return 0 if not numbers.size else 1 if numbers.min() > 0 else -1 if numbers.max() < 0 else 0

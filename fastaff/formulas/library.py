@@ -1,0 +1,286 @@
+"""The library of formulas: their classes, derived once, kept as source text beside the compiled kernels.
+
+A text is named by all that its content depends on: the request, the package's sources, Python and Numba. It is written at once
+and whole, carries a checksum, and is read back without SymPy. Where no folder can be written classes live in memory.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import sys
+import types
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..compile import jit
+from ..compile.blocks import _write_once
+from .ceiling import ceiling
+from .grammar import Program, parse
+from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
+from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
+
+RESERVED = {
+    *dir(tuple), "degrees_of_freedom", "coordinates", "angles", "velocity", "force", "tangent_force", "kinetic_energy",
+    "potential_energy", "margin", "value", "slopes", "curvatures", "second", "higher", "formula", "domain", "proof", "potential",
+    "ring", "mu", "mu_1", "mu_2", "masses", *(f"m_{i}" for i in range(1, 9)),
+}  # fmt: skip
+"""Names that parameters can't have: they mean something on the model."""
+
+
+class Request(NamedTuple):
+    """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other systems."""
+
+    text: str
+    domain: str | None
+    parameters: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    inertia: str
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Return the names that the formula may use besides its parameters."""
+        return self.coordinates or VARIABLES
+
+    def program(self, length: int) -> Program:
+        """Return the formula's program; ValueError where it is none."""
+        return parse(self.text, self.variables, self.parameters, length=length)
+
+    def domain_program(self) -> Program | None:
+        """Return the program of the domain, if one is given."""
+        return None if self.domain is None else parse(self.domain, self.variables, self.parameters, argument="domain")
+
+
+def generated_class(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> type:
+    """Return the NamedTuple class of a request: from this process, from the folder, or derived now, with trials around `values`."""
+    key = hashlib.sha256(json.dumps([jit.package_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+    if key not in _CLASSES:
+        _CLASSES[key] = _load(request, key, lambda: _derive(request, programs, values))
+    return _CLASSES[key]
+
+
+_CLASSES: dict[str, type] = {}
+
+
+def _load(request: Request, key: str, derive: Any) -> type:
+    """Execute the text of a class in a module of its own, which Numba's cache finds by name."""
+    folder = jit.cache_directory()
+    path = None if folder is None else folder / "formulas" / f"{key}.py"
+    text = None
+    if path is not None and path.is_file():
+        text = path.read_text()
+        if not _sound(text, key):
+            text = None
+            path.unlink(missing_ok=True)
+    if text is None:
+        body = derive()
+        text = f"# {key} {hashlib.sha256(body.encode()).hexdigest()}\n{body}"
+        if path is not None:
+            try:
+                _write_once(path, text)
+            except OSError:
+                path = None
+    module = types.ModuleType(f"fastaff_formula_{key}")
+    if path is not None:
+        module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    exec(compile(text, str(path or f"<fastaff formula {key}>"), "exec"), module.__dict__)
+    cls: Any = next(getattr(module, n) for n in ("FormulaPotential", "FormulaBody", "FormulaHamiltonian") if hasattr(module, n))
+    cls.__repr__ = _repr
+    cls.__reduce__ = functools.partialmethod(_reduce, request)
+    cls._request = tuple(request)
+    return cls
+
+
+def _sound(text: str, key: str) -> bool:
+    head, _, body = text.partition("\n")
+    return head == f"# {key} {hashlib.sha256(body.encode()).hexdigest()}"
+
+
+def _repr(self: Any) -> str:
+    domain = [] if self.domain is None else [f"domain={self.domain!r}"]
+    fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
+    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *fields])})"
+
+
+def _reduce(self: Any, request: Request) -> tuple:
+    return rebuild, (tuple(request), tuple(self))
+
+
+def rebuild(request: tuple, values: tuple) -> Any:
+    """Return the value that was pickled as a request and the numbers of its fields."""
+    whole = Request(*request)
+    programs = whole.program(8000), whole.domain_program()
+    cls = generated_class(whole, programs, dict(zip(whole.parameters, values, strict=False)))
+    return cls(*values)
+
+
+# --- derivation ---------------------------------------------------------------------------------------------------
+
+
+def _derive(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
+    try:
+        import sympy  # noqa: F401
+    except ImportError:
+        raise ImportError("a formula that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
+    with ceiling():
+        return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
+
+
+def _parameters(request: Request) -> dict[str, Any]:
+    import sympy
+
+    return {name: sympy.Symbol(f"self.{name}", real=True) for name in request.parameters}
+
+
+def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
+    import sympy
+
+    from .domains import conditions
+    from .model_source import hamiltonian_model
+    from .potential_source import Description
+    from .sympy_bridge import to_sympy
+
+    program, domain = programs
+    check_real(program, values, request.coordinates, "text")
+    own = {name: sympy.Symbol(name, real=True) for name in request.coordinates}
+    names = {**own, **_parameters(request)}
+    V = to_sympy(program, names)
+
+    def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
+        return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
+
+    walls = [to_sympy(domain, names)] if domain is not None else conditions(V, region)
+    refuse_removable(V, walls if domain is not None else [], plain_places(request.coordinates), values, request.coordinates)
+    description = Description(request.text, request.domain, request.parameters, "A natural Hamiltonian.", request.coordinates)
+    return hamiltonian_model(description, V, walls, masses=request.inertia == "masses")
+
+
+def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
+    program, domain = programs
+    trial = Trial(program, values)
+    check_symmetry(trial, "text")
+    isotropic = is_isotropic(trial)
+    if domain is not None:
+        of_domain = Trial(domain, values)
+        check_symmetry(of_domain, "domain")
+        isotropic_domain = is_isotropic(of_domain)
+    else:
+        isotropic_domain = True
+    if isotropic and isotropic_domain and request.inertia == "mu":
+        return _derive_potential(request, programs, trial)
+    return _derive_general(request, programs, trial, isotropic)
+
+
+def alpha_even(trial: Trial) -> bool:
+    """Tell whether the formula is a smooth function of alpha^2 beyond alpha = 0: unchanged by alpha -> -alpha, at random points."""
+    tried = 0
+    for _ in range(40):
+        _, (alpha, beta, eta, gamma) = trial.point()
+        parameters = trial.generic_parameters()
+        one, other = (trial.value(trial.at(sign * alpha, beta, eta, gamma), parameters) for sign in (1, -1))
+        if one is None:
+            continue
+        if other is None or trial.differ(one, other):
+            return False
+        tried += 1
+    return tried > 0
+
+
+def body_region(s: Mapping[str, Any]) -> Any:
+    """Return the sampler of D1 > D2 > 0 for all symbols of the body."""
+
+    def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
+        alpha = rng.uniform(0.2, 3.0, count)
+        beta, eta, gamma = alpha * rng.uniform(0, 1, count), rng.uniform(0, 7, count), rng.uniform(0, 7, count)
+        a1, a2, b1, b2 = alpha * np.cos(eta), alpha * np.sin(eta), beta * np.cos(gamma), beta * np.sin(gamma)
+        values = everything(a1, a2, b1, b2, alpha, beta, np.sqrt, np.arctan)
+        values |= {"A": alpha**2, "B": beta**2}
+        return {s[name]: values[name] for name in ("A", "B", "alpha", "beta", "x", "y", "z", "u", "a1", "a2", "b1", "b2")}
+
+    return region
+
+
+def _derive_potential(request: Request, programs: tuple[Program, Program | None], trial: Trial) -> str:
+    """Return the source of a doubly isotropic potential."""
+    import sympy
+
+    from . import isotropy, potential_source
+    from .domains import conditions
+    from .sympy_bridge import checked, to_sympy
+
+    s = isotropy.symbols()
+    names = {**isotropy.invariants(s), **isotropy.on_the_axes(s), **_parameters(request)}
+    roots = {s["alpha"]: sympy.sqrt(s["A"]), s["beta"]: sympy.sqrt(s["B"])}
+
+    def reduced(program: Program) -> isotropy.Reduced:
+        return isotropy.reduce(isotropy.without_angle(to_sympy(program, names), s), s)
+
+    V = reduced(programs[0])
+    checked(V.expression)
+    if programs[1] is not None:
+        walls = [reduced(programs[1]).expression]
+    else:
+        walls = conditions(V.expression, body_region(s))
+        if V.expression.has(s["alpha"]) and not alpha_even(trial):
+            walls.append(s["A"])
+    walls = [wall.xreplace(roots) for wall in walls]
+    description = potential_source.Description(request.text, request.domain, request.parameters, _proof(programs[0], V))
+    g = V.expression.xreplace({s["A"]: s["alpha"] ** 2, s["B"]: s["beta"] ** 2})
+    on_axis = vanishing(V.expression, invariant_places(axis=True), trial.parameters)
+    given = walls if programs[1] is not None else []
+    refuse_removable(V.expression, given, invariant_places(axis=False), trial.parameters, AXES, on_axis)
+    if on_axis:
+        return ring_text(description, g, walls, s, trial)
+    if V.even_beta:
+        clamp = V.expression.has(s["alpha"]) and alpha_even(trial)
+        return potential_source.potential(description, V.expression.xreplace(roots), walls, s, clamp=clamp)
+    return potential_source.even_potential(description, g, walls, s, alpha_even(trial))
+
+
+def _proof(program: Program, reduced: Any) -> str:
+    """Say how it is known that V depends on alpha and beta alone."""
+    from .isotropy import turns_prove
+    from .variables import DIGITS, MATRIX, PLANES, POINTS
+
+    if program.names & {*MATRIX, *PLANES} and not turns_prove(program):
+        pass
+    elif reduced.even_beta:
+        return "Doubly isotropic, exactly: algebra turns it into a function of A and B."
+    elif reduced.exact:
+        return "Doubly isotropic, exactly: a function of alpha and beta that beta -> -beta leaves as it is."
+    return f"Doubly isotropic, numerically: at {POINTS} random points, to {DIGITS // 2} of {DIGITS} digits."
+
+
+def _derive_general(request: Request, programs: tuple[Program, Program | None], trial: Trial, isotropic: bool) -> str:
+    """Return the source of a body whose potential or inertia is not isotropic."""
+    import sympy
+
+    from . import isotropy, model_source, potential_source
+    from .domains import conditions
+    from .sympy_bridge import checked, to_sympy
+
+    s = isotropy.symbols()
+    elements = isotropy.on_the_axes(s) if isotropic else {name: s[name] for name in ("x", "y", "z", "u", "a1", "a2", "b1", "b2")}
+    names = {**isotropy.invariants(s), **elements, **_parameters(request)}
+
+    def reduced(program: Program, isotropic_too: bool) -> Any:
+        own = names if isotropic_too else {**names, **{n: s[n] for n in elements}}
+        return isotropy.reduce(isotropy.without_angle(to_sympy(program, own), s), s)
+
+    whole = reduced(programs[0], isotropic)
+    V = checked(whole.expression)
+    if programs[1] is not None:
+        walls = [reduced(programs[1], False).expression]
+    else:
+        walls = conditions(V, body_region(s))
+        if V.has(s["alpha"]) and not alpha_even(trial):
+            walls.append(s["A"])
+    refuse_removable(V, walls if programs[1] is not None else [], body_places(), trial.parameters, ("alpha", "beta", "eta", "gamma"))
+    clamped = ["beta"] + (["alpha"] if alpha_even(trial) else [])
+    proof = _proof(programs[0], whole) if isotropic else "Not doubly isotropic: turning a and b separately changes it."
+    description = potential_source.Description(request.text, request.domain, request.parameters, proof)
+    return model_source.body_model(description, sympy.sympify(V), walls, pair=request.inertia == "pair", clamped=clamped)

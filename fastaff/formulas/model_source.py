@@ -1,0 +1,240 @@
+"""Source text of whole models: velocity, force, tangent force, energies, margin and angles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from .potential_source import Description, class_text, constant, margin_method, method, module
+from .printing import Lines
+
+HALF = 0.7071067811865476
+_LINEAR = {"x": (("a1", 1), ("b1", 1)), "u": (("a1", 1), ("b1", -1)), "z": (("a2", 1), ("b2", 1)), "y": (("b2", 1), ("a2", -1))}
+_PLANE = {"A": ("a1", "a2"), "B": ("b1", "b2"), "alpha": ("a1", "a2"), "beta": ("b1", "b2")}
+_CLAMP = 2.0**-34
+
+
+class Inertia(NamedTuple):
+    """The kinetic side of a model: fields, and texts of the velocities and of T."""
+
+    fields: tuple[str, ...]
+    lines: tuple[str, ...]
+    velocity: tuple[str, ...]
+    kinetic: str
+
+
+def plane_inertia(pair: bool) -> Inertia:
+    """Return the inertia mu of a body, or diag(mu_1, mu_2) in the material frame: T = (p_x^2 + p_z^2)/2 mu_1 + (p_y^2 + p_u^2)/2 mu_2."""
+    p = ("pa1", "pa2", "pb1", "pb2")
+    if not pair:
+        square = " + ".join(f"{c}*{c}" for c in p)
+        return Inertia(("mu",), ("w = 1.0/self.mu",), tuple(f"w*{c}" for c in p), f"({square})/(2*self.mu)")
+    lines = ("v, w = 0.5/self.mu_1, 0.5/self.mu_2", "k, d = v + w, v - w")
+    velocity = ("k*pa1 + d*pb1", "k*pa2 + d*pb2", "d*pa1 + k*pb1", "d*pa2 + k*pb2")
+    first = "(pa1 + pb1)*(pa1 + pb1) + (pa2 + pb2)*(pa2 + pb2)"
+    second = "(pa1 - pb1)*(pa1 - pb1) + (pb2 - pa2)*(pb2 - pa2)"
+    return Inertia(("mu_1", "mu_2"), lines, velocity, f"({first})/(4*self.mu_1) + ({second})/(4*self.mu_2)")
+
+
+def mass_inertia(coordinates: Sequence[str], masses: bool) -> Inertia:
+    """Return unit masses, or masses m_1, ... that are fields: T = sum p_i^2/2 m_i."""
+    p = _fresh("p", coordinates, ())
+    if not masses:
+        return Inertia((), (), p, f"({' + '.join(f'{c}*{c}' for c in p)})/2")
+    fields = tuple(f"m_{i}" for i in range(1, len(p) + 1))
+    velocity = tuple(f"{c}*(1.0/self.{m})" for c, m in zip(p, fields, strict=True))
+    kinetic = " + ".join(f"{c}*{c}/(2*self.{m})" for c, m in zip(p, fields, strict=True))
+    return Inertia(fields, (), velocity, kinetic)
+
+
+def _fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
+    """Return names made of a prefix and each coordinate, none of which is a coordinate."""
+    while {prefix + c for c in coordinates} & {*coordinates, *taken, "self", "np"}:
+        prefix += "_"
+    return tuple(prefix + c for c in coordinates)
+
+
+class _Inner:
+    """The symbols that V is written in, as functions of the coordinates."""
+
+    def __init__(self, V: Sequence[Any], coordinates: Sequence[str], clamped: Sequence[str]):
+        import sympy
+
+        present = {s.name: s for e in V for s in e.free_symbols if not s.name.startswith("self.")}
+        self.coordinates, self.clamped = tuple(coordinates), clamped
+        self.symbols = {name: present[name] for name in sorted(present)}
+        self.differentials = dict(zip(coordinates, _fresh("d", coordinates, tuple(present)), strict=True))
+        self.d = {n: sympy.Symbol(self.differentials.get(n, f"d{n}"), real=True) for n in self.symbols}
+        self.real = {c: sympy.Symbol(c, real=True) for c in coordinates}
+        self.outer_d = {c: sympy.Symbol(self.differentials[c], real=True) for c in coordinates}
+        self.body = tuple(coordinates) == ("a1", "a2", "b1", "b2")
+
+    def derived(self) -> list[str]:
+        """Return the names of symbols that are no coordinates."""
+        return [n for n in self.symbols if n not in self.coordinates]
+
+    def reach(self, name: str) -> tuple[str, ...]:
+        """Return the coordinates that a symbol depends on."""
+        if name in self.coordinates:
+            return (name,)
+        return _PLANE[name] if name in _PLANE else tuple(c for c, _ in _LINEAR[name])
+
+    def lines(self, tangent: bool, *, clamp: bool = True) -> list[str]:
+        """Return the assignments of the inner symbols, and of their differentials."""
+        found = []
+        for name in self.derived():
+            if name in _LINEAR:
+                (one, _), (other, t) = _LINEAR[name]
+                found.append(f"{name} = {HALF!r}*({one} {'-' if t < 0 else '+'} {other})")
+                if tangent:
+                    found.append(f"d{name} = {HALF!r}*(d{one} {'-' if t < 0 else '+'} d{other})")
+                continue
+            c, e = _PLANE[name]
+            square = f"{c}*{c} + {e}*{e}"
+            if name in ("A", "B"):
+                found.append(f"{name} = {square}")
+                if tangent:
+                    found.append(f"d{name} = 2*({c}*d{c} + {e}*d{e})")
+            else:
+                kept = f"np.maximum({square}, {_CLAMP!r})" if clamp and name in self.clamped else square
+                found.append(f"{name} = np.sqrt({kept})")
+                if tangent:
+                    found.append(f"d{name} = ({c}*d{c} + {e}*d{e})/{name}")
+        return found
+
+    def pull(self, slopes: Mapping[str, Any], changes: Mapping[str, Any] | None) -> list[Any]:
+        """Return minus the gradient in the coordinates, or minus its change, from the slopes in the inner symbols."""
+        import sympy
+
+        own = slopes if changes is None else changes
+        total = {c: own.get(c, sympy.Integer(0)) for c in self.coordinates}
+        root = sympy.sqrt(2) / 2
+        linear: dict[str, Any] = {}
+        for name, entries in _LINEAR.items():
+            if self.body and name in self.derived():
+                for c, sign in entries:
+                    linear[c] = linear.get(c, 0) + sign * own[name]
+        for c, e in linear.items():
+            total[c] += root * e
+        for name in self.derived():
+            if name in _PLANE:
+                symbol, slope = self.symbols[name], slopes[name]
+                factor = 2 * slope if name in ("A", "B") else slope / symbol
+                for c in _PLANE[name]:
+                    q = self.real[c]
+                    if changes is None:
+                        total[c] += factor * q
+                    else:
+                        change = 2 * changes[name] if name in ("A", "B") else (changes[name] - factor * self.d[name]) / symbol
+                        total[c] += change * q + factor * self.outer_d[c]
+        return [-total[c] for c in self.coordinates]
+
+
+def model(
+    name: str, what: str, d: Description, V: Any, walls: Sequence[Any], inertia: Inertia, *, clamped: Sequence[str], angles: str,
+    imports: str = "", before: str = "",
+) -> str:  # fmt: skip
+    """Return the text of a model of any number of degrees of freedom, with the tangent force as one Hessian-vector product."""
+    q = d.coordinates
+    inner = _Inner([V], q, clamped)
+    slopes = {n: V.diff(symbol) for n, symbol in inner.symbols.items()}
+    changes = {n: sum(slopes[n].diff(inner.symbols[m]) * inner.d[m] for m in inner.symbols) for n in inner.symbols}
+    momenta = _fresh("p", q, ()) if not inner.body else ("pa1", "pa2", "pb1", "pb2")
+    dq = tuple(inner.differentials[c] for c in q)
+    taken = (*q, *dq, *momenta, *inner.symbols, *(f"d{n}" for n in inner.symbols))
+
+    def lines(tangent: bool = False) -> Lines:
+        begun = Lines(taken)
+        begun.lines += inner.lines(tangent)
+        return begun
+
+    def filled(texts: Sequence[str], expressions: Sequence[Any]) -> list[str]:
+        vary = {*inner.real.values(), *inner.symbols.values(), *inner.d.values(), *inner.outer_d.values()}
+        return [t if e.free_symbols & vary else f"{t} + 0.0*{c}" for t, e, c in zip(texts, expressions, q, strict=True)]
+
+    kinetic = Lines(taken)
+    kinetic.lines += inertia.lines
+    methods = [
+        constant("degrees_of_freedom", f"Return {len(q)}.", str(len(q))),
+        constant("coordinates", f"Names of the first {len(q)} rows of z.", repr(tuple(q))),
+        constant("angles", "Angle variables natural to this system.", angles),
+        method("velocity", momenta, "Return dq/dt.", kinetic, inertia.velocity),
+        method("kinetic_energy", momenta, "Return T.", Lines(taken), [inertia.kinetic], single=True),
+    ]
+    work, force = lines(), inner.pull(slopes, None)
+    methods.append(method("force", q, "Return dp/dt = -grad V.", work, filled(work.add(force), force)))
+    work, tangent = lines(True), inner.pull(slopes, changes)
+    doc = "Return the change of the force along " + f"({', '.join(dq)}): minus the Hessian of V times that vector."
+    methods.append(method("tangent_force", (*q, *dq), doc, work, filled(work.add(tangent), tangent)))
+    work = Lines(taken)
+    work.lines += inner.lines(False, clamp=False)
+    texts = work.add([V])
+    value = texts[0] if V.free_symbols & set(inner.symbols.values()) else f"{texts[0]} + 0.0*({' + '.join(q)})"
+    methods.append(method("potential_energy", q, "Return V.", work, [value], single=True))
+    methods.append(_margin(walls, q, taken))
+    return module(d, before + class_text(name, what, d, (*d.parameters, *inertia.fields), methods), imports)
+
+
+def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str:
+    work = Lines(taken)
+    if not walls:
+        return margin_method([], q, work)
+    inner = _Inner(walls, q, ())
+    work.lines += inner.lines(False, clamp=False)
+    covered = {c for name in inner.symbols for c in inner.reach(name)} >= set(q)
+    return margin_method(walls, q, work, covered=covered)
+
+
+_LOOPS = '''\
+class Loops(NamedTuple):
+    """Loops in the coordinate planes (q_i, p_i); all averaged over time."""
+
+    names = {names!r}
+    planes = {planes!r}
+    clocks = {clocks!r}
+
+    def signals(self, {q}, {p}):
+        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
+        zero = 0.0*{first}
+        return {signals}
+
+    def rates(self, {q}, {p}, {dq}, {dp}):
+        """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
+        zero = 0.0*{first}
+        return {rates}, 1.0 + zero, zero
+
+
+'''
+
+
+def loops(coordinates: Sequence[str]) -> str:
+    """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate."""
+    n = range(len(coordinates))
+    q, p, dq, dp = ([f"{stem}{i}" for i in n] for stem in ("q", "p", "dq", "dp"))
+    return _LOOPS.format(
+        names=tuple(coordinates), planes=(False,) * len(n), clocks=(0,) * len(n), first=q[0],
+        q=", ".join(q), p=", ".join(p), dq=", ".join(dq), dp=", ".join(dp),
+        signals=", ".join(f"{q[i]}, zero, {p[i]}, zero" for i in n),
+        rates=", ".join(f"{q[i]}, zero, {p[i]}, zero, {dq[i]}, zero, {dp[i]}, zero" for i in n),
+    )  # fmt: skip
+
+
+def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clamped: Sequence[str]) -> str:
+    """Return the text of a body in the two planes whose potential may be anything."""
+    d = d._replace(coordinates=("a1", "a2", "b1", "b2"))
+    what = "a planar affinely-rigid body" + (" with inertia diag(mu_1, mu_2) in the material frame" if pair else "")
+    return model(
+        "FormulaBody", what, d, V, walls, plane_inertia(pair), clamped=clamped, angles="AreaTrace()",
+        imports="\nfrom fastaff.models.angles import AreaTrace\n",
+    )  # fmt: skip
+
+
+def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: bool) -> str:
+    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q)."""
+    what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
+    return model(
+        "FormulaHamiltonian", what, d, V, walls, mass_inertia(d.coordinates, masses), clamped=(), angles="Loops()",
+        before=loops(d.coordinates),
+    )  # fmt: skip
+
+

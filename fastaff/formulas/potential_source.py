@@ -1,0 +1,255 @@
+"""Source text of models: NamedTuple classes with exact derivatives, from expressions."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from .printing import Lines
+
+_WORD = re.compile(r"[A-Za-z_]\w*")
+
+
+class Description(NamedTuple):
+    """What a generated class says about itself, and its parameters in field order."""
+
+    formula: str
+    domain: str | None
+    parameters: tuple[str, ...]
+    proof: str
+    coordinates: tuple[str, ...] = ()
+
+
+def module(description: Description, body: str, imports: str = "") -> str:
+    """Return the text of the module of a class."""
+    head = f'"""V = {_one_line(description.formula)}: written by fastaff from this formula; derivatives by SymPy."""\n\n'
+    text = f"{head}from typing import NamedTuple\n\nimport numpy as np\n{imports}\n\n{body}"
+    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def class_text(name: str, what: str, d: Description, fields: Sequence[str], methods: Sequence[str]) -> str:
+    """Return the text of a NamedTuple class."""
+    said = f"V = {_one_line(d.formula)}"
+    lines = [f"class {name}(NamedTuple):", f'    """{said}: {what}.', ""]
+    lines += [f"    {d.proof}", '    """', ""]
+    lines += [f"    {field}: float" for field in fields]
+    lines += [""] if fields else []
+    for attribute in ("formula", "domain", "proof"):
+        lines.append(f"    {attribute} = {getattr(d, attribute)!r}")
+    return "\n".join(lines) + "\n\n" + "\n".join(textwrap.indent(method, "    ") for method in methods)
+
+
+def method(name: str, arguments: Sequence[str], doc: str, lines: Lines, results: Sequence[str], *, single: bool = False) -> str:
+    """Return the text of a method that returns a number, or a tuple."""
+    returned = results[0] if single else ", ".join(results) + ("," if len(results) == 1 else "")
+    body = [f'"""{doc}"""', *_used(lines.lines, returned), f"return {returned}"]
+    return f"def {name}({', '.join(['self', *arguments])}):\n" + textwrap.indent("\n".join(body), "    ") + "\n"
+
+
+def _used(lines: Sequence[str], returned: str) -> list[str]:
+    """Return the assignments that the result needs."""
+    needed, kept = set(_WORD.findall(returned)), []
+    for line in reversed(lines):
+        targets, text = line.split(" = ", 1)
+        if needed & set(_WORD.findall(targets)):
+            needed |= set(_WORD.findall(text))
+            kept.append(line)
+    return kept[::-1]
+
+
+def constant(name: str, doc: str, value: str) -> str:
+    """Return the text of a property."""
+    return f'@property\ndef {name}(self):\n    """{doc}"""\n    return {value}\n'
+
+
+def spread(expression: Any, text: str, coordinates: Sequence[str]) -> str:
+    """Return text made an array of the shape of the coordinates where the expression does not depend on all of them."""
+    present = {s.name for s in expression.free_symbols}
+    return text if present >= set(coordinates) else f"{text} + 0.0*({' + '.join(coordinates)})"
+
+
+def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines, *, covered: bool = False) -> str:
+    """Return the margin: the least of the walls, 1 where there is none; `covered` where they depend on all coordinates."""
+    import sympy
+
+    texts = lines.add(walls) if walls else ["1.0"]
+    text = texts[0]
+    for other in texts[1:]:
+        text = f"np.minimum({text}, {other})"
+    whole = sympy.Tuple(*walls)
+    doc = "Return a number that is positive where the potential lives." if walls else "Return 1: the potential lives everywhere."
+    return method("margin", coordinates, doc, lines, [text if covered else spread(whole, text, coordinates)], single=True)
+
+
+# --- doubly isotropic potentials ------------------------------------------------------------------------------------
+
+
+def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *, clamp: bool) -> str:
+    """Return the text of a potential V(A, B) with value, slopes, curvatures and margin; `clamp` keeps alpha above 2^-17."""
+    A, B = s["A"], s["B"]
+    V_A, V_B = V.diff(A), V.diff(B)
+    methods = []
+    for name, doc, results in (
+        ("value", "Return V.", [V]),
+        ("slopes", "Return V_A, V_B.", [V_A, V_B]),
+        ("curvatures", "Return V_AA, V_AB, V_BB.", [V_A.diff(A), V_A.diff(B), V_B.diff(B)]),
+    ):
+        lines = Lines(("A", "B"))
+        lines.lines += [f"A = np.maximum(A, {2.0**-34!r})"] if clamp and name != "value" else []
+        texts = [
+            spread(e, text, ("A", "B")) if not e.free_symbols & {A, B} else text
+            for e, text in zip(results, lines.add(results), strict=True)
+        ]
+        methods.append(method(name, ("A", "B"), doc, lines, texts, single=name == "value"))
+    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
+    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
+
+
+NODES = ((0.2386191860831969, 0.4679139345726910), (0.6612093864662645, 0.3607615730481386), (0.9324695142031521, 0.1713244923791704))
+"""Positive nodes and weights of Gauss and Legendre's rule with six points."""
+
+_ROOTS = """\
+alpha, beta = {alpha}, np.sqrt(B)
+near = {near}
+far, inner, choice = np.maximum(beta, near), np.minimum(beta, near), 1.0*(beta < near)
+"""
+
+
+def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
+    """Return the text of a potential g(alpha, beta) that is even in beta but has no formula in B.
+
+    V_B = g'/(2 beta) and V_BB are 0/0 at beta = 0. For beta < alpha/64 they are the integrals over t from 0 to 1 of g''(t beta)/2
+    and (1 - t^2) g''''(t beta)/8, by Gauss's rule with six points: relative error (1/128)^12 where g is analytic up to beta = alpha.
+    Where g is even in alpha too, alpha is kept above 2^-17: forces are then right to rounding.
+    """
+    import sympy
+
+    alpha, beta = s["alpha"], s["beta"]
+    far = sympy.Symbol("far", positive=True)
+    roots = _ROOTS.format(
+        alpha=f"np.sqrt(np.maximum(A, {2.0**-34!r}))" if even_alpha else "np.sqrt(A)",
+        near="(alpha + 0.25)/64" if even_alpha else "alpha/64",
+    ).splitlines()
+    taken = ("A", "B", "alpha", "beta", "near", "far", "inner", "choice")
+    g_a, g_b = g.diff(alpha), g.diff(beta)
+    g_bb, g_aa, g_ab = g_b.diff(beta), g_a.diff(alpha), g_a.diff(beta)
+
+    def helper(name: str, doc: str, results: Sequence[Any]) -> str:
+        lines = Lines(("alpha", "beta"))
+        return method(name, ("alpha", "beta"), doc, lines, lines.add(results), single=len(results) == 1)
+
+    lines = Lines(("A", "B", "alpha", "beta"))
+    lines.lines += ["alpha, beta = np.sqrt(A), np.sqrt(B)"]
+    methods = [method("value", ("A", "B"), "Return V.", lines, lines.add([g]), single=True)]
+
+    lines = Lines(taken)
+    lines.lines += roots
+    texts = lines.add([g_a / (2 * alpha), g_b.xreplace({beta: far}) / (2 * far)])
+    nodes = " + ".join(f"{w / 2!r}*self.second(alpha, {t!r}*inner)" for t, w in NODES)
+    lines.lines.append(f"limit = {nodes}")
+    methods.append(method("slopes", ("A", "B"), "Return V_A, V_B.", lines, [texts[0], f"choice*limit + (1.0 - choice)*({texts[1]})"]))
+
+    lines = Lines(taken)
+    lines.lines += roots
+    at = {beta: far}
+    texts = lines.add([
+        (g_aa - g_a / alpha) / (4 * alpha**2), g_ab.xreplace(at) / (4 * alpha * far),
+        (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
+    ])  # fmt: skip
+    for k, (t, _) in enumerate(NODES):
+        lines.lines.append(f"mixed{k}, fourth{k} = self.higher(alpha, {t!r}*inner)")
+    mixed = " + ".join(f"{w / 4!r}*mixed{k}" for k, (_, w) in enumerate(NODES))
+    fourth = " + ".join(f"{w * (1 - t * t) / 8!r}*fourth{k}" for k, (t, w) in enumerate(NODES))
+    results = [
+        texts[0], f"choice*({mixed})/alpha + (1.0 - choice)*({texts[1]})", f"choice*({fourth}) + (1.0 - choice)*({texts[2]})",
+    ]  # fmt: skip
+    methods.append(method("curvatures", ("A", "B"), "Return V_AA, V_AB, V_BB.", lines, results))
+    methods.append(helper("second", "Return the second derivative in beta.", [g_bb]))
+    methods.append(helper("higher", "Return that derivative's slope in alpha, and the fourth derivative in beta.", [
+        g_bb.diff(alpha), g_bb.diff(beta, 2)]))  # fmt: skip
+
+    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
+    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
+
+
+RING = 14
+"""Places of a quarter of the circle on which a potential is evaluated that is 0/0 at beta = 0."""
+
+
+def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
+    """Return the text of a potential g(alpha, beta), even in beta, that is finite but 0/0 at beta = 0.
+
+    For beta < alpha/4 it and its derivatives are Cauchy's integrals over the circle |beta| = alpha/2 in the complex plane, by the
+    trapezoidal rule with 4 RING = 56 points, a quarter of which is enough by symmetry: relative error 2^-56 where g is analytic up to
+    |beta| = alpha. Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
+    """
+    import cmath
+
+    import sympy
+
+    alpha, beta = s["alpha"], s["beta"]
+    far = sympy.Symbol("far", positive=True)
+    taken = ("A", "B", "alpha", "beta", "near", "far", "choice", "u")
+    g_a = g.diff(alpha)
+    g_aa = g_a.diff(alpha)
+    start = [
+        f"alpha, beta = {f'np.sqrt(np.maximum(A, {2.0**-34!r}))' if even_alpha else 'np.sqrt(A)'}, np.sqrt(B)",
+        "near = alpha/4",
+        "far, choice = np.maximum(beta, near), 1.0*(beta < near)",
+        "u = 4*np.minimum(beta, near)**2/(alpha*alpha)",
+    ]
+    turns = [cmath.exp(1j * cmath.pi * (2 * k + 1) / (4 * RING)) for k in range(RING)]
+
+    def on_ring(lines: Lines, count: int) -> None:
+        for k, turn in enumerate(turns):
+            names = ", ".join(f"{name}{k}" for name in ("g", "ga", "gaa"))
+            lines.lines.append(f"{names} = self.ring(alpha, {turn / 2!r}*alpha)")
+            lines.lines.append(f"v{k} = 1.0/(1.0 - {turn**-2!r}*u)")
+            for power in range(2, count + 2):
+                lines.lines.append(f"v{k}_{power} = {'*'.join([f'v{k}'] * power)}*{turn ** (2 - 2 * power)!r}")
+
+    def mean(name: str, power: int) -> str:
+        weight = [f"v{k}" if power == 1 else f"v{k}_{power}" for k in range(RING)]
+        return "(" + " + ".join(f"({name}{k}*{w}).real" for k, w in enumerate(weight)) + f")/{RING}"
+
+    def chosen(near: str, beyond: str) -> str:
+        return f"choice*({near}) + (1.0 - choice)*({beyond})"
+
+    at = {beta: far}
+    g_b, g_ab, g_bb = g.diff(beta), g_a.diff(beta), g.diff(beta, 2)
+    slope, square = mean("ga", 1), "(alpha*alpha)"
+    results = {
+        "value": ("Return V.", [g.xreplace(at)], [mean("g", 1)]),
+        "slopes": (
+            "Return V_A, V_B.", [g_a.xreplace(at) / (2 * alpha), g_b.xreplace(at) / (2 * far)],
+            [f"0.5*{slope}/alpha", f"4*{mean('g', 2)}/{square}"],
+        ),
+        "curvatures": (
+            "Return V_AA, V_AB, V_BB.",
+            [(g_aa.xreplace(at) - g_a.xreplace(at) / alpha) / (4 * alpha**2), g_ab.xreplace(at) / (4 * alpha * far),
+             (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2)],
+            [f"0.25*({mean('gaa', 1)} - {slope}/alpha)/{square}", f"2*{mean('ga', 2)}/(alpha*{square})",
+             f"32*{mean('g', 3)}/({square}*{square})"],
+        ),
+    }  # fmt: skip
+    methods = []
+    for count, (name, (doc, beyond, near)) in enumerate(results.items()):
+        lines = Lines(taken)
+        lines.lines += start
+        texts = lines.add(beyond)
+        on_ring(lines, count)
+        methods.append(method(name, ("A", "B"), doc, lines, list(map(chosen, near, texts)), single=name == "value"))
+    lines = Lines(("alpha", "beta"))
+    doc = "Return V of a complex beta, and its first and second derivatives in alpha."
+    methods.append(method("ring", ("alpha", "beta"), doc, lines, lines.add([g, g_a, g_aa])))
+    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
+    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))

@@ -1,0 +1,90 @@
+"""Between programs of the grammar and SymPy: exact numbers one way, a tree whitelist the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from .grammar import FUNCTIONS, Program
+
+_EXACT_BITS = 4096
+_SPELLED = {"Pi": "pi", "Exp1": "exp(1)"}
+
+
+def to_sympy(program: Program, names: Mapping[str, Any]) -> Any:
+    """Return the SymPy expression of a program; decimal literals are exact rationals."""
+    import sympy
+
+    functions = {name: getattr(sympy, name) for name in FUNCTIONS}
+    expression = program.run(
+        lambda f: sympy.Rational(f.numerator, f.denominator), {**names, "pi": sympy.pi}, functions, _power
+    )
+    return checked(sympy.sympify(expression))  # an Expr already: nothing is parsed
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    """Return base**exponent; numbers whose exact power would be enormous are taken as floats."""
+    import sympy
+
+    if base.is_Rational and exponent.is_Rational:
+        size = int(base.p).bit_length() + int(base.q).bit_length()
+        large = size * abs(exponent) > _EXACT_BITS if exponent.is_Integer else size > 40 or exponent.q > 64
+        if large:
+            value = Fraction(repr(float(base) ** float(exponent)))
+            return sympy.Rational(value.numerator, value.denominator)
+    return base**exponent
+
+
+def checked(expression: Any) -> Any:
+    """Return a SymPy expression that is a finite real formula; ValueError for one that SymPy found to be none."""
+    import sympy
+
+    for wrong, why in (
+        (sympy.zoo, "divides by zero"), (sympy.nan, "has no value"), (sympy.oo, "is infinite"), (sympy.I, "is not real"),
+    ):  # fmt: skip
+        if expression.has(wrong):
+            raise ValueError(f"text: the formula {why} everywhere ({expression})")
+    moduli = [a for a in expression.atoms(sympy.Abs) if any(not s.name.startswith("self.") for s in a.free_symbols)]
+    if moduli:
+        halves = {"p": "(D1 + D2)/2", "q": "(D1 - D2)/2"}
+        shown = moduli[0].xreplace({s: sympy.Symbol(halves.get(s.name, s.name)) for s in moduli[0].free_symbols})
+        raise ValueError(f"text: the formula contains {shown}, which is not smooth: forces would jump")
+    return expression
+
+
+def to_text(expression: Any) -> str:
+    """Return a SymPy expression as text of the grammar; ValueError for anything that the grammar does not have."""
+    import sympy
+
+    for size, _ in enumerate(sympy.preorder_traversal(expression)):
+        if size > 2000:
+            raise ValueError("text: a SymPy expression of more than 2000 parts")
+    return _text(expression)
+
+
+def _text(e: Any) -> str:
+    kind = type(e).__name__
+    if e.is_Symbol:
+        if not e.name.isidentifier():  # "D1 + D2" would be read as a sum
+            raise ValueError(f"text: the SymPy symbol {e.name!r} is no name of the grammar")
+        return str(e.name)
+    if e.is_Rational:
+        return f"({e.p}/{e.q})" if e.q != 1 else f"({e.p})" if e.p < 0 else str(e.p)
+    if e.is_Float:
+        value = float(e)
+        if not math.isfinite(value) or (value == 0.0 and not e.is_zero):
+            raise ValueError(f"text: the number {e} is beyond the range of floats")
+        return f"({value!r})"
+    if kind in _SPELLED:
+        return _SPELLED[kind]
+    if e.is_Add:
+        return "(" + " + ".join(map(_text, e.as_ordered_terms())) + ")"
+    if e.is_Mul:
+        return "*".join(map(_text, e.as_ordered_factors()))
+    if e.is_Pow:
+        return f"({_text(e.base)})**({_text(e.exp)})"
+    if kind in FUNCTIONS and len(e.args) == 1:
+        return f"{kind}({_text(e.args[0])})"
+    raise ValueError(f"text: the SymPy expression contains {e} ({kind}); allowed are sums, products, powers and {', '.join(FUNCTIONS)}")

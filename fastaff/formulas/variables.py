@@ -1,0 +1,149 @@
+"""The variables of formulas about the body, and numerical proof of their symmetries.
+
+phi = [[x, y], [z, u]]; a = (x+u, z-y)/sqrt2, b = (x-u, y+z)/sqrt2; alpha = |a|, beta = |b|; alpha, beta = (D1+-D2)/sqrt2;
+r = alpha^2 + beta^2 = rho^2; cos(vartheta) = (alpha^2 - beta^2)/r, sin(vartheta) = 2 alpha beta/r.
+"""
+
+from __future__ import annotations
+
+import functools
+import random
+from collections.abc import Mapping
+from typing import Any
+
+from .grammar import FUNCTIONS, Program
+
+INVARIANTS = ("D1", "D2", "alpha", "beta", "r", "vartheta", "rho")
+MATRIX = ("x", "y", "z", "u")
+PLANES = ("a1", "a2", "b1", "b2")
+VARIABLES = (*INVARIANTS, *MATRIX, *PLANES)
+
+POINTS, DIGITS = 24, 50
+
+
+def everything(a1: Any, a2: Any, b1: Any, b2: Any, alpha: Any, beta: Any, sqrt: Any, atan: Any) -> dict[str, Any]:
+    """Return the value of every variable at a point; alpha and beta may have a sign of their own."""
+    w = 1 / sqrt(2)
+    r = alpha * alpha + beta * beta
+    return {
+        "D1": w * (alpha + beta), "D2": w * (alpha - beta), "alpha": alpha, "beta": beta, "r": r, "rho": sqrt(r),
+        "vartheta": 2 * atan(beta / alpha), "x": w * (a1 + b1), "u": w * (a1 - b1), "z": w * (a2 + b2), "y": w * (b2 - a2),
+        "a1": a1, "a2": a2, "b1": b1, "b2": b2,
+    }  # fmt: skip
+
+
+class Trial:
+    """A program evaluated with 50 digits at random points, its parameters varied around the given ones."""
+
+    def __init__(self, program: Program, parameters: Mapping[str, float]):
+        import mpmath
+
+        self.mp = mpmath.mp.clone()
+        self.mp.dps = DIGITS
+        self.program, self.parameters = program, parameters
+        self.random = random.Random(1)
+        self.functions = {name: functools.partial(self._bounded, getattr(self.mp, name)) for name in FUNCTIONS}
+
+    def uniform(self, low: float, high: float) -> Any:
+        """Return a random number with all its digits."""
+        mp = self.mp
+        return low + (high - low) * (mp.mpf(self.random.getrandbits(160)) / mp.mpf(2) ** 160)
+
+    def generic_parameters(self) -> dict[str, Any]:
+        """Return parameters near the given ones, none of them zero."""
+        return {
+            name: self.mp.mpf(value) * (1 + self.uniform(0.01, 0.3)) + (self.uniform(0.1, 0.4) if value == 0 else 0)
+            for name, value in self.parameters.items()
+        }
+
+    def value(self, variables: Mapping[str, Any], parameters: Mapping[str, Any]) -> Any:
+        """Return the value at a point, None where it is not a finite real number."""
+        mp = self.mp
+        try:
+            value = self.program.run(
+                lambda f: mp.mpf(f.numerator) / f.denominator, {**variables, **parameters, "pi": mp.pi}, self.functions, self._power
+            )
+            value = mp.mpmathify(value)
+        except (ArithmeticError, ValueError):
+            return None
+        if isinstance(value, mp.mpc):
+            return None
+        return value if mp.isfinite(value) else None
+
+    def _bounded(self, function: Any, argument: Any) -> Any:
+        """Return function(argument); arguments beyond 1e9 would need that many digits of pi or of e."""
+        if abs(argument) > 1e9 and function not in (self.mp.sqrt, self.mp.log, self.mp.atan):
+            raise OverflowError
+        return function(argument)
+
+    def _power(self, base: Any, exponent: Any) -> Any:
+        if abs(exponent) > 1e6:
+            raise OverflowError
+        return self.mp.power(base, exponent)
+
+    def point(self) -> tuple[dict[str, Any], tuple[Any, Any, Any, Any]]:
+        """Return the variables at a random point with D1 > D2 > 0, and (alpha, beta, eta, gamma)."""
+        alpha, beta = self.uniform(0.9, 2.1), self.uniform(0.05, 0.85)
+        eta, gamma = self.uniform(0, 6), self.uniform(0, 6)
+        return self.at(alpha, beta, eta, gamma), (alpha, beta, eta, gamma)
+
+    def at(self, alpha: Any, beta: Any, eta: Any, gamma: Any) -> dict[str, Any]:
+        """Return the variables at given alpha, beta, eta, gamma."""
+        mp = self.mp
+        a1, a2 = abs(alpha) * mp.cos(eta), abs(alpha) * mp.sin(eta)
+        b1, b2 = abs(beta) * mp.cos(gamma), abs(beta) * mp.sin(gamma)
+        return everything(a1, a2, b1, b2, alpha, beta, mp.sqrt, mp.atan)
+
+    def differ(self, one: Any, other: Any) -> bool:
+        """Tell whether two values of one formula are not the same number."""
+        return abs(one - other) > self.mp.mpf(10) ** (-DIGITS // 2) * (1 + abs(one) + abs(other))
+
+
+def check_symmetry(trial: Trial, argument: str) -> None:
+    """Refuse a formula that D1 <-> D2 (beta -> -beta, vartheta -> -vartheta), two names of one matrix, changes."""
+    tried = 0
+    for _ in range(20 * POINTS):
+        variables, (alpha, beta, eta, gamma) = trial.point()
+        parameters = trial.generic_parameters()
+        one, other = trial.value(variables, parameters), trial.value(trial.at(alpha, -beta, eta, gamma), parameters)
+        if one is None or other is None:
+            continue
+        if trial.differ(one, other):
+            show = trial.mp.nstr
+            raise ValueError(
+                f"{argument}: the formula is not symmetric under D1 <-> D2 (beta -> -beta, vartheta -> -vartheta), which name the same "
+                f"matrix: at D1 = {show(variables['D1'], 6)}, D2 = {show(variables['D2'], 6)} it is {show(one, 10)}, exchanged "
+                f"{show(other, 10)}, so its odd part is {show((one - other) / 2, 10)} instead of 0"
+            )
+        tried += 1
+        if tried == POINTS:
+            return
+    if not tried:
+        raise ValueError(f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with D1 > D2 > 0")
+
+
+def is_isotropic(trial: Trial) -> bool:
+    """Tell whether turning a and b by angles of their own leaves the formula as it is, at random points."""
+    tried = 0
+    for _ in range(20 * POINTS):
+        variables, (alpha, beta, _, _) = trial.point()
+        parameters = trial.generic_parameters()
+        turned = trial.at(alpha, beta, trial.uniform(0, 6), trial.uniform(0, 6))
+        one, other = trial.value(variables, parameters), trial.value(turned, parameters)
+        if one is None and other is None:
+            continue
+        if one is None or other is None or trial.differ(one, other):
+            return False
+        tried += 1
+        if tried == POINTS:
+            return True
+    return tried > 0
+
+
+def check_real(program: Program, parameters: Mapping[str, float], coordinates: tuple[str, ...], argument: str) -> None:
+    """Refuse a formula of coordinates that is real nowhere that is tried."""
+    trial = Trial(program, parameters)
+    for _ in range(20 * POINTS):
+        if trial.value({name: trial.uniform(-1.5, 1.5) for name in coordinates}, trial.generic_parameters()) is not None:
+            return
+    raise ValueError(f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with |q| < 1.5")

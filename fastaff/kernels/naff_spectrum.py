@@ -1,0 +1,192 @@
+"""The spectrum side of `naff`: guesses, removal of lines by their analytic transform, noise and leakage.
+
+Conventions as in `lines`.
+"""
+
+import math
+
+from ..compile.jit import LANES, jit
+
+FLOOR = 1e-17  # relative amplitude at which the tail of a line is cut, below the rounding of the transform
+NOISE_REACH = 24  # bins around a line that tell its noise level
+LEAKAGE_REACH = 1024  # bins within which an error bar weighs the residual bin by bin
+
+
+@jit
+def line_shape(j, delta, samples, order):
+    """Return W(j - delta) for whole |j| <= order and |delta| <= 1/2, without loss of digits."""
+    scale = math.pi / samples
+    shape = 1.0 if delta == 0.0 else math.sin(math.pi * delta) / (samples * math.sin(scale * delta))
+    for i in range(1, order + 1):
+        shape *= math.sin(scale * i) ** 2
+    for i in range(-order, order + 1):
+        if i != -j:
+            shape /= math.sin(scale * (j + i - delta))
+    return -shape if (order + j) % 2 else shape
+
+
+@jit
+def tail_reach(change, order):
+    """Return the distance in bins beyond which a line of relative amplitude `change` is below FLOOR."""
+    reach = change / FLOOR
+    for i in range(1, order + 1):
+        reach *= i * i
+    return order + 1 + min(reach ** (1.0 / (2 * order + 1)), 1e15)
+
+
+@jit
+def subtract_line(spectrum, window, u, a, reach, lanes):
+    """Subtract the line a*exp(i u tau) from the spectrum (2, N), to `reach` bins from its centre."""
+    samples, order = spectrum.shape[1], window.order
+    odd = -1.0 if samples % 2 == 0 else 1.0  # sign of exp(i N tau)
+    middle = math.floor(u + 0.5)
+    delta = u - middle
+    for j in range(-order, order + 1):
+        k = (middle + j) % samples
+        shape = line_shape(j, delta, samples, order) * (1.0 if 0 <= middle + j < samples else odd)
+        spectrum[0, k] -= a.real * shape
+        spectrum[1, k] -= a.imag * shape
+    height = math.sin(math.pi * delta) / math.pi * (1.0 if order % 2 else -1.0)
+    for i in range(1, order + 1):
+        height *= window.sine[i + samples // 2] ** 2
+    left, right = int(min(reach, samples // 2)), int(min(reach, (samples - 1) // 2))
+    for wrap in range(-1, 2):
+        origin = middle + wrap * samples
+        h = a * (height if wrap == 0 else odd * height)
+        subtract_tail(spectrum, window, h, delta, origin, max(0, origin - left), min(samples, origin - order), lanes)
+        subtract_tail(
+            spectrum, window, h, delta, origin, max(0, origin + order + 1), min(samples, origin + right + 1), lanes
+        )
+
+
+@jit
+def subtract_tail(spectrum, window, h, delta, origin, first, stop, lanes):
+    """Subtract h/(S prod(S^2 - S_i^2)) from the bins first <= k < stop, S = S(k - origin - delta)."""
+    samples, hr, hi = spectrum.shape[1], h.real, h.imag
+    sd, cd = math.sin(math.pi * delta / samples), math.cos(math.pi * delta / samples)
+    square, below, half = lanes[0], lanes[1], samples // 2
+    for start in range(first, stop, LANES):
+        end = min(start + LANES, stop)
+        j = start - origin + half
+        sine, cosine = window.sine[j : j + LANES], window.cosine[j : j + LANES]
+        re, im = spectrum[0, start:end], spectrum[1, start:end]
+        for i in range(end - start):
+            x = sine[i] * cd - cosine[i] * sd
+            square[i] = x * x
+            below[i] = x
+        for k in range(1, window.order + 1):
+            pole = window.sine[k + half] ** 2
+            for i in range(end - start):
+                below[i] *= square[i] - pole
+        for i in range(end - start):
+            inverse = 1.0 / below[i]
+            re[i] -= hr * inverse
+            im[i] -= hi * inverse
+
+
+@jit
+def strongest_bin(spectrum, lanes):
+    """Return the bin of the largest modulus of a spectrum (2, N)."""
+    samples = spectrum.shape[1]
+    best, where = lanes[0], lanes[1]
+    best[:] = -1.0
+    where[:] = 0.0  # of a spectrum of NaN no bin is the strongest
+    for start in range(0, samples, LANES):
+        row = float(start)
+        re, im = spectrum[0, start : start + LANES], spectrum[1, start : start + LANES]
+        for i in range(re.size):
+            power = re[i] * re[i] + im[i] * im[i]
+            larger = power > best[i]
+            best[i] = power if larger else best[i]
+            where[i] = row if larger else where[i]
+    top = 0
+    for i in range(1, min(LANES, samples)):
+        if best[i] > best[top] or (best[i] == best[top] and where[i] < where[top]):
+            top = i
+    return int(where[top]) + top
+
+
+@jit
+def first_guess(spectrum, k, order):
+    """Return (u, a), -N/2 <= u < N/2, of the line that peaks at bin k, from the ratio to its larger neighbour."""
+    samples = spectrum.shape[1]
+    here = math.hypot(spectrum[0, k], spectrum[1, k])
+    left = math.hypot(spectrum[0, k - 1], spectrum[1, k - 1])
+    right = math.hypot(spectrum[0, (k + 1) % samples], spectrum[1, (k + 1) % samples])
+    if here == 0.0:
+        return float(k), 0j
+    ratio = max(left, right) / here
+    scale = math.pi / samples  # |W(1 - d)/W(d)| = S(p + d)/S(p + 1 - d)
+    tangent = ratio * math.sin(scale * (order + 1)) - math.sin(scale * order)
+    tangent /= ratio * math.cos(scale * (order + 1)) + math.cos(scale * order)
+    delta = min(max(math.atan(tangent) / scale, -0.5), 0.5)
+    delta = delta if right >= left else -delta
+    a = complex(spectrum[0, k], spectrum[1, k]) / line_shape(0, delta, samples, order)
+    if 2 * k < samples:
+        return k + delta, a
+    return k - samples + delta, (-a if samples % 2 == 0 else a)
+
+
+@jit
+def noise_floor(spectrum, u, gap):
+    """Return the level of |bin| between lines (mean of power -1/2), from `gap` to NOISE_REACH + gap bins around u."""
+    samples, total, count = spectrum.shape[1], 0.0, 0
+    for j in range(gap, min(NOISE_REACH + gap, samples // 2)):
+        for k in (math.floor(u) - j, math.floor(u) + 1 + j):
+            power = spectrum[0, k % samples] ** 2 + spectrum[1, k % samples] ** 2
+            total += 1.0 / math.sqrt(math.sqrt(max(power, 1e-300)))
+        count += 2
+    return (count / total) ** 2 if count else 0.0
+
+
+@jit
+def spectrum_power(spectrum, lanes):
+    """Return the sum of |bin|^2, in a fixed order."""
+    samples, total = spectrum.shape[1], lanes[0]
+    total[:] = 0.0
+    for start in range(0, samples, LANES):
+        re, im = spectrum[0, start : start + LANES], spectrum[1, start : start + LANES]
+        for i in range(re.size):
+            total[i] += re[i] * re[i] + im[i] * im[i]
+    result = 0.0
+    for i in range(LANES):
+        result += total[i]
+    return result
+
+
+@jit
+def load_spectrum(transform, window, spectrum):
+    """Split a transform (N,) into real and imaginary parts (2, N), time counted from the middle."""
+    re, im, centre = spectrum[0], spectrum[1], window.centre
+    for k in range(transform.size):
+        z, c = transform[k], centre[k]
+        re[k] = z.real * c.real - z.imag * c.imag
+        im[k] = z.real * c.imag + z.imag * c.real
+
+
+@jit
+def leakage(spectrum, window, u, power, lanes):
+    """Return the root of sum |residual bin|^2 bound(bin - u)^2: what a residual of this power can do to a unit line."""
+    samples, height, width = spectrum.shape[1], window.envelope[0], 1.0 / window.envelope[1]
+    total, square, fall = lanes[0], lanes[1], lanes[2]
+    total[:] = 0.0
+    reach = min(LEAKAGE_REACH, (samples - 1) // 2)
+    for wrap in range(-1, 2):
+        origin = u + wrap * samples
+        stop = min(samples, int(origin) + reach)
+        for start in range(max(0, int(origin) - reach), stop, LANES):
+            end = min(start + LANES, stop)
+            re, im, offset = spectrum[0, start:end], spectrum[1, start:end], start - origin
+            for i in range(end - start):
+                d = (offset + i) * width
+                square[i] = d * d
+                fall[i] = square[i]
+            for _ in range(2 * window.order):
+                for i in range(end - start):
+                    fall[i] *= square[i]
+            for i in range(end - start):
+                total[i] += (re[i] * re[i] + im[i] * im[i]) / (1.0 + fall[i])
+    result = power / (1.0 + (reach * width) ** (4 * window.order + 2))
+    for i in range(LANES):
+        result += total[i]
+    return height * math.sqrt(result)

@@ -1,0 +1,188 @@
+"""Actions, frequencies and angles in closed form where F is a quadratic polynomial: oscillators with walls.
+
+Then G is constant, s = m - l cos(chi), and all integrals of `libration` are elementary: with Lambda = sqrt(-F) at a pole,
+
+    1/2 loop integral of sqrt(F)/s ds = pi (b/(2 sqrt(a)) - Lambda),   integral of ds/(s sqrt(F)) = (2/Lambda) psi,
+    psi = atan2(sqrt(s2) sin(chi/2), sqrt(s1) cos(chi/2)).
+"""
+
+import numpy as np
+
+from ..base.status import ACTION_ZERO_CODE, OK_CODE, SEPARATRIX_CODE, UNBOUND_CODE
+from ..compile.jit import jit
+
+UNIT = 1024
+"""States that a thread takes at once."""
+
+TURN = 2 * np.pi
+NOISE = 4e-16
+"""Amplitudes below this portion of the middle are 0: rounding."""
+
+
+@jit
+def _cycle(middle, product, s, root, stiffness):
+    """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (l, l cos(chi), l sin(chi), s1, s2, chi)."""
+    cosine, sine = middle - s, root / stiffness
+    amplitude = np.sqrt(cosine * cosine + sine * sine)
+    if amplitude <= NOISE * middle:
+        return 0.0, 0.0, 0.0, middle, middle, 0.0
+    s2 = middle + amplitude
+    return amplitude, cosine, sine, product / s2, s2, _angle(sine, cosine)
+
+
+@jit
+def _angle(sine, cosine):
+    """Angle in [0, 2 pi)."""
+    chi = np.arctan2(sine, cosine)
+    return chi if chi >= 0.0 else chi + TURN
+
+
+@jit
+def _wind(mean, far, size, cosine, sine):
+    """psi from l, l cos(chi), l sin(chi): atan2(far (1 - cos(chi)), mean sin(chi)) with mean = sqrt(near far), without half-angles."""
+    rest = far * (size - cosine) if cosine <= 0.0 else far * sine * sine / (size + cosine)
+    return np.arctan2(rest, mean * sine) if size > 0.0 else 0.0
+
+
+@jit
+def _wrap(x):
+    """x modulo 1 in [0, 1)."""
+    x -= np.floor(x)
+    return 0.0 if x >= 1.0 else x
+
+
+@jit
+def _plane(mu, k, wall, x, y, px, py, out):
+    """One plane with V = k s/2 + wall/s: (J, J_angle, nu, nu_angle, theta, theta_angle, energy, spin, s1, s2) to out; status."""
+    s, root, spin = x * x + y * y, x * px + y * py, x * py - y * px
+    energy = (px * px + py * py) / (2 * mu) + k * s / 2 + (wall / s if wall != 0.0 else 0.0)
+    Lambda = np.sqrt(spin * spin + 2 * mu * wall)
+    omega = np.sqrt(k / mu)
+    middle = energy / k
+    stiffness = np.sqrt(mu * k)
+    mean = Lambda / stiffness
+    amplitude, cosine, sine, s1, s2, chi = _cycle(middle, mean * mean, s, root, stiffness)
+    out[6], out[7], out[8], out[9] = energy, spin, s1, s2
+    angle = np.arctan2(y, x) if s > 0.0 else np.arctan2(py, px)
+    code, ratio = OK_CODE, 0.0
+    if Lambda > 0.0:
+        ratio = spin / Lambda
+    else:
+        code, ratio = SEPARATRIX_CODE, np.nan
+    # (J + Lambda/2 pi) = energy/omega as a difference: amplitude^2 keeps the digits of a small action.
+    out[0] = np.pi * stiffness * amplitude * amplitude / (middle + mean) if amplitude > 0.0 else 0.0
+    out[1], out[2], out[3] = TURN * spin, omega / np.pi, 0.5 * omega / np.pi * ratio
+    out[4] = chi / TURN
+    out[5] = _wrap((angle - ratio * (_wind(mean, s2, amplitude, cosine, sine) - 0.5 * chi)) / TURN) if code == OK_CODE else np.nan
+    if amplitude == 0.0:
+        out[4] = np.nan
+        code = ACTION_ZERO_CODE if code == OK_CODE else code
+    return code
+
+
+def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, turning, constants, error, status):
+    """z (8, n) -> rows alpha, beta, eta, gamma of J, nu, theta (4, n), H_alpha, H_beta, c_eta, c_gamma, turning (2, 3, n)."""
+    n = z.shape[1]
+    if stop[0] != 0:
+        return
+    a, b = np.empty(10), np.empty(10)
+    for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        code = _plane(mu, k_a, wall_a, z[0, i], z[1, i], z[4, i], z[5, i], a)
+        other = _plane(mu, k_b, wall_b, z[2, i], z[3, i], z[6, i], z[7, i], b)
+        J[0, i], J[1, i], J[2, i], J[3, i] = a[0], b[0], a[1], b[1]
+        nu[0, i], nu[1, i], nu[2, i], nu[3, i] = a[2], b[2], a[3], b[3]
+        theta[0, i], theta[1, i], theta[2, i], theta[3, i] = a[4], b[4], a[5], b[5]
+        constants[0, i], constants[1, i] = a[6], b[6]
+        constants[2, i], constants[3, i] = a[7] * a[7] / (2 * mu), b[7] * b[7] / (2 * mu)
+        turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = a[8], a[9], 1.0
+        turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = b[8], b[9], 1.0
+        error[i] = 1e-16
+        status[i] = max(code, other)
+    progress[unit] = 1
+
+
+@jit
+def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants):
+    """One state of V = k r/2 + wall_r/r + (wall_a/cos^2(vartheta/2) + wall_b/sin^2(vartheta/2))/r; returns its status."""
+    A, B = z[0, i] * z[0, i] + z[1, i] * z[1, i], z[2, i] * z[2, i] + z[3, i] * z[3, i]
+    pA, pB = z[0, i] * z[4, i] + z[1, i] * z[5, i], z[2, i] * z[6, i] + z[3, i] * z[7, i]
+    p_eta, p_gamma = z[0, i] * z[5, i] - z[1, i] * z[4, i], z[2, i] * z[7, i] - z[3, i] * z[6, i]
+    r, square, kinetic = A + B, 0.0, 0.0
+    for m in range(4):
+        kinetic += z[4 + m, i] * z[4 + m, i]
+        for j in range(m):
+            turn = z[m, i] * z[4 + j, i] - z[j, i] * z[4 + m, i]
+            square += turn * turn
+    h = square / (2 * mu) + (wall_a * r / A if wall_a != 0.0 else 0.0) + (wall_b * r / B if wall_b != 0.0 else 0.0)
+    E = kinetic / (2 * mu) + k * r / 2 + (wall_r + h - square / (2 * mu)) / r
+    constants[0, i], constants[1, i] = E, h
+    constants[2, i], constants[3, i] = p_eta * p_eta / (2 * mu), p_gamma * p_gamma / (2 * mu)
+    if not h + wall_r > 0.0:
+        return UNBOUND_CODE
+    omega, outer, Lambda = np.sqrt(k / mu), np.sqrt(2 * mu * (h + wall_r)), np.sqrt(2 * mu * h)
+    L_a, L_b = np.sqrt(p_eta * p_eta + 2 * mu * wall_a), np.sqrt(p_gamma * p_gamma + 2 * mu * wall_b)
+    stiffness = np.sqrt(mu * k)
+    mean = outer / stiffness
+    width_r, cos_r, sin_r, r1, r2, chi_r = _cycle(E / k, mean * mean, r, pA + pB, stiffness)
+    # F = (s - s1)(s2 - s) Lambda^2 with s = sin^2(vartheta/2), s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The
+    # middle from the nearer axis: a sum of positive terms, F = root^2 there, where the energy would be a difference.
+    s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
+    upper = s > 0.5
+    x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
+    if x > 0.0:
+        total = (root * root + near * near) / x + x
+        width = np.sqrt(root * root + (0.5 * total - x) * (0.5 * total - x))
+    else:  # on the axis all of the momentum across it counts
+        p = z[4, i] * z[4, i] + z[5, i] * z[5, i] if upper else z[6, i] * z[6, i] + z[7, i] * z[7, i]
+        total = r * p / (Lambda * Lambda) + (near * near if near > 0.0 else 0.0)
+        width = 0.5 * total
+    bent = width <= NOISE * total
+    width = 0.0 if bent else width
+    x2 = 0.5 * total + width
+    x1 = near * near / x2 if x2 > 0.0 else 0.0
+    s1, s2, t1, t2 = (1 - x2, 1 - x1, x2, x1) if upper else (x1, x2, 1 - x1, 1 - x2)
+    if upper:
+        s1 = (L_b / Lambda) ** 2 / s2
+    else:
+        t2 = (L_a / Lambda) ** 2 / t1
+    product_s, product_t = L_b / Lambda, L_a / Lambda  # sqrt(s1 s2), sqrt(t1 t2)
+    spread = 2 * width / (np.sqrt(t1) + np.sqrt(t2) if upper else np.sqrt(s1) + np.sqrt(s2)) if width > 0.0 else 0.0
+    cosine = 0.0 if bent else (x - 0.5 * total if upper else 0.5 * total - x)
+    root = 0.0 if bent else root
+    chi = _angle(root, cosine)
+    turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = r1, r2, 1.0
+    turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = s1, s2, t2
+    J[2, i], J[3, i] = TURN * p_eta, TURN * p_gamma
+    J[0, i] = np.pi * stiffness * width_r * width_r / (E / k + mean) if width_r > 0.0 else 0.0
+    J[1, i] = np.pi * Lambda * spread * spread / (1 + (product_s - product_t if upper else product_t - product_s))
+    code = OK_CODE if L_a > 0.0 and L_b > 0.0 else SEPARATRIX_CODE
+    turn_a, turn_b = p_eta / L_a if L_a > 0.0 else np.nan, p_gamma / L_b if L_b > 0.0 else np.nan
+    nu[0, i], nu[1, i] = omega / np.pi, omega / np.pi * (Lambda / outer)
+    nu[2, i], nu[3, i] = 0.5 * nu[1, i] * turn_a, 0.5 * nu[1, i] * turn_b
+    tilt = (chi / 2 - Lambda / outer * (_wind(mean, r2, width_r, cos_r, sin_r) - chi_r / 2)) / np.pi
+    eta = np.arctan2(z[1, i], z[0, i]) if A > 0.0 else np.arctan2(z[5, i], z[4, i])
+    gamma = np.arctan2(z[3, i], z[2, i]) if B > 0.0 else np.arctan2(z[7, i], z[6, i])
+    theta[0, i], theta[1, i] = _wrap(chi_r / TURN), _wrap(tilt)
+    theta[2, i] = _wrap((eta - turn_a * (_wind(product_t, t2, width, cosine, root) - np.pi * tilt)) / TURN)
+    theta[3, i] = _wrap((gamma - turn_b * (_wind(product_s, s2, width, cosine, root) - np.pi * tilt)) / TURN)
+    if width_r == 0.0 or bent:
+        theta[0, i] = np.nan if width_r == 0.0 else theta[0, i]
+        theta[1, i] = np.nan if bent else theta[1, i]
+        code = ACTION_ZERO_CODE if code == OK_CODE else code
+    return code
+
+
+def shells(unit, stop, progress, mu, k, wall_r, wall_a, wall_b, z, J, nu, theta, turning, constants, error, status):
+    """z (8, n) -> rows r, vartheta, eta, gamma of J, nu, theta (4, n), E, h_vartheta, c_eta, c_gamma, turning (2, 3, n)."""
+    n = z.shape[1]
+    if stop[0] != 0:
+        return
+    for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+        status[i] = _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants)
+        error[i] = 1e-16
+        if status[i] == UNBOUND_CODE:
+            error[i] = np.inf
+            turning[:, :, i] = np.nan
+            for m in range(4):
+                J[m, i], nu[m, i], theta[m, i] = np.nan, np.nan, np.nan
+    progress[unit] = 1

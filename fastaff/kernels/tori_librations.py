@@ -1,0 +1,397 @@
+"""Loop integrals of one separated coordinate between its turning points.
+
+With F and the kinds of coordinates of `wells`,
+
+    J = 1/2 loop integral of sqrt(F)/(s t) ds     (of sqrt(F) ds on a LINE).
+
+Between the turning points s = s1 + 2 l sin^2(chi/2), F = (s - s1)(s2 - s) G, and J and its derivatives to u0...u3 are integrals
+over chi of smooth even functions of period 2 pi, which sums over midpoints give with exponential accuracy. The functions 1/s and
+1/t, near whose pole a turning point may lie, are taken off in closed form.
+"""
+
+import numpy as np
+
+from ..base.status import NOT_CONVERGED_CODE, OK_CODE
+from ..compile.jit import jit
+from .panels import HIGH, LENGTH, LOW, ORDER, WEIGHTS, first_panels, halve, panel_value, place_panel, size_and_rest, turned_integral
+from .tori_wells import (
+    ACTION,
+    CENTRE,
+    CHI,
+    D2,
+    D3,
+    ERROR,
+    LINE,
+    NODES,
+    PANELS,
+    RADIAL,
+    RADIUS,
+    S1,
+    S2,
+    SINE,
+    SINH,
+    T1,
+    T2,
+    W0,
+    W2,
+    W3,
+    WIDTH,
+    complement,
+    powers,
+    radicands,
+    turning_points,
+)
+
+LEAST, MOST = 16, 2048
+"""Numbers of midpoints: doubled until the last Fourier coefficients vanish."""
+
+ENOUGH = 256
+"""Midpoints after which panels do better: a wall or a barrier is near a turning point."""
+
+APART = 0.6
+"""Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small difference."""
+
+ROWS = 14
+"""Rows of work memory, of MOST numbers each."""
+
+_FIRST = 5
+"""Rows of work memory: s and t; F; the quotient of a narrow well; the integrands J, D0...D3; cosines (or panels);
+sin^2, cos^2 of chi/2. Rows 2 and 4 hold weights."""
+
+D0_ROW = _FIRST + 1
+
+
+def _tables():
+    """Return sin^2(chi/2), sin(chi), cos(chi) at the midpoints of each number of nodes, one after another."""
+    out = []
+    nodes = LEAST
+    while nodes <= MOST:
+        chi = (np.arange(nodes) + 0.5) * np.pi / nodes
+        out.append([np.sin(chi / 2) ** 2, np.sin(chi), np.cos(chi)])
+        nodes *= 2
+    return np.ascontiguousarray(np.concatenate(out, axis=1))
+
+
+TABLES = _tables()
+
+
+@jit
+def _poles(mu, u, kind, ends, out):
+    """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or its pole is not there."""
+    at_0, at_1 = 0.0, 0.0
+    if kind != LINE and out[S1] < APART * out[S2] and np.isfinite(ends[0]):
+        at_0 = np.sqrt(max(0.0, 2 * mu * (ends[0] - u[3])))
+    if kind == SINE and out[T2] < APART * out[T1] and np.isfinite(ends[1]):
+        at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] - u[2])))
+    if kind == SINH and out[T1] < APART * out[T2] and np.isfinite(ends[1]):
+        # Beyond the ends of motion a branch point of sqrt(G) comes to the pole where Lambda is small: then it stays.
+        at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] + u[2])))
+        at_1 = at_1 if at_1 * at_1 > 0.1 * mu * (abs(u[0]) + abs(u[1])) else 0.0
+    return at_0, at_1
+
+
+@jit
+def _integrands(potential, params, mu, u, kind, first, nodes, at_0, at_1, work, out):
+    """Fill the rows J, D0...D3 of the integrands at `nodes` phases from number `first` on; False where F is not positive there."""
+    s1, t2, width, end = out[S1], out[T2], out[WIDTH], first + nodes
+    s, t, F, low, high = work[0, first:end], work[1, first:end], work[2, first:end], work[LOW, first:end], work[HIGH, first:end]
+    for k in range(nodes):
+        s[k] = s1 + 2 * width * low[k]
+    for k in range(nodes):
+        t[k] = t2 + 2 * width * high[k] if kind == SINE else complement(kind, s[k])
+    if out[RADIUS] > 0.0:
+        p, scale = work[3], -1 / (out[RADIUS] * out[RADIUS])
+        for k in range(nodes):
+            F[k] = scale * powers(p, (s[k] - out[CENTRE]) / out[RADIUS], 0)
+    else:
+        radicands(potential, params, mu, u, kind, nodes, s, t, F)
+        for k in range(nodes):
+            F[k] /= 4 * width * width * low[k] * high[k]
+    good = True
+    for k in range(nodes):
+        good = good and F[k] > 0.0 and F[k] < np.inf
+    if not good:
+        return False
+    J, f0, f1, f2, f3 = work[5, first:end], work[6, first:end], work[7, first:end], work[8, first:end], work[9, first:end]
+    near_0, near_1 = np.sqrt(s1 * out[S2]), np.sqrt(out[T1] * t2)
+    take_0, take_1 = 0.0 if at_0 == 0.0 else near_0 / at_0, 0.0 if at_1 == 0.0 else near_1 / at_1
+    give_0, give_1 = at_0 * near_0, (-at_1 if kind == SINH else at_1) * near_1
+    # Through the axis itself the pole is not integrable: that derivative jumps and has no value.
+    has_0, has_1 = s1 > 0.0 or at_0 > 0.0, t2 > 0.0 or at_1 > 0.0
+    for k in range(nodes):
+        G = np.sqrt(F[k])
+        square = 4 * width * width * low[k] * high[k]
+        f0[k] = 1 / G
+        if kind == LINE:
+            J[k], f1[k], f2[k], f3[k] = G * square, 0.0, 0.0, 0.0
+        else:
+            v, w = 1 / s[k] if s[k] > 0.0 else 0.0, 1 / t[k] if t[k] > 0.0 else 0.0
+            J[k] = G * square * v * w + give_0 * v + give_1 * w
+            f1[k] = t[k] * f0[k]
+            f2[k] = (f0[k] - take_1) * w if has_1 else 0.0
+            f3[k] = (f0[k] - take_0) * v if has_0 else 0.0
+    return True
+
+
+@jit
+def _tail(kind, nodes, at_0, at_1, work):
+    """Size of the last Fourier coefficients of the integrands, relative to the integrals with what was taken off."""
+    off, worst = nodes - LEAST, 0.0
+    for row in range(_FIRST, _FIRST + 2 if kind == LINE else _FIRST + 5):
+        first, second, size, sign = 0.0, 0.0, 0.0, 1.0
+        if row == _FIRST + 4 and at_0 > 0.0:
+            size = nodes / at_0
+        if row == _FIRST + 3 and at_1 > 0.0:
+            size = nodes / at_1
+        f = work[row]
+        for k in range(nodes):
+            term = sign * f[k] * TABLES[1, off + k]
+            first += term
+            second += 2 * term * TABLES[2, off + k]
+            size += abs(f[k])
+            sign = -sign
+        if size > 0.0:
+            worst = max(worst, 2 * (abs(first) + abs(second)) / size)
+    return worst
+
+
+@jit
+def _noise(mu, u, kind, first, nodes, work, out):
+    """Errors of 1/sqrt(G) from the rounding of F, a difference of large terms, summed over nodes, and its own sum there."""
+    total, sum_f = 0.0, 0.0
+    size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
+    for k in range(first, first + nodes):
+        f, square = work[_FIRST + 1, k], work[LOW, k] * work[HIGH, k]
+        total += size * (work[0, k] * work[1, k] if kind != LINE else 1.0) * f * f * f / square
+        sum_f += f
+    return total, sum_f
+
+
+@jit
+def _finish(mu, u, kind, at_0, at_1, out):
+    """Give back to the integrals what was taken off."""
+    if at_0 > 0.0:
+        out[ACTION] -= np.pi * at_0
+        out[D3] += mu * np.pi / at_0
+    if at_1 > 0.0:
+        out[ACTION] += np.pi * at_1 if kind == SINH else -np.pi * at_1
+        out[D2] += mu * np.pi / at_1
+    if kind != LINE and out[S1] == 0.0 and at_0 == 0.0:
+        out[D3] = np.inf
+    if kind == SINE and out[T2] == 0.0 and at_1 == 0.0:
+        out[D2] = np.inf
+
+
+@jit
+def _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, most, work, out):
+    """Loop integrals by sums over midpoints of the phase; returns a status, or -1 where panels do better."""
+    nodes, before = LEAST, np.inf
+    while True:
+        off = nodes - LEAST
+        for k in range(nodes):
+            work[LOW, k], work[HIGH, k] = TABLES[0, off + k], TABLES[0, off + nodes - 1 - k]
+        if not _integrands(potential, params, mu, u, kind, 0, nodes, at_0, at_1, work, out):
+            return NOT_CONVERGED_CODE
+        tail = _tail(kind, nodes, at_0, at_1, work)
+        # Coefficients that stop falling are rounding; more nodes would only add to it.
+        if tail <= goal or (tail > 0.3 * before and before < 1e-9) or nodes == MOST:
+            break
+        if nodes >= most and out[RADIUS] == 0.0:
+            return -1
+        before = tail
+        nodes *= 2
+    scale = (2 if kind == LINE else 1) * np.pi / nodes
+    for j in range(5):
+        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * work[_FIRST + j, :nodes].sum()
+    if out[RADIUS] == 0.0:
+        total, sum_f = _noise(mu, u, kind, 0, nodes, work, out)
+        out[ERROR] = 1e-15 + total / sum_f
+    out[NODES], out[ERROR] = nodes, max(10 * tail, out[ERROR])
+    return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
+
+
+@jit
+def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out):
+    """Loop integrals over panels of the phase, halved until all integrands are resolved; returns a status."""
+    most, rows = MOST // ORDER, 2 if kind == LINE else 5
+    count, done = first_panels(kind, knots, most, work, out), 0
+    sizes = np.zeros(5)
+    while True:
+        for panel in range(done, count):
+            place_panel(panel, work)
+            if not _integrands(potential, params, mu, u, kind, panel * ORDER, ORDER, at_0, at_1, work, out):
+                return NOT_CONVERGED_CODE
+        sizes[:] = 0.0
+        for panel in range(count):
+            for j in range(rows):
+                sizes[j] += size_and_rest(_FIRST + j, panel, work)[0]
+        sizes[3] += np.pi / at_1 if at_1 > 0.0 else 0.0
+        sizes[4] += np.pi / at_0 if at_0 > 0.0 else 0.0
+        tail, noise, done = 0.0, 0.0, count
+        for panel in range(done):
+            rest = 0.0
+            for j in range(rows):
+                if sizes[j] > 0.0:
+                    rest = max(rest, size_and_rest(_FIRST + j, panel, work)[1] / sizes[j])
+            total, sum_f = _noise(mu, u, kind, panel * ORDER, ORDER, work, out)
+            for k in range(panel * ORDER, (panel + 1) * ORDER):  # s itself is rounded: next to a wall F has a large slope
+                edge = 0.5 / work[LOW, k] + 0.5 / work[HIGH, k]
+                total += 1e-16 * work[0, k] / (2 * out[WIDTH]) * edge * work[_FIRST + 1, k] if kind != LINE else 0.0
+            rounding = total / sum_f * size_and_rest(_FIRST + 1, panel, work)[0] / sizes[1]
+            tail, noise = tail + rest, noise + rounding
+            if rest > max(0.1 * goal, 4 * rounding, 2e-16) and count < most and work[LENGTH, panel] > 1e-9:
+                halve(panel, count, work)
+                count += 1
+        if count == done:
+            break
+        for panel in range(done):  # those that were cut have new nodes
+            place_panel(panel, work)
+            if not _integrands(potential, params, mu, u, kind, panel * ORDER, ORDER, at_0, at_1, work, out):
+                return NOT_CONVERGED_CODE
+    scale = 2 if kind == LINE else 1
+    for j in range(5):
+        total = 0.0
+        for panel in range(count):
+            for k in range(ORDER):
+                total += 0.5 * work[LENGTH, panel] * WEIGHTS[k] * work[_FIRST + j, panel * ORDER + k]
+        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * total
+    out[NODES], out[PANELS], out[ERROR] = count * ORDER, count, tail + noise + 1e-15
+    return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
+
+
+@jit
+def integrals(potential, params, mu, u, kind, ends, knots, goal, work, out):
+    """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
+    at_0, at_1 = _poles(mu, u, kind, ends, out)
+    code, low, high = -1, out[S1], out[S2]
+    if kind == SINE:
+        low, high = low / max(out[T1], 1e-300), high / max(out[T2], 1e-300)
+    smooth = out[RADIUS] > 0.0 or out[WIDTH] <= 0.0 or np.searchsorted(knots, low) == np.searchsorted(knots, high)
+    out[PANELS] = 0.0
+    if smooth:
+        code = _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, ENOUGH, work, out)
+    if code < 0:
+        code = _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out)
+        error = out[ERROR] if code == OK_CODE else np.inf
+        if smooth and error > 1e-12:  # more midpoints may suffer less from rounding
+            out[PANELS] = 0.0
+            code = _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, MOST, work, out)
+            if error < np.inf and not (code == OK_CODE and out[ERROR] < error):
+                code = _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out)
+    _finish(mu, u, kind, at_0, at_1, out)
+    return code
+
+
+@jit
+def _dirichlet(nodes, x):
+    """1 + 2 (cos x + ... + cos((nodes - 1) x))."""
+    x = abs(x)
+    x = x if x < np.pi else 2 * np.pi - x  # both sines of one small number: their errors cancel
+    half = np.sin(0.5 * x)
+    return np.sin((nodes - 0.5) * x) / half if abs(half) > 1e-12 else 2.0 * nodes - 1
+
+
+@jit
+def inverse_root(chi, work, out):
+    """1/sqrt(G) at the phase chi: the cosine series through its values at the midpoints."""
+    nodes, total = int(out[NODES]), 0.0
+    chi = chi if chi < np.pi else 2 * np.pi - chi
+    if out[PANELS] > 0.0:
+        return panel_value(_FIRST + 1, chi, work, out)
+    for k in range(nodes):
+        at = (k + 0.5) * np.pi / nodes
+        total += work[6, k] * (_dirichlet(nodes, chi - at) + _dirichlet(nodes, chi + at))
+    return total / (2 * nodes)
+
+
+@jit
+def phase(kind, s0, t0, root0, work, out):
+    """Set chi of the state: s = s1 + 2 l sin^2(chi/2), and near the turning points sqrt(F) = l sin(chi) sqrt(G), precise there."""
+    width = out[WIDTH]
+    if width <= 0.0:
+        out[CHI] = 0.0
+        return
+    upper = kind == SINE and s0 > 0.5
+    d1, d2 = out[T1] - t0 if upper else s0 - out[S1], t0 - out[T2] if upper else out[S2] - s0
+    sign = 1.0 if root0 >= 0.0 else -1.0
+    chi = np.arctan2(sign * np.sqrt(max(0.0, d1 * d2)), (d2 - d1) / 2)
+    near = d1 < 1e-3 * s0 or d2 < 1e-3 * (t0 if upper else s0)
+    if near or kind == LINE:
+        chi = np.arctan2(root0 * inverse_root(chi, work, out), (d2 - d1) / 2)
+    out[CHI] = chi if chi >= 0.0 else chi + 2 * np.pi
+
+
+@jit
+def _partial_sums(chi, scale, work, out):
+    """Set W0...W3 without what was taken off, from the midpoints."""
+    nodes = int(out[NODES])
+    half, off, last, now, even, odd = nodes // 2, nodes - LEAST, work[10], work[11], work[2], work[4]
+    for k in range(half):  # cos(n chi) of node nodes - 1 - k is that of node k, with the sign (-1)^n
+        last[k], now[k], even[k], odd[k] = 1.0, TABLES[2, off + k], chi, 0.0
+    sine, sine_last, turn = np.sin(chi), 0.0, 2 * np.cos(chi)
+    for n in range(1, nodes, 2):
+        c = 2 * sine / n
+        sine, sine_last = turn * sine - sine_last, sine
+        d = 2 * sine / (n + 1) if n + 1 < nodes else 0.0
+        sine, sine_last = turn * sine - sine_last, sine
+        for k in range(half):
+            double = 2 * TABLES[2, off + k]
+            odd[k] += c * now[k]
+            last[k] = double * now[k] - last[k]
+            even[k] += d * last[k]
+            now[k] = double * last[k] - now[k]
+    for j in range(4):
+        f, total = work[_FIRST + 1 + j], 0.0
+        for k in range(half):
+            total += (even[k] + odd[k]) * f[k] + (even[k] - odd[k]) * f[nodes - 1 - k]
+        out[W0 + j] = scale / nodes * total
+
+
+@jit
+def partials(mu, u, kind, ends, work, out):
+    """Set W0...W3, the integrals of dJ/du0...dJ/du3 from chi = 0 to the state's chi (a whole turn gives dJ/du)."""
+    chi, scale = out[CHI], (1.0 if kind == LINE else 0.5) * mu
+    if out[PANELS] > 0.0:
+        for j in range(4):
+            out[W0 + j] = scale * turned_integral(_FIRST + 1 + j, chi, work, out)
+    else:
+        _partial_sums(chi, scale, work, out)
+    at_0, at_1 = _poles(mu, u, kind, ends, out)
+    half_sine, half_cosine = np.sin(chi / 2), np.cos(chi / 2)
+    if at_0 > 0.0:
+        out[W3] += mu / at_0 * np.arctan2(np.sqrt(out[S2]) * half_sine, np.sqrt(out[S1]) * half_cosine)
+    if at_1 > 0.0:
+        out[W2] += mu / at_1 * np.arctan2(np.sqrt(out[T2]) * half_sine, np.sqrt(out[T1]) * half_cosine)
+
+
+@jit
+def limits(potential, params, kind, work, ends):
+    """Write the limits of U s t at s = 0 and at t = 0 to ends (2,): the potential's own walls there."""
+    s, U = work[0], work[2]
+    ends[0], ends[1] = 0.0, 0.0
+    if kind == LINE:
+        return
+    s[0] = 1e-200
+    for k in range(1, 3):  # s = 1 or, beyond the end of the motion, s = -1
+        s[k] = 1 - 10.0 ** (-2 * k - 4) if kind == SINE else 10.0 ** (-2 * k - 4) - 1
+    potential(params, 3, s, U)
+    ends[0] = U[0] * 1e-200 if abs(U[0]) > 1e110 or not np.isfinite(U[0]) else 0.0
+    if kind != RADIAL:
+        far, near = U[1] * s[1] * complement(kind, s[1]), U[2] * s[2] * complement(kind, s[2])
+        # A wall c/t keeps its size towards t = 0; a regular potential's falls with t.
+        if not np.isfinite(near):
+            ends[1] = near
+        elif abs(near) > 0.5 * abs(far):
+            ends[1] = near + (near - far) / 99
+
+
+@jit
+def librate(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, goal, work, out):
+    """Turning points, loop integrals, phase and integrals up to it of one state; returns a status."""
+    code = turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, work, out)
+    if code == OK_CODE:
+        code = integrals(potential, params, mu, u, kind, ends, knots, goal, work, out)
+    if code == OK_CODE:
+        phase(kind, s0, t0, root0, work, out)
+        partials(mu, u, kind, ends, work, out)
+    return code

@@ -1,0 +1,125 @@
+"""Marks of periodic orbits on sections, by stability, with their periods and residues.
+
+As in `fastaff.plot`, the function takes `ax=` and returns the artists it made. Kinds differ by shape and by lightness, not by colour alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..analysis.periodic.periodic_orbits import PeriodicOrbits, Stability
+from ..base.status import Status
+from ..charts import ALPHA_BETA, Chart
+from .sections import Artists, symbol
+
+STYLES = {
+    Stability.ELLIPTIC: {"marker": "o", "mfc": "#e69f00", "mec": "black", "ms": 6.5, "mew": 0.9},
+    Stability.PARABOLIC: {"marker": "s", "mfc": "white", "mec": "black", "ms": 5.5, "mew": 1.2},
+    Stability.HYPERBOLIC: {"marker": "X", "mfc": "#d55e00", "mec": "white", "ms": 8.5, "mew": 0.9},
+    Stability.INVERSE_HYPERBOLIC: {"marker": "D", "mfc": "#56b4e9", "mec": "black", "ms": 5.5, "mew": 0.9},
+    Stability.COMPLEX: {"marker": "P", "mfc": "black", "mec": "white", "ms": 8.5, "mew": 0.9},
+}
+"""The colours of Okabe & Ito 2008 (Color Universal Design), each with a shape of its own."""
+
+
+def plot_periodic(
+    orbits: PeriodicOrbits, *, ax: Any, x: str | None = None, y: str | None = None, chart: Chart = ALPHA_BETA, labels: bool = True,
+    legend: bool = True, fontsize: float = 8.0,
+) -> Artists:  # fmt: skip
+    """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its period and residue.
+
+    Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the chart, for a body), by
+    default those free on the section; labels: write "period: residue" beside the crossing with most room; legend: name the marks;
+    fontsize in points. Returns Artists: points are the lines of marks, one for each kind; `missing` counts orbits not drawn.
+    Raises ValueError for names that are none.
+
+    Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus: complex.
+    Set the limits of the axis before, so that labels find the room that there is.
+    Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
+    """
+    names, rows = _coordinates(orbits, chart)
+    free = _free(orbits, names)
+    chosen = x or free, y or f"p_{free}"
+    for name in chosen:
+        if name not in names:
+            raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
+    u, v = (rows[names.index(name)] for name in chosen)
+    kinds, drawn = orbits.stability, orbits.status == Status.OK
+    marks = []
+    for kind, style in STYLES.items():
+        own = drawn & (kinds == kind)
+        if own.any():
+            marks += ax.plot(u[own].ravel(), v[own].ravel(), ls="", zorder=5, label=_name(kind), **style)
+    if not ax.get_xlabel():
+        ax.set(xlabel=f"${symbol(chosen[0])}$", ylabel=f"${symbol(chosen[1])}$")
+    written = _write(ax, orbits, u, v, drawn, fontsize) if labels else ()
+    if legend and marks:
+        ax.legend(handles=marks, loc="upper right", fontsize=fontsize, framealpha=0.95, borderpad=0.6)
+    return Artists(tuple(marks), None, (), written, int(np.count_nonzero(~drawn)))
+
+
+def _name(kind: Stability) -> str:
+    return kind.name.lower().replace("_", " ")
+
+
+def _coordinates(orbits: PeriodicOrbits, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return names and values (names, orbits, period) of all coordinates of the crossings."""
+    rows = np.moveaxis(orbits.points, -1, 0)
+    if len(rows) != 8:
+        return orbits.names, rows
+    kept = np.isfinite(rows).all(axis=0)
+    converted = np.full(rows.shape, np.nan)
+    converted[:, kept] = chart.from_planes(rows[:, kept])
+    return (*chart.names, *chart.momenta), converted
+
+
+def _free(orbits: PeriodicOrbits, names: tuple[str, ...]) -> str:
+    """Return the coordinate that the section leaves free: for a hyperplane of two degrees of freedom that of the other pair."""
+    normal = getattr(orbits.section, "normal", None)
+    if normal is not None and len(names) == 4:
+        return names[1 - int(np.flatnonzero(normal)[0]) % 2]
+    fixed = type(orbits.section).__name__.startswith("Beta")
+    return names[0] if fixed or "beta" not in names else "beta"
+
+
+def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn: np.ndarray, fontsize: float) -> tuple:
+    """Write the labels, each beside the crossing and on the side where the nearest mark or label is farthest."""
+    from matplotlib.patheffects import withStroke
+
+    kept = np.isfinite(u) & np.isfinite(v) & drawn[:, None]
+    pixels = np.full((*u.shape, 2), np.nan)
+    pixels[kept] = ax.transData.transform(np.column_stack([u[kept], v[kept]]))
+    unit = ax.figure.dpi / 72 * fontsize
+    taken = [pixels[kept]]
+    frame = np.array([ax.bbox.min, ax.bbox.max])
+    written = []
+    for o in np.flatnonzero(drawn):
+        text = f"{orbits.period[o]}: ${_number(orbits.residue[o])}$"
+        half = np.array([0.28 * unit * (len(_number(orbits.residue[o])) + 3), 0.6 * unit])
+        best, place, side, at = -np.inf, np.zeros(2), np.zeros(2), 0
+        for j in range(orbits.period[o]):
+            for angle in np.arange(8) * np.pi / 4:
+                direction = np.array([np.cos(angle), np.sin(angle)])
+                centre = pixels[o, j] + direction * (half + 0.7 * unit)
+                room = np.abs(np.concatenate(taken) - centre) / half
+                edges = np.min(np.minimum(centre - frame[0], frame[1] - centre) / half)
+                score = min(np.nanmin(room.max(axis=1)), 2.5) + min(edges - 1.1, 0.0) * 10 - 0.05 * (angle % (np.pi / 2) > 0) - 0.01 * j
+                if score > best:
+                    best, place, side, at = score, centre, centre - pixels[o, j], j
+        offset = side * 72 / ax.figure.dpi
+        halo = [withStroke(linewidth=2.5, foreground="white")]
+        style = {"ha": "center", "va": "center", "fontsize": fontsize, "zorder": 6, "path_effects": halo}
+        written.append(ax.annotate(text, (u[o, at], v[o, at]), xytext=tuple(offset), textcoords="offset points", **style))
+        # What a label covers: its middle and both ends.
+        taken.append(place + np.array([[-1.0, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]) * half)
+    return tuple(written)
+
+
+def _number(residue: float) -> str:
+    """Return a residue with three digits, or a power of ten where it is large."""
+    if abs(residue) < 1000:
+        return f"{residue:.3g}" if abs(residue) >= 5e-4 else "0"
+    power = int(np.floor(np.log10(abs(residue))))
+    return rf"{residue / 10**power:.1f}\times10^{{{power}}}"

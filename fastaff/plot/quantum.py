@@ -1,0 +1,258 @@
+"""Figures of quantum levels and states: level diagrams, spectra of whole bodies, degeneracies, densities.
+
+As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Curves differ in line style too where colours tell them
+apart; colours are cividis, or dark ones that are the same to people with any kind of colour vision.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
+from ..quantum.all_levels import LevelList
+from ..quantum.level_diagram import Curve, LevelDiagram
+from .chaos import parameter_label
+from .sections import Artists, colour_map, symbol
+
+STYLES = (
+    ("#00306f", "-"), ("#b35900", (0, (5, 1.5))), ("#5a8fc8", "-."), ("#7f2a5f", (0, (1.5, 1))), ("#3d3d3d", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
+)  # fmt: skip
+"""Colours and line styles of classes."""
+ENERGY = "energy $E$"
+NEGLIGIBLE = 1e-3
+"""Probability beyond either end of the frame of a density."""
+CHARTS = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)
+
+
+def quantum_label(name: str) -> str:
+    """Return the label of what a diagram is drawn against: m, l, or a parameter."""
+    known = {"m": r"spin $m$  (units of $\hbar$)", "l": r"vorticity $l$  (units of $\hbar$)"}
+    return known.get(name) or parameter_label(name)
+
+
+def plot_levels(
+    diagram: LevelDiagram, *, ax: Any, unit: ArrayLike = 1.0, ylabel: str = ENERGY, numbers: bool = True, marker: str | None = None
+) -> Artists:  # fmt: skip
+    """Draw levels against a parameter, or against m or l, as curves, so that their crossings are seen.
+
+    Parameters: diagram: of `level_diagram` or `class_diagram`; unit: what E is divided by, one number or (points,), such as hbar omega, and
+    ylabel then says so; numbers: write the quantum numbers of the curves at their right ends; marker: of the points, by default dots where
+    they are whole numbers. Curves of one class that separates are coloured by its second quantum number, several classes by their own.
+    Returns Artists: points are the curves, lines the grey part above the highest level computed (of the class where it is lowest), where
+    curves would be missing, labels the quantum numbers written; `missing` counts curves that are all in that part.
+    """
+    order = np.argsort(diagram.values, kind="stable")
+    x, scale = diagram.values[order], np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
+    top = diagram.E[order, :, -1].min(axis=1) / scale
+    drawn: list[Any] = []
+    ends, missing, seen = [], 0, set()
+    for curve in diagram.curves():
+        E = curve.E[order] / scale
+        inside = np.isfinite(E) & (top * (1 + 1e-12) >= E)
+        if not inside.any():
+            missing += 1
+            continue
+        colour, style, label = _look(diagram, curve)
+        drawn += ax.plot(
+            x, np.where(inside, E, np.nan), color=colour, ls=style, lw=1.2, ms=3.5,
+            marker=marker or ("o" if diagram.name in ("m", "l") else None), label=None if label in seen else label,
+        )  # fmt: skip
+        seen.add(label)
+        if inside[-1]:
+            ends.append((float(E[-1]), ",".join(map(str, curve.label)), colour))
+    low, high = float(np.nanmin(diagram.E[order, :, 0] / scale[:, None])), float(np.nanmax(top))
+    room = 0.04 * (high - low) if high > low else 0.5
+    ax.set(xlabel=quantum_label(diagram.name), ylabel=ylabel, ylim=(low - room, high + room))
+    unknown = ax.fill_between(x, top, high + room, color="0.9", linewidth=0, zorder=0)
+    if diagram.name in ("m", "l"):
+        ax.xaxis.get_major_locator().set_params(integer=True)
+    written = _written(ax, ends, diagram) if numbers else ()
+    if seen - {None}:
+        ax.legend(
+            frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.01, 0.995), ncols=8, handlelength=2.2, columnspacing=1.0,
+            borderpad=0.2, title=_legend_title(diagram), title_fontsize=8, alignment="left",
+        )  # fmt: skip
+    return Artists(drawn, None, (unknown,), written, missing)
+
+
+def _look(diagram: LevelDiagram, curve: Curve) -> tuple[Any, Any, str | None]:
+    """Return colour, line style and legend of a curve."""
+    if diagram.m.shape[1] > 1:
+        colour, style = STYLES[curve.column % len(STYLES)]
+        return colour, style, f"({diagram.m[0, curve.column]}, {diagram.l[0, curve.column]})"
+    if diagram.names is None:
+        return STYLES[0][0], "-", None
+    colour, style = STYLES[curve.label[1] % len(STYLES)]
+    return colour, style, str(curve.label[1])
+
+
+def _legend_title(diagram: LevelDiagram) -> str:
+    if diagram.m.shape[1] > 1:
+        return "class $(m, l)$"
+    assert diagram.names is not None
+    return f"$n_{{{symbol(diagram.names[1])}}}$"
+
+
+def _written(ax: Any, ends: list[tuple[float, str, Any]], diagram: LevelDiagram) -> tuple[Any, ...]:
+    """Write the quantum numbers beside the right ends of the curves, lowest first, where there is room; what they are above them."""
+    low, high = ax.get_ylim()
+    least, texts, last = 0.03 * (high - low), [], -math.inf
+    for E, text, colour in sorted(ends, key=lambda end: end[0]):
+        if E - last > least and high > E:
+            texts.append(_beside(ax, 1.008, E, text, color=colour, transform=ax.get_yaxis_transform(), va="center"))
+            last = E
+    names = "number" if diagram.names is None else "$" + ",".join(f"n_{{{symbol(name)}}}" for name in diagram.names) + "$"
+    texts.append(_beside(ax, 1.0, 1.008, names, transform=ax.transAxes, va="bottom"))
+    return tuple(texts)
+
+
+def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
+    return ax.text(x, y, text, fontsize=7.5, ha="left", **style)
+
+
+def plot_spectrum(levels: LevelList, *, ax: Any, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True) -> Artists:
+    """Draw the levels of many classes as short lines over their spin m, coloured by |l|.
+
+    Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and ylabel then says so.
+    Returns Artists: points are the lines, wider for smaller |l| so that none is hidden; `missing` is 0.
+    """
+    import matplotlib
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    size = int(np.abs(levels.l).max(initial=0))
+    order = np.argsort(np.abs(levels.l), kind="stable")
+    m, E, vorticity = levels.m[order], levels.E[order] / unit, np.abs(levels.l[order])
+    half = 0.46 - 0.3 * vorticity / max(size, 1)
+    colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, 0.9, size + 1)), name="fastaff_quanta")
+    segments: Any = np.stack([np.stack([m - half, E], 1), np.stack([m + half, E], 1)], 1)
+    lines = LineCollection(segments, array=vorticity, cmap=colours, norm=BoundaryNorm(np.arange(size + 2) - 0.5, size + 1), linewidths=1.3)
+    ax.add_collection(lines)
+    ax.autoscale()
+    ax.set(xlabel=quantum_label("m"), ylabel=ylabel)
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    step = max(1, -(-(size + 1) // 12))
+    bar = ax.figure.colorbar(lines, ax=ax, label=r"$|l|$  (units of $\hbar$)", ticks=np.arange(0, size + 1, step)) if colorbar else None
+    return Artists(lines, bar, (), (), 0)
+
+
+def plot_degeneracies(levels: LevelList, *, ax: Any, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
+    """Draw how many levels each multiplet has against its energy.
+
+    Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and xlabel then says so.
+    Returns Artists: points are the dots, lines their stems; `missing` is 0.
+    """
+    E, degeneracy = levels.energies / unit, levels.degeneracy
+    stems = ax.vlines(E, 0, degeneracy, color="#5a8fc8", lw=0.9)
+    dots = ax.scatter(E, degeneracy, s=12, color="#00306f", zorder=3)
+    ax.set(xlabel=xlabel, ylabel="degeneracy", ylim=(0, 1.08 * max(int(degeneracy.max(initial=1)), 1)))
+    ax.yaxis.get_major_locator().set_params(integer=True)
+    return Artists(dots, None, (stems,), (), 0)
+
+
+def plot_density(
+    state: Any, *, ax: Any, body: Any = None, chart: Chart | None = None, limits: Sequence[Any] | None = None, points: int = 241,
+    norm: Any = None, colorbar: bool = True,
+) -> Artists:  # fmt: skip
+    """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary det phi = 0.
+
+    Parameters: state: such as `wavefunction` and `Levels.state` return; body: its Body, for the classical turning curve V + hbar^2
+    (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the state's); limits: ((x0, x1), (y0, y1)),
+    by default all but a thousandth of the probability at either end; points: along each axis; norm: a colour scale.
+    Returns Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0 (dashed, where it
+    passes through the frame), `missing` is 0. The density is per unit of both coordinates: its integral is 1.
+    Raises ValueError for a chart that it does not take.
+    """
+    import matplotlib.patheffects as effects
+
+    chosen = chart or state.chart
+    if getattr(chosen, "name", None) not in [known.name for known in CHARTS]:
+        raise ValueError(f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}")
+    (x0, x1), (y0, y1) = limits or _frame(state, chosen)
+    x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
+    X, Y = np.meshgrid(x, y)
+    dx, dy = (x1 - x0) / (points - 1) / 2, (y1 - y0) / (points - 1) / 2
+    image = ax.imshow(
+        state.density(X, Y, chosen), extent=(x0 - dx, x1 + dx, y0 - dy, y1 + dy), origin="lower", aspect="auto", interpolation="bilinear",
+        cmap=colour_map(), norm=norm, vmin=None if norm else 0.0,
+    )  # fmt: skip
+    alpha, beta = _radii(chosen, X, Y)
+    inside = (alpha >= 0) & (beta >= 0)
+    lines = []
+    if body is not None:
+        left = np.where(inside, _left(body, state, alpha, beta), np.nan)
+        lines.append(ax.contour(x, y, left, levels=[0.0], colors="white", linewidths=1.1))
+    gap = alpha - beta  # 2 det phi/(alpha + beta)
+    if gap.min() < 0 < gap.max():
+        gap = np.where(inside, gap, np.nan)
+        lines.append(ax.contour(x, y, gap, levels=[0.0], colors="white", linewidths=1.0, linestyles=[(0, (4, 3))]))
+    for line in lines:
+        line.set(path_effects=[effects.withStroke(linewidth=2.4, foreground="black")])
+    if not inside.all():
+        ax.contour(x, y, np.minimum(alpha, beta), levels=[0.0], colors="0.6", linewidths=0.7)
+    first, second = (f"${symbol(name)}$" for name in chosen.names[:2])
+    ax.set(xlabel=first + _unit(chosen, 0), ylabel=second + _unit(chosen, 1), xlim=(x0, x1), ylim=(y0, y1))
+    bar = ax.figure.colorbar(image, ax=ax, label=rf"probability density, per d{first}$\,$d{second}") if colorbar else None
+    return Artists(image, bar, tuple(lines), (), 0)
+
+
+def _unit(chart: Chart, axis: int) -> str:
+    return "  (radians)" if chart.names[axis] == "vartheta" else ""
+
+
+def _radii(chart: Chart, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return alpha, beta of two invariants; negative ones are outside of the chart."""
+    if chart.name == TWO_POLAR.name:
+        return (x + y) / math.sqrt(2), (x - y) / math.sqrt(2)
+    if chart.name == R_VARTHETA.name:
+        rho = np.sqrt(np.maximum(x, 0.0))
+        return rho * np.cos(y / 2), rho * np.sin(y / 2)
+    return x, y
+
+
+def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+    """Return a function that is negative where motion of the state's energy and angular momenta is allowed, positive elsewhere.
+
+    It is bounded and, with the margin as a factor, goes through 0 at a wall too thin for the grid to see: contours of it are smooth.
+    """
+    m, l = state.symmetry
+    with np.errstate(all="ignore"):
+        A, B = alpha**2, beta**2
+        margin = np.broadcast_to(body.potential.margin(A, B), A.shape)
+        V = body.potential.value(A, B)
+        for number, square in ((m - l, A), (m + l, B)):
+            V = V + (number * state.hbar) ** 2 / (8 * body.mu * square) if number else V
+        height = np.tanh((V - state.energy) / max(abs(state.energy), 1e-300))
+        return np.where(margin > 0, np.where(np.isnan(height), 1.0, height) * margin, -margin)
+
+
+def _frame(state: Any, chart: Chart) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return where all but a little of the probability is, from its marginals on a grid of rho and vartheta."""
+    rho, v = np.geomspace(1e-3, 1e3, 1201), np.pi * (np.arange(181) + 0.5) / 181
+    R, angle = np.meshgrid(rho, v, indexing="ij")
+    near = state.density(rho[:, None] ** 2, v[::12], R_VARTHETA).sum(axis=1) * rho**2
+    kept = near > 1e-12 * near.max()
+    R, angle = R[kept], angle[kept]
+    weight = state.density(R**2, angle, R_VARTHETA) * R**2
+    alpha, beta = R * np.cos(angle / 2), R * np.sin(angle / 2)
+    if chart.name == TWO_POLAR.name:
+        pairs = ((alpha + beta) / math.sqrt(2), (alpha - beta) / math.sqrt(2))
+    else:
+        pairs = (R**2, angle) if chart.name == R_VARTHETA.name else (alpha, beta)
+    (x0, x1), (y0, y1) = (_span(values, weight) for values in pairs)
+    if chart.name == TWO_POLAR.name:
+        return (x0, x1), (y0, y1)
+    return (max(x0, 0.0), x1), (max(y0, 0.0), min(y1, math.pi) if chart.name == R_VARTHETA.name else y1)
+
+
+def _span(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
+    """Return the ends of the middle part of a distribution, and a little room."""
+    order = np.argsort(values, axis=None)
+    share = np.cumsum(weight.ravel()[order])
+    low, high = np.interp([NEGLIGIBLE, 1 - NEGLIGIBLE], share / share[-1], values.ravel()[order])
+    return float(low - 0.12 * (high - low)), float(high + 0.12 * (high - low))

@@ -1,0 +1,151 @@
+"""Figures of resonances: webs over a grid and in the plane of frequency ratios, histograms of diffusion.
+
+As in `fastaff.plot`, every function takes `ax=` and returns the artists it made.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..analysis.frequencies.resonance_web import WebLine
+from ..analysis.frequencies.resonances import DiffusionHistogram
+from .sections import DIFFUSION, Artists, clipped, colour_map, symbol
+
+DARK, ACCENT = "#00224e", "#b35900"
+"""The dark end of cividis, and an orange that is told from it by lightness too."""
+
+
+def formula(vector: Sequence[int], names: Sequence[str]) -> str:
+    """Return k . nu = 0 for a label, every term on the side where it is positive: 3 nu_alpha = 2 nu_beta."""
+    sides = []
+    for sign in (1, -1):
+        terms = [(abs(c), symbol(f"nu_{name}")) for c, name in zip(vector, names, strict=True) if c * sign > 0]
+        sides.append("+".join((str(c) if c > 1 else "") + name for c, name in terms) or "0")
+    return f"${sides[0]}={sides[1]}$"
+
+
+def plot_web(
+    lines: Sequence[WebLine], *, ax: Any, names: Sequence[str], axes: Sequence[Any] | None = None, labels: int = 8,
+    dots: bool = True,
+) -> Artists:  # fmt: skip
+    """Draw the lines of a web over a grid, those of low order thicker, and name the longest of the lowest orders.
+
+    Parameters: lines: of `fastaff.web`, drawn white in a dark casing; names: of the frequencies; axes: of the grid, as given
+    to `web`; labels: how many resonances are named; dots: mark the grid points of `locked`, for resonances that do not hold everywhere.
+    Returns Artists: points are the dots, or None; missing is 0.
+    """
+    drawn: list[Any] = []
+    written: list[Any] = []
+    places: list[np.ndarray] = []
+    marked = None
+    for line in lines:
+        for part in line.lines:
+            drawn += ax.plot(*part.T, **_style(line.order))
+        if dots and line.locked is not None and line.locked.any() and line.lines:
+            marked = line.locked if marked is None else marked | line.locked
+    points = _mark(ax, marked, axes) if marked is not None else None
+    for line in sorted(lines, key=lambda line: line.order):
+        if len(written) < labels and line.lines:
+            written += _name_on(ax, line, formula(line.vector, names), places)
+    return Artists(points, None, tuple(drawn), tuple(written), 0)
+
+
+def plot_ratio_web(
+    lines: Sequence[WebLine], *, ax: Any, names: Sequence[str], nu: Any = None, values: Any = None, norm: Any = None,
+    label: str = DIFFUSION, labels: int = 8,
+) -> Artists:  # fmt: skip
+    """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
+
+    Parameters: lines: of `fastaff.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits, or None;
+    values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many lines are named.
+    Returns Artists; `missing` counts orbits that are not finite.
+    """
+    drawn = [ax.plot(*part.T, **_style(line.order))[0] for line in lines for part in line.lines]
+    points = bar = None
+    missing = 0
+    if nu is not None:
+        with np.errstate(all="ignore"):
+            flat = np.asarray(nu, dtype=np.float64).reshape(3, -1)
+            x, y = flat[0] / flat[2], flat[1] / flat[2]
+        each = np.zeros(x.size) if values is None else np.asarray(values, dtype=np.float64).ravel()
+        if each.size != x.size:
+            raise ValueError(f"values must have {x.size} entries, one for each orbit, got {each.size}")
+        kept = np.isfinite(x) & np.isfinite(y) & np.isfinite(each)
+        missing = int(np.count_nonzero(~kept))
+        colours = {"color": DARK} if values is None else {"c": each[kept], "cmap": colour_map(), "norm": norm or clipped(each)}
+        limits = (ax.get_xlim(), ax.get_ylim())
+        points = ax.scatter(x[kept], y[kept], s=5, linewidths=0, zorder=3, rasterized=True, **colours)
+        ax.set(xlim=limits[0], ylim=limits[1])
+        bar = None if values is None else ax.figure.colorbar(points, ax=ax, label=label, extend="both")
+    top, left, below = (symbol(f"nu_{name}") for name in (names[0], names[1], names[2]))
+    ax.set(xlabel=f"${top}/{below}$", ylabel=f"${left}/{below}$")
+    written: list[Any] = []
+    places: list[np.ndarray] = []
+    for line in lines:
+        if len(written) < labels:
+            written += _name_on(ax, line, formula(line.vector, names), places)
+    return Artists(points, bar, tuple(drawn), tuple(written), missing)
+
+
+def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any, label: str = DIFFUSION) -> Artists:
+    """Draw a histogram of diffusion, the part above its threshold in a second colour and with its fraction written.
+
+    Returns Artists: points are the bars, lines the threshold, labels the text; `missing` as in the histogram.
+    """
+    edges, counts, threshold = histogram.edges, histogram.counts, histogram.threshold
+    colours = [ACCENT if middle > threshold else DARK for middle in (edges[:-1] + edges[1:]) / 2]
+    bars = ax.bar(edges[:-1], counts, width=np.diff(edges), align="edge", color=colours, linewidth=0.3, edgecolor="white")
+    line = ax.axvline(threshold, color="0.2", lw=1.0, ls=(0, (4, 2)))
+    ax.set(xlabel=label, ylabel="orbits", ylim=(0, 1.18 * max(1, counts.max())))
+    text = ax.text(
+        0.03, 0.97, rf"above ${threshold:g}$: ${100 * histogram.fraction:.1f}\pm{100 * histogram.error:.1f}$ %",
+        transform=ax.transAxes, ha="left", va="top", fontsize=9, color=ACCENT,
+    )  # fmt: skip
+    return Artists(bars, None, (line,), (text,), histogram.missing)
+
+
+def _style(order: int) -> dict[str, Any]:
+    """White with a dark casing, to be seen on both ends of cividis and on white."""
+    from matplotlib.patheffects import Normal, Stroke
+
+    width = float(np.clip(8.0 / order, 0.6, 1.4))
+    casing = [Stroke(linewidth=width + 1.2, foreground="black"), Normal()]
+    return {"color": "white", "lw": width, "zorder": 2, "solid_capstyle": "butt", "path_effects": casing}
+
+
+def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
+    """Dot the grid points of a mask (n1, n2)."""
+    first, second = axes if axes is not None else [np.arange(m) for m in marked.shape]
+    i, j = np.nonzero(marked)
+    x, y = np.asarray(first)[i], np.asarray(second)[j]
+    return ax.scatter(x, y, s=6, color="white", edgecolor="black", linewidths=0.5, zorder=2, rasterized=True)
+
+
+def _name_on(ax: Any, line: WebLine, text: str, places: list[np.ndarray]) -> list[Any]:
+    """Write a line's name on its longest part, where it is farthest from the other names; nothing where there is no room."""
+    part = max(line.lines, key=lambda part: np.sqrt((np.diff(part, axis=0) ** 2).sum(axis=1)).sum())
+    if len(part) == 2:
+        part = part[0] + np.linspace(0, 1, 41)[:, None] * (part[1] - part[0])
+    where = ax.transData.transform(part)
+    box = ax.transAxes.inverted().transform(where)
+    scale = ax.figure.dpi / 72
+    room = np.array([58.0, 13.0]) * scale  # of a label, in pixels
+    spare = np.array([np.inf if not places else min(np.max(np.abs(w - p) / room) for p in places) for w in where])
+    spare[~((box > 0.08) & (box < 0.92)).all(axis=1)] = -1.0
+    at = len(part) // 2 if not places and spare[len(part) // 2] > 0 else int(spare.argmax())
+    if not spare[at] > 1.0:
+        return []
+    places.append(where[at])
+    before, after = where[max(at - 1, 0)], where[min(at + 1, len(part) - 1)]
+    angle = math.degrees(math.atan2(*(after - before)[::-1]))
+    angle = (angle + 90) % 180 - 90
+    return [
+        ax.text(
+            *part[at], text, fontsize=8, ha="center", va="center", rotation=angle, rotation_mode="anchor", zorder=4,
+            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.9},
+        )
+    ]  # fmt: skip

@@ -1,0 +1,26 @@
+"""Integration schemes: values that check themselves, the time transformation of a splitting, and the choice among them."""
+
+from .automatic import AUTO, Automatic
+from .catalogue import (
+    BLANES_MOAN6,
+    DOP853,
+    KAHAN_LI8,
+    LEAPFROG,
+    RK4,
+    SCHEMES,
+    SOFRONIOU_SPALETTA10,
+    VERNER9,
+    YOSHIDA4,
+    RungeKutta,
+    Scheme,
+    Splitting,
+    compose,
+    scheme_named,
+    triple_jump,
+)
+from .time_transformed import TimeTransformed
+
+__all__ = [
+    "AUTO", "BLANES_MOAN6", "DOP853", "KAHAN_LI8", "LEAPFROG", "RK4", "SCHEMES", "SOFRONIOU_SPALETTA10", "VERNER9", "YOSHIDA4",
+    "Automatic", "RungeKutta", "Scheme", "Splitting", "TimeTransformed", "compose", "scheme_named", "triple_jump",
+]  # fmt: skip

@@ -1,0 +1,105 @@
+"""A scheme that chooses itself: candidates and how a short trial decides between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..base.numbers import positive
+from .catalogue import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, VERNER9, RungeKutta, Splitting
+from .time_transformed import TimeTransformed
+
+PREFERENCE = 1.5
+"""How many times the forces of the cheapest scheme one that keeps phase space volume may cost: its error does not grow with time."""
+
+TRIAL_ORBITS = 64
+"""Orbits that decide between schemes."""
+
+
+SHARE = 0.25
+"""Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a candidate did in the trial: its step, the largest energy error expected at the end, forces per unit time."""
+
+    scheme: Any
+    step: float
+    error: float
+    cost: float
+
+    @property
+    def symplectic(self) -> bool:
+        """Whether the scheme is symplectic with equal steps."""
+        return not isinstance(self.scheme, RungeKutta)
+
+
+@dataclass(frozen=True)
+class Automatic:
+    """A scheme chosen by trial: the cheapest of `candidates` whose energy error stays below `energy_error` on a sample of the orbits.
+
+    Each fixed step is first made as long as that allows. An adaptive scheme keeps the tolerances it is given; its error is taken to grow in
+    proportion to time. The cost is counted in forces, never timed, so the choice is the same on every machine. A symplectic scheme
+    that costs up to PREFERENCE times the cheapest is preferred; where none meets the bound the one of least error is taken, an adaptive one
+    where none keeps the sample in the domain. Orbits that leave the domain have no say beside others.
+    A result's `.scheme` and `.step` say what was chosen. `integrate` and `poincare_map` try all candidates, other functions
+    the splittings and Runge-Kutta schemes among them.
+    Raises TypeError or ValueError for candidates that are no schemes.
+    """
+
+    candidates: tuple[Any, ...] = (KAHAN_LI8, SOFRONIOU_SPALETTA10, BLANES_MOAN6, TimeTransformed(), DOP853, VERNER9)
+    energy_error: float = 1e-9
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "energy_error", positive("energy_error", self.energy_error))
+        if not isinstance(self.candidates, tuple) or not self.candidates:
+            raise ValueError(f"candidates must be a tuple of at least one scheme, got {self.candidates!r}")
+        for candidate in self.candidates:
+            if not isinstance(candidate, (Splitting, RungeKutta, TimeTransformed)):
+                raise TypeError(f"candidates must be schemes such as KAHAN_LI8, got {candidate!r} ({type(candidate).__name__})")
+
+    @property
+    def name(self) -> str:
+        """Name of the scheme."""
+        return f"Automatic({', '.join(candidate.name for candidate in self.candidates)})"
+
+    @property
+    def bound(self) -> float:
+        """The energy error that trials may make."""
+        return SHARE * self.energy_error
+
+    @property
+    def in_time(self) -> Automatic:
+        """Itself with the candidates that step in time itself."""
+        kept = tuple(c for c in self.candidates if not isinstance(c, TimeTransformed))
+        if not kept:
+            raise ValueError(f"scheme {self.name} has only time-transformed candidates: integrate and poincare_map take those")
+        return replace(self, candidates=kept)
+
+    def choose(self, trials: Iterable[Trial]) -> Trial:
+        """Return the best of `trials`."""
+        tried = list(trials)
+        good = [trial for trial in tried if trial.error <= self.bound]
+        if not good:
+            return min(tried, key=lambda trial: (trial.error, math.isfinite(trial.step)))
+        bound = PREFERENCE * min(trial.cost for trial in good)
+        return min(good, key=lambda trial: (not (trial.symplectic and trial.cost <= bound), trial.cost))
+
+
+AUTO = Automatic()
+"""The schemes of the package to choose from, for an energy error of 1e-9 at the end of the run."""
+
+
+def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
+    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than the run."""
+    return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
+
+
+def spread(z: np.ndarray, orbits: int) -> np.ndarray:
+    """Return at least `orbits` of the phase points z, evenly chosen (all where there are fewer)."""
+    return np.ascontiguousarray(z[:, :: max(1, z.shape[1] // orbits)])

@@ -1,0 +1,208 @@
+"""Time-transformed splittings: steps in a fictitious time s that runs slower near a wall, symplectic still.
+
+On an orbit of energy E = T(p) + V(q), E - T(p) = V(q); so for any increasing G the Hamiltonian G(V(q)) - G(E - T(p)) has the same orbits,
+in a time s with dt/ds = g = G'. It is separable: the drift moves q by g(E - T) v and t by g(E - T), the kick moves p by g(V) f. Here time
+is a further coordinate, tau = t/time, and E its momentum: an ordinary model of one more degree of freedom, for the same kernels.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections import namedtuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..compile.blocks import is_value, parameters
+from ..compile.elementary import branch_free
+from .catalogue import KAHAN_LI8, Splitting
+
+
+class Exponential(NamedTuple):
+    """The rate g = exp(-(V - origin)/kappa).
+
+    Before a logarithmic wall V = -G ln d, kappa = G makes the force in s constant. kappa > 0 and origin are energies.
+    Source: Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
+    """
+
+    kappa: float
+    origin: float = 0.0
+
+    def at(self, V):
+        """Return dt/ds where the potential is V."""
+        return np.exp((self.origin - V) * (1.0 / self.kappa))
+
+
+class Logistic(NamedTuple):
+    """The rate g = 1/(1 + exp((V - origin)/kappa)): 1 where V is low, that of `Exponential` on the wall.
+
+    It leaves the fast, free part of an orbit as it is. kappa > 0 and origin are energies.
+    Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+    """
+
+    kappa: float
+    origin: float = 0.0
+
+    def at(self, V):
+        """Return dt/ds where the potential is V."""
+        return 1.0 / (1.0 + np.exp((V - self.origin) * (1.0 / self.kappa)))
+
+
+class Algebraic(NamedTuple):
+    """The rate g = (u + sqrt(u^2 + 1))^-exponent with u = (V - origin)/(2 kappa): about (V/kappa)^-exponent on the wall.
+
+    For walls V = c/d^k. Positive for every V. kappa > 0 and origin are energies.
+    Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+    """
+
+    kappa: float
+    origin: float = 0.0
+    exponent: float = 1.0
+
+    def at(self, V):
+        """Return dt/ds where the potential is V."""
+        u = (V - self.origin) * (0.5 / self.kappa)
+        return np.exp(-self.exponent * np.log(u + np.sqrt(u * u + 1.0)))
+
+
+@dataclass(frozen=True)
+class TimeTransformed:
+    """A splitting in a fictitious time s that slows down near a wall: explicit, reversible, symplectic in extended phase space.
+
+    `splitting` gives the coefficients and the order; `rate`, dt/ds as a function of V, is an `Exponential`, `Logistic` or `Algebraic`
+    (or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of arithmetic), or None: chosen by a short trial.
+    The step of such a scheme is one in s.
+    `integrate` and `poincare_map` take it. Per stage it costs a force, V, T and two rates.
+    Raises TypeError for other values, ValueError for a splitting whose order needs T quadratic or a rate that is not positive.
+    Source: Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
+    """
+
+    splitting: Splitting = KAHAN_LI8
+    rate: Any = None
+
+    def __repr__(self) -> str:
+        return f"TimeTransformed({self.splitting!r}{'' if self.rate is None else f', {self.rate!r}'})"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.splitting, Splitting):
+            raise TypeError(f"splitting must be a Splitting such as KAHAN_LI8, got {self.splitting!r} ({type(self.splitting).__name__})")
+        if self.splitting.nystrom:
+            raise ValueError(f"splitting {self.splitting.name} needs T quadratic in p, which G(E - T) is not: take KAHAN_LI8")
+        if self.rate is None:
+            return
+        if not (is_value(self.rate) and hasattr(self.rate, "at")):
+            raise TypeError(f"rate must be a rate such as Logistic(kappa=1.0, origin=2.0), got {self.rate!r} ({type(self.rate).__name__})")
+        if not np.all(np.isfinite(parameters(self.rate))):
+            raise ValueError(f"rate has a parameter that is not finite: {self.rate!r}")
+        for name in {"kappa", "exponent"} & set(self.rate._fields):
+            if not getattr(self.rate, name) > 0:
+                raise ValueError(f"rate.{name} must be positive, got {getattr(self.rate, name)!r}")
+
+    @property
+    def name(self) -> str:
+        """Name of the scheme."""
+        return f"TimeTransformed({self.splitting.name})"
+
+    @property
+    def order(self) -> int:
+        """Order of the splitting."""
+        return self.splitting.order
+
+    @property
+    def stages(self) -> int:
+        """Number of kicks in a step."""
+        return self.splitting.stages
+
+    @property
+    def source(self) -> str:
+        """The publications it comes from."""
+        return (
+            "Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287; "
+            + self.splitting.source
+        )
+
+
+_MODEL = """
+def velocity(self, {p}, e):
+    {v}, = self.model.velocity({p})
+    g = self.rate.at(e - self.model.kinetic_energy({p}))
+    return {gv}, g * (1.0 / self.time)
+
+def force(self, {q}, tau):
+    {f}, = self.model.force({q})
+    g = self.rate.at(self.model.potential_energy({q}))
+    return {gf}, 0.0 * tau
+
+def margin(self, {q}, tau):
+    return self.model.margin({q})
+
+def kinetic_energy(self, {p}, e):
+    return self.model.kinetic_energy({p})
+
+def potential_energy(self, {q}, tau):
+    return self.model.potential_energy({q})
+"""
+
+_SECTION = """
+def value(self, {q}, tau, {p}, e):
+    return self.section.value({q}, {p})
+"""
+
+
+def _listed(letter: str, n: int, factor: str = "") -> str:
+    return ", ".join(f"{factor}{letter}{r}" for r in range(n))
+
+
+@functools.cache
+def _written(text: str, n: int) -> dict[str, Callable]:
+    names: dict[str, Any] = {}
+    q, p, v, f = (_listed(letter, n) for letter in "qpvf")
+    exec(text.format(q=q, p=p, v=v, f=f, gv=_listed("v", n, "g * "), gf=_listed("f", n, "g * ")), names)
+    methods = {name: entry for name, entry in names.items() if not name.startswith("__")}
+    for method in methods.values():
+        method.inlined = True  # see `branch_free`
+    return methods
+
+
+@functools.cache
+def _model_class(n: int, coordinates: tuple[str, ...]) -> Any:
+    TimeTransformedModel = namedtuple("TimeTransformedModel", ["model", "rate", "time"])
+    own = {"degrees_of_freedom": n + 1, "coordinates": (*coordinates, "tau")}
+    for name, entry in {**_written(_MODEL, n), **own}.items():
+        setattr(TimeTransformedModel, name, entry)
+    return TimeTransformedModel
+
+
+@functools.cache
+def _section_class(n: int) -> Any:
+    TimeTransformedSection = namedtuple("TimeTransformedSection", ["section", "direction"])
+    for name, entry in _written(_SECTION, n).items():
+        setattr(TimeTransformedSection, name, entry)
+    return TimeTransformedSection
+
+
+def transformed_model(model: Any, rate: Any, time: float) -> Any:
+    """Return the system of n + 1 degrees of freedom in s: rows q..., tau = t/time, then p..., e, the energy.
+
+    Its `kinetic_energy` and `potential_energy` are those of `model`, so that energies and their errors are the orbit's own.
+    """
+    return _model_class(model.degrees_of_freedom, tuple(model.coordinates))(branch_free(model), branch_free(rate), float(time))
+
+
+def transformed_section(section: Any, degrees_of_freedom: int) -> Any:
+    """Return the section of a system of so many degrees of freedom as one of the transformed system."""
+    return _section_class(degrees_of_freedom)(section, float(section.direction))
+
+
+def lifted(z: np.ndarray, energy: np.ndarray) -> np.ndarray:
+    """Return phase points z (2n, orbits) at time 0 as points (2n + 2, orbits) of the transformed system."""
+    n = z.shape[0] // 2
+    return np.concatenate([z[:n], np.zeros((1, z.shape[1])), z[n:], np.reshape(energy, (1, -1))])
+
+
+def lowered(z: np.ndarray) -> np.ndarray:
+    """Return points (2n + 2, ...) of the transformed system without time and energy."""
+    n = z.shape[0] // 2 - 1
+    return np.concatenate([z[:n], z[n + 1 : 2 * n + 1]])
