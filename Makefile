@@ -24,7 +24,7 @@ test-ci: $(VENV)/.dev  ## the slow ones too
 	$(PYTEST)
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
-	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest tests/test_inputs.py -k calls_that_work
+	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
 
 bench: $(VENV)/.dev  ## benchmarks with their errors
 	$(BIN)/python -m pytest bench -s --benchmark-columns=min,median,rounds
