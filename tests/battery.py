@@ -405,10 +405,12 @@ class TooLong(BaseException):
 
 
 def _ring(_, frame):
-    """Raise TooLong, but not while something is compiled: that is not the input's doing, and callbacks swallow exceptions."""
+    """Raise TooLong, but not while something is compiled, which is not the input's doing, nor in callbacks, which swallow exceptions."""
+    signal.setitimer(signal.ITIMER_PROF, 0.5)
     while frame is not None:
-        if any(f"{os.sep}{compiler}{os.sep}" in frame.f_code.co_filename for compiler in ("numba", "llvmlite")):
-            signal.setitimer(signal.ITIMER_PROF, 0.5)
+        code = frame.f_code
+        compiled = any(f"{os.sep}{compiler}{os.sep}" in code.co_filename for compiler in ("numba", "llvmlite"))
+        if compiled or code.co_name == "__del__" or code.co_filename.endswith("weakref.py"):
             return
         frame = frame.f_back
     raise TooLong
