@@ -189,4 +189,4 @@ def _order(profile: Callable, measure: Callable, lo: float, hi: float) -> int:
         if before is not None and np.all(np.abs(value - before) <= 1e-11 * value.max()):
             return order
         order, before = int(GROWTH * order), value
-    raise ValueError(f"states must be integrable by {LARGEST} nodes in each coordinate; they have kinks, or oscillate too fast: fewer levels, or a larger hbar")
+    raise ValueError(f"states must be integrable by {LARGEST} nodes in each coordinate; they have kinks, or ask for fewer levels")
