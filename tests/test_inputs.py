@@ -11,6 +11,9 @@ import pytest
 import fastaff as fa
 from fastaff.base import numbers
 
+# The clock of the battery may ring in a callback of the garbage collector, which cannot pass it on: it rings again.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
 EACH = 16
 """Inputs of each callable in the default suite: 2000 in all."""
 MANY = 90
