@@ -416,16 +416,21 @@ def _ring(_, frame):
     raise TooLong
 
 
+def call(name, given):
+    """The result of a callable with these arguments."""
+    first = [given.pop("text")] if name in ("formula", "hamiltonian") else []
+    return CALLS[name][0](*first, **given)
+
+
 def outcome(name, argument, value):
     """Call with one argument replaced; return "accepted", "refused", or what is wrong in words.
 
     A refusal names the argument, or another one of the call that it does not go with.
     """
-    function, given = CALLS[name][0], base(name)
+    given = base(name)
     names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), argument})
     given[argument] = VALUES[value] if value in VALUES else like(given[argument])[value]
     own = argument in FUNCTIONS and callable(given[argument])
-    first = [given.pop("text")] if name in ("formula", "hamiltonian") else []
     timed = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
     before = signal.signal(signal.SIGPROF, _ring) if timed else None
     if timed:
@@ -434,7 +439,7 @@ def outcome(name, argument, value):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            repr(function(*first, **given))
+            repr(call(name, given))
         return "accepted"
     except TooLong:
         took = time.process_time() - began

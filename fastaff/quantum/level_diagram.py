@@ -89,7 +89,7 @@ def level_diagram(
     Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
     Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it is conserved).
     """
-    text("name", name), function("make", make)
+    text("name", name)
     points = np.atleast_1d(numbers("values", values))
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
         raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")

@@ -56,10 +56,14 @@ class Panels(NamedTuple):
         """Return some points (panels, ORDER) of every panel."""
         return self.edges[:-1, None] + np.diff(self.edges)[:, None] * chebyshev(FEWEST)[0]
 
+    def place(self, at: np.ndarray) -> np.ndarray:
+        """Return the numbers of the panels that points are in."""
+        return np.clip(np.searchsorted(self.edges, at, "right") - 1, 0, self.missed.size - 1)
+
     def missing(self, at: np.ndarray, miss: np.ndarray) -> Panels:
         """Return the same with what a potential misses by at some points too."""
         missed = self.missed.copy()
-        np.maximum.at(missed, np.clip(np.searchsorted(self.edges, at, "right") - 1, 0, missed.size - 1), miss)
+        np.maximum.at(missed, self.place(at), miss)
         return Panels(self.edges, missed)
 
     def cut(self, phases: np.ndarray) -> Panels:
@@ -142,7 +146,7 @@ def between(V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: flo
     """
     unit = (np.arange(SCATTERED)[None] * np.array([[0.7548776662466927], [0.5698402909980532]]) + 0.5) % 1
     at = np.array([part.edges[0] + (part.edges[-1] - part.edges[0]) * row for part, row in zip(parts, unit, strict=True)])
-    place = [np.clip(np.searchsorted(part.edges, row, "right") - 1, 0, part.missed.size - 1) for part, row in zip(parts, at, strict=True)]
+    place = [part.place(row) for part, row in zip(parts, at, strict=True)]
     kept = np.ones(SCATTERED, bool)
     for part, panel in zip(parts, place, strict=True):
         short = np.diff(part.edges) <= 1.01 * SPAN * (part.edges[-1] - part.edges[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
@@ -108,7 +108,7 @@ class FrequencyMap:
     @property
     def regular(self) -> np.ndarray:
         """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
-        return (self.status == Status.OK) & np.isin(self.kind, (FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT))
+        return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
 
     def summary(self) -> str:
         """Say in one line what became of the orbits."""
@@ -201,13 +201,6 @@ def _share(steps: np.ndarray) -> np.ndarray:
     return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))
 
 
-def _finer(flow: Flow) -> Flow:
-    """Return a flow of half the step, or of a hundredth of the tolerances."""
-    if flow.adaptive:
-        return replace(flow, rtol=max(flow.rtol / 100, 1e-15), atol=flow.atol / 100)
-    return replace(flow, step=flow.step / 2)
-
-
 class _Work:
     """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
 
@@ -232,14 +225,16 @@ class _Work:
     def run(self, tolerance: float) -> None:
         """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves more."""
         flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
-        for _ in range(1 if self.accuracy is None else HALVINGS + 1):
+        for _ in range(HALVINGS + 1):
             self._pass(flow, orbits)
-            excess = np.zeros(self.orbits) if self.accuracy is None else self._excess(self.accuracy, tolerance)
+            if self.accuracy is None:
+                return
+            excess = self._excess(self.accuracy, tolerance)
             # What a finer step does not change is rounding, or chaos.
             again = (excess > 1) & (excess < before / 4)
-            orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), _finer(flow)
-            if not orbits.size:
+            if not again.any():
                 return
+            orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
         """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there are none."""
@@ -279,7 +274,7 @@ class _Work:
         """Find the frequencies of these orbits, which take so many steps."""
         share = int(_share(np.array(steps)))
         time, count = self.time / share, steps // share
-        pilot, _ = self._sample(_finer(flow), orbits, time, count)
+        pilot, _ = self._sample(flow.finer(), orbits, time, count)
         with np.errstate(all="ignore"):
             rate = fastest(self.layout.signals(pilot), time / count)
             allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)

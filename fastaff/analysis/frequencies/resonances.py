@@ -276,8 +276,8 @@ def diffusion_histogram(
     kept = np.isfinite(values)
     if status is not None:
         status = an_array("status", status)
-        if an_array("status", status).shape != values.shape:
-            raise ValueError(f"status must have the shape {values.shape} of diffusion, got {np.shape(status)}")
+        if status.shape != values.shape:
+            raise ValueError(f"status must have the shape {values.shape} of diffusion, got {status.shape}")
         kept = kept & (status == Status.OK)
     missing, values = int(values.size - np.count_nonzero(kept)), values[kept]
     bins = float(np.ptp(values) / bin_width) if values.size else 1.0

@@ -191,7 +191,8 @@ def fit_torus(
         return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
     if _resting(path):
         return _point(body, path, energy, evidence)
-    finer, state = _path(_finer(flow, 1.5 * time / (len(times) - 1)), z, time, inside)
+    taken = flow if flow.adaptive else flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
+    finer, state = _path(taken.finer(), z, time, inside)
     finer = finer if state["status"] == Status.OK else path
     found = _fitted(body, times, path, finer, inside, energy, evidence)
     return found if max(found.residual, found.prediction_error) <= tolerance else _doubted(found, z, time)
@@ -221,13 +222,6 @@ def _path(flow: Flow, z0: np.ndarray, time: float, inside: int) -> tuple[np.ndar
     error = 0.0 if _resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
     mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
     return path, {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}
-
-
-def _finer(flow: Flow, interval: float) -> Flow:
-    """Return the flow with half the steps that it takes for samples at that interval, or a hundredth of its tolerances."""
-    if flow.adaptive:
-        return replace(flow, rtol=max(flow.rtol / 100, 1e-15), atol=flow.atol / 100)
-    return replace(flow, step=interval / flow.steps(interval) / 2)
 
 
 def _resting(path: np.ndarray) -> bool:
