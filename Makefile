@@ -33,6 +33,7 @@ peers: $(VENV)/.dev  ## the programs that benchmarks compare with
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[peers]"
 
 lint: $(VENV)/.dev
+	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 

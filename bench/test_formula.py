@@ -25,7 +25,12 @@ PAIRS = [
     ("Hyperelastic", Body(Hyperelastic(1.0)), lambda: formula(HYPERELASTIC, C=1.0), hyperelastic_orbits),
     ("NeoHookean", Body(NeoHookean(1.0, 2.0)), lambda: formula(NEO_HOOKEAN, G=1.0, K=2.0), hyperelastic_orbits),
     ("HenonHeiles", HenonHeiles(1.0), lambda: hamiltonian(HENON_HEILES, lam=1.0), henon_heiles_orbits),
-    ("HenonHeiles with masses", HenonHeiles(1.0), lambda: hamiltonian(HENON_HEILES, masses=(1.0, 1.0), lam=1.0), henon_heiles_orbits),
+    (
+        "HenonHeiles with masses",
+        HenonHeiles(1.0),
+        lambda: hamiltonian(HENON_HEILES, masses=(1.0, 1.0), lam=1.0),
+        henon_heiles_orbits,
+    ),
 ]
 
 
@@ -46,7 +51,8 @@ def test_as_fast_as_hand_written(benchmark, name, hand, make, orbits):
     benchmark.extra_info.update(rates, difference=difference)
     print(
         f"\n{name}: formula {rates['formula']:.1f}, hand-written {rates['hand']:.1f} million steps/s "
-        f"({rates['formula'] / rates['hand']:.2f} x); largest difference of the end states {difference:.1e}, energy error "
+        f"({rates['formula'] / rates['hand']:.2f} x); largest difference of the end states {difference:.1e}, energy "
+        "error "
         f"{runs['formula'].energy_error.max():.1e}"
     )
     assert difference < 1e-8

@@ -1,4 +1,6 @@
-"""Frequencies of the integrable bodies against dE/dJ by quadrature, and orbits per second. Run: pytest bench/test_frequency.py -s"""
+"""Frequencies of the integrable bodies against dE/dJ by quadrature, and orbits per second. Run: pytest
+bench/test_frequency.py -s
+"""
 
 from __future__ import annotations
 
@@ -50,7 +52,8 @@ def test_against_quadrature(benchmark, potential, step):
     print(
         f"\n{type(potential).__name__}, step {step}: {good.mean():.1%} of {ORBITS} within 1e-11 of dE/dJ, median error "
         f"{np.median(error):.0e}; {int((~good & flagged).sum())} of the others flagged by their error estimate, "
-        f"{int((~good & ~flagged).sum())} not (largest {error[~good & ~flagged].max(initial=0):.0e}); {elapsed:.2f} s; {found.summary()}"
+        f"{int((~good & ~flagged).sum())} not (largest {error[~good & ~flagged].max(initial=0):.0e}); {elapsed:.2f} s; "
+        f"{found.summary()}"
     )
 
 

@@ -1,4 +1,6 @@
-"""Against heyoka's batch mode in one run, same orbits, same threads. Run: pytest bench/test_heyoka.py -s (extra `peers`)"""
+"""Against heyoka's batch mode in one run, same orbits, same threads. Run: pytest bench/test_heyoka.py -s (extra
+`peers`)
+"""
 
 from __future__ import annotations
 
@@ -49,15 +51,19 @@ def test_end_states(benchmark, tol, scheme, step):
     benchmark.pedantic(ours, rounds=3)
     benchmark.extra_info.update(ratio=slow / fast, error=errors[0].max(), peer_error=errors[1].max())
     print(
-        f"\nheyoka {hy.__version__} tol {tol}: {slow:.3f} s, error max {errors[1].max():.1e} median {np.median(errors[1]):.1e}; "
-        f"fastaff {scheme.name} step {step}: {fast:.3f} s, error max {errors[0].max():.1e} median {np.median(errors[0]):.1e}; "
+        f"\nheyoka {hy.__version__} tol {tol}: {slow:.3f} s, error max {errors[1].max():.1e} median "
+        f"{np.median(errors[1]):.1e}; "
+        f"fastaff {scheme.name} step {step}: {fast:.3f} s, error max {errors[0].max():.1e} median "
+        f"{np.median(errors[0]):.1e}; "
         f"{slow / fast:.1f} x on {threads} threads, {ORBITS} orbits"
     )
 
 
 @pytest.mark.parametrize("threads", [1, numba.config.NUMBA_NUM_THREADS])
 def test_crossings(benchmark, threads):
-    """alpha p_alpha = 0 rising, 4096 orbits to T = 200: heyoka's batch events with a callback that stores time and state."""
+    """alpha p_alpha = 0 rising, 4096 orbits to T = 200: heyoka's batch events with a callback that stores time and
+    state.
+    """
     z0 = hyperelastic_orbits()
     system, q, p = heyoka_system(hy)
 
@@ -77,7 +83,14 @@ def test_crossings(benchmark, threads):
 
     def ours():
         return poincare_map(
-            BODY, z0, section=AlphaTurning(+1), crossings=110, max_time=TIME, step=0.1, scheme=BLANES_MOAN6, threads=threads
+            BODY,
+            z0,
+            section=AlphaTurning(+1),
+            crossings=110,
+            max_time=TIME,
+            step=0.1,
+            scheme=BLANES_MOAN6,
+            threads=threads,
         )
 
     result, runs = ours(), peer()
@@ -89,7 +102,9 @@ def test_crossings(benchmark, threads):
     benchmark.pedantic(ours, rounds=3)
     benchmark.extra_info.update(ratio=slow / fast, crossings=found, peer_crossings=theirs.shape[1])
     print(
-        f"\n{threads} threads: heyoka {theirs.shape[1]} crossings in {slow:.3f} s, |section| {ends[1]:.1e}; fastaff {found} in "
-        f"{fast:.3f} s ({found / fast / 1e6:.2f} million/s), |section| {ends[0]:.1e}, energy error {result.energy_error.max():.1e}; "
+        f"\n{threads} threads: heyoka {theirs.shape[1]} crossings in {slow:.3f} s, |section| {ends[1]:.1e}; fastaff "
+        f"{found} in "
+        f"{fast:.3f} s ({found / fast / 1e6:.2f} million/s), |section| {ends[0]:.1e}, energy error "
+        f"{result.energy_error.max():.1e}; "
         f"{slow / fast:.1f} x"
     )

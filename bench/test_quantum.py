@@ -19,7 +19,9 @@ def test_hyperelastic_table(benchmark):
     classes = [(m, l) for m in range(-10, 11) for l in range(-10, 11) if (m + l) % 2 == 0]
     m, l = (list(side) for side in zip(*classes))
     table = benchmark.pedantic(
-        lambda: spectrum_table(Body(Hyperelastic()), m=m, l=l, levels=LEVELS, tolerance=1e-12), rounds=3, warmup_rounds=1
+        lambda: spectrum_table(Body(Hyperelastic()), m=m, l=l, levels=LEVELS, tolerance=1e-12),
+        rounds=3,
+        warmup_rounds=1,
     )
     wanted, worst = 0, 0.0
     for row in table:
@@ -41,7 +43,10 @@ def test_neo_hookean(hbar):
     found = spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, levels=500, hbar=hbar, tolerance=1e-8)
     spent = time.perf_counter() - start
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    print(f"\nneo-Hookean, hbar {hbar}: 500 levels, {found.E[0]:.6g} to {found.E[-1]:.6g}, {spent:.1f} s, {memory:.2f} GiB")
+    print(
+        f"\nneo-Hookean, hbar {hbar}: 500 levels, {found.E[0]:.6g} to {found.E[-1]:.6g}, {spent:.1f} s, {memory:.2f} "
+        "GiB"
+    )
     error = found.error / found.E
     print(f"{found.functions} functions, relative error estimate {error.max():.1e} (median {np.median(error):.1e})")
     assert found.converged.all()
@@ -52,6 +57,9 @@ def test_twice_the_basis():
     body = Body(NeoHookean(1.0, 2.0))
     found, twice = (spectrum(body, m=0, l=0, levels=250, hbar=0.3, tolerance=tolerance) for tolerance in (1e-8, 1e-13))
     change = np.abs(found.E - twice.E) / found.E
-    print(f"\nneo-Hookean, hbar 0.3: {found.functions} functions, then {twice.functions}: levels change by {change.max():.1e} at most")
+    print(
+        f"\nneo-Hookean, hbar 0.3: {found.functions} functions, then {twice.functions}: levels change by "
+        f"{change.max():.1e} at most"
+    )
     print(f"relative, {np.median(change):.1e} in the median; estimated {(found.error / found.E).max():.1e}")
     assert twice.functions >= 2 * found.functions

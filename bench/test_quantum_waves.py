@@ -67,7 +67,9 @@ def test_autocorrelation(benchmark):
 
 @pytest.mark.parametrize("n", [10, 200])
 def test_factor_beside_scipy(benchmark, n):
-    """eval_genlaguerre with an integer n, times its weight; beyond n of some hundreds its polynomials overflow before the weight."""
+    """eval_genlaguerre with an integer n, times its weight; beyond n of some hundreds its polynomials overflow before
+    the weight.
+    """
     factor = PlaneFactor(n, 3.5, 1.0)
     x = np.random.default_rng(1).uniform(0, math.sqrt(4 * n + 10), POINTS // 10)
     log_norm = (math.log(2) + math.lgamma(n + 1) - math.lgamma(n + 4.5)) / 2
@@ -85,4 +87,7 @@ def test_factor_beside_scipy(benchmark, n):
     errors = [float(np.abs(values - truth).max() / top) for values in (factor(points), scipy_factor(points))]
     benchmark.extra_info.update(times_faster=theirs / ours, errors_ours_and_scipy=errors)
     rate = x.size / ours / 1e6
-    print(f"\nn = {n}: {rate:.1f} million points/s, error {errors[0]:.1e}; scipy {theirs / ours:.1f} times slower, {errors[1]:.1e}")
+    print(
+        f"\nn = {n}: {rate:.1f} million points/s, error {errors[0]:.1e}; scipy {theirs / ours:.1f} times slower, "
+        f"{errors[1]:.1e}"
+    )

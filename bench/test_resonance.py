@@ -1,4 +1,6 @@
-"""Resonance modules of frequency maps and section orbits per second, with their errors. Run: pytest bench/test_resonance.py -s"""
+"""Resonance modules of frequency maps and section orbits per second, with their errors. Run: pytest
+bench/test_resonance.py -s
+"""
 
 from __future__ import annotations
 
@@ -57,8 +59,10 @@ def test_map(benchmark, case, rank):
     rate = len(k) * SIDE**2 / all_ / 1e9
     benchmark.extra_info.update(seconds=all_, wrong=wrong, rate=rate, ratio_of_threads=one / all_, naive_seconds=slow)
     print(
-        f"\n{case}: {SIDE} x {SIDE} orbits, {len(k)} vectors: {all_:.2f} s on {threads} threads ({rate:.1f} thousand million tests/s), "
-        f"{one / all_:.2f} x one thread; orbit-at-a-time loop (counting only) {slow:.2f} s; {wrong} of other rank than {rank}, "
+        f"\n{case}: {SIDE} x {SIDE} orbits, {len(k)} vectors: {all_:.2f} s on {threads} threads ({rate:.1f} thousand "
+        "million tests/s), "
+        f"{one / all_:.2f} x one thread; orbit-at-a-time loop (counting only) {slow:.2f} s; {wrong} of other rank than "
+        f"{rank}, "
         f"{float(result.accidental.sum()):.1f} accidents expected; {differ} disagreements with the loop; "
         f"largest distance/width {largest:.1e}"
     )
@@ -82,6 +86,7 @@ def test_sections(benchmark):
     kinds = {kind.name: int((found.kind == kind).sum()) for kind in Kind}
     benchmark.extra_info.update(rotation_seconds=turning, rotation_error=error, **kinds)
     print(
-        f"\n1000 orbits x 1000 crossings: rotation numbers {turning:.2f} s, islands {benchmark.stats['min']:.2f} s; golden ellipse off by "
+        f"\n1000 orbits x 1000 crossings: rotation numbers {turning:.2f} s, islands {benchmark.stats['min']:.2f} s; "
+        "golden ellipse off by "
         f"{error:.1e}; {found.summary()}"
     )

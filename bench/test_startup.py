@@ -1,4 +1,6 @@
-"""Import, first result with a warm cache, and cold compile, each in a fresh process. Run: pytest bench/test_startup.py -s"""
+"""Import, first result with a warm cache, and cold compile, each in a fresh process. Run: pytest bench/test_startup.py
+-s
+"""
 
 from __future__ import annotations
 
@@ -32,6 +34,7 @@ def test_startup(benchmark, tmp_path):
     benchmark.pedantic(seconds, args=("import fastaff", tmp_path), rounds=3)
     benchmark.extra_info.update(bare=bare, load=load, cold=cold, warm=warm)
     print(
-        f"\nfresh process: bare {bare:.2f} s, import fastaff {load - bare:.2f} s more, first section and frequencies {warm:.2f} s with a "
+        f"\nfresh process: bare {bare:.2f} s, import fastaff {load - bare:.2f} s more, first section and frequencies "
+        f"{warm:.2f} s with a "
         f"warm cache, {cold:.1f} s with a cold one"
     )

@@ -45,12 +45,18 @@ def test_against_scalar_loop(benchmark, scheme, step, steps):
     slow, one, all_ = best(naive, repeats=3), best(lambda: ours(1)), best(lambda: ours(threads))
     benchmark.pedantic(ours, args=(threads,), rounds=3)
     benchmark.extra_info.update(
-        msteps_per_s=ORBITS * steps / all_ / 1e6, ratio_to_scalar=slow / all_, threads=threads, ratio_of_threads=one / all_,
-        energy_error=result.energy_error.max(), difference_to_scalar=difference,
-    )  # fmt: skip
+        msteps_per_s=ORBITS * steps / all_ / 1e6,
+        ratio_to_scalar=slow / all_,
+        threads=threads,
+        ratio_of_threads=one / all_,
+        energy_error=result.energy_error.max(),
+        difference_to_scalar=difference,
+    )
     print(
-        f"\n{scheme.name}: {ORBITS * steps / all_ / 1e6:.1f} million steps/s on {threads} threads, {slow / all_:.1f} x the scalar loop "
-        f"({ORBITS * steps / slow / 1e6:.1f}), {one / all_:.2f} x one thread; energy error {result.energy_error.max():.1e}, "
+        f"\n{scheme.name}: {ORBITS * steps / all_ / 1e6:.1f} million steps/s on {threads} threads, {slow / all_:.1f} x "
+        "the scalar loop "
+        f"({ORBITS * steps / slow / 1e6:.1f}), {one / all_:.2f} x one thread; energy error "
+        f"{result.energy_error.max():.1e}, "
         f"difference to the scalar loop {difference:.1e}"
     )
     assert difference < 1e-9
@@ -67,7 +73,10 @@ def test_memory_is_flat(benchmark):
         tracemalloc.stop()
     benchmark.pedantic(lambda: integrate(BODY, z0, time=1.0, step=0.05), rounds=3)
     benchmark.extra_info["peaks"] = peaks
-    print(f"\npeak memory at 20, 200, 2000 steps: {', '.join(f'{p / 2**20:.2f} MiB' for p in peaks)} (z0: {z0.nbytes / 2**20:.2f} MiB)")
+    print(
+        f"\npeak memory at 20, 200, 2000 steps: {', '.join(f'{p / 2**20:.2f} MiB' for p in peaks)} (z0: "
+        f"{z0.nbytes / 2**20:.2f} MiB)"
+    )
     assert max(peaks) < 1.05 * min(peaks)
 
 
@@ -92,10 +101,14 @@ def test_henon_heiles(benchmark, scheme):
     difference = np.abs(single().z - naive()).max()
     slow, fast, wide = best(naive, repeats=3), best(single, repeats=3), best(grid)
     benchmark.pedantic(grid, rounds=3)
-    benchmark.extra_info.update(single_ratio=fast / slow, grid_msteps_per_s=2.0 / wide, energy_error=single().energy_error.max())
+    benchmark.extra_info.update(
+        single_ratio=fast / slow, grid_msteps_per_s=2.0 / wide, energy_error=single().energy_error.max()
+    )
     print(
-        f"\n{scheme.name}, Henon-Heiles: one orbit {steps / fast / 1e6:.2f} million steps/s, {fast / slow:.2f} x the scalar loop's time; "
-        f"grid of 1000 {2.0 / wide:.0f} million steps/s; energy error {single().energy_error.max():.1e}, difference {difference:.1e}"
+        f"\n{scheme.name}, Henon-Heiles: one orbit {steps / fast / 1e6:.2f} million steps/s, {fast / slow:.2f} x the "
+        "scalar loop's time; "
+        f"grid of 1000 {2.0 / wide:.0f} million steps/s; energy error {single().energy_error.max():.1e}, difference "
+        f"{difference:.1e}"
     )
 
 

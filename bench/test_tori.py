@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 from common import best
 
-from fastaff import ALPHA_BETA, R_VARTHETA, Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, energy_of_actions, from_action_angle, tori
+from fastaff import (
+    ALPHA_BETA,
+    R_VARTHETA,
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    Hyperelastic,
+    energy_of_actions,
+    from_action_angle,
+    tori,
+)
 
 STATES, CHECKED = 1_000_000, 2000
 CASES = [
@@ -35,8 +46,10 @@ def test_tori(benchmark, potential, chart):
     benchmark.pedantic(tori, args=(body, z), kwargs={"chart": chart}, rounds=2)
     benchmark.extra_info.update(states_per_second=z.shape[1] / elapsed)
     print(
-        f"\n{type(potential).__name__}, {chart.name}: {z.shape[1] / elapsed / 1e6:.2f} million states/s; relative error of nu: median "
-        f"{np.nanmedian(error):.0e}, 99 % {np.nanquantile(error, 0.99):.0e}, worst {np.nanmax(error):.0e} of {CHECKED}; "
+        f"\n{type(potential).__name__}, {chart.name}: {z.shape[1] / elapsed / 1e6:.2f} million states/s; relative "
+        "error of nu: median "
+        f"{np.nanmedian(error):.0e}, 99 % {np.nanquantile(error, 0.99):.0e}, worst {np.nanmax(error):.0e} of "
+        f"{CHECKED}; "
         f"{memory:.0f} bytes a state; {found.summary()}"
     )
 
@@ -53,6 +66,7 @@ def test_inverse(benchmark, potential, chart):
     error = np.abs(energy_of_actions(body, found.J, chart=chart).energy - found.energy).max()
     benchmark.pedantic(from_action_angle, args=(body, found.J, found.theta), kwargs={"chart": chart}, rounds=1)
     print(
-        f"\n{type(potential).__name__}, {chart.name}: {z.shape[1] / points / 1e3:.0f} thousand points/s, worst round trip "
+        f"\n{type(potential).__name__}, {chart.name}: {z.shape[1] / points / 1e3:.0f} thousand points/s, worst round "
+        "trip "
         f"{np.abs(back - z).max():.0e}; E(J): {z.shape[1] / energies / 1e3:.0f} thousand/s, worst error {error:.0e}"
     )

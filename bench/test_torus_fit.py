@@ -1,4 +1,6 @@
-"""Fitted tori: seconds per orbit beside the errors of frequencies and actions. Run: pytest bench/test_torus_fit.py -s"""
+"""Fitted tori: seconds per orbit beside the errors of frequencies and actions. Run: pytest bench/test_torus_fit.py
+-s
+"""
 
 from __future__ import annotations
 
@@ -27,8 +29,10 @@ def test_separable(benchmark, potential, i, time):
     J = np.abs(fit.J / naive.r_vartheta_actions(body, z) - 1).max()
     benchmark.extra_info.update(nu_error=nu, J_error=J)
     print(
-        f"\n{type(potential).__name__} {i}, time {time:.0f}: {benchmark.stats['min']:.2f} s, {len(fit.k)} terms of order {fit.order}; "
-        f"error of nu {nu:.0e}, of J (relative) {J:.0e}, residual {fit.residual:.0e}, prediction {fit.prediction_error:.0e}"
+        f"\n{type(potential).__name__} {i}, time {time:.0f}: {benchmark.stats['min']:.2f} s, {len(fit.k)} terms of "
+        f"order {fit.order}; "
+        f"error of nu {nu:.0e}, of J (relative) {J:.0e}, residual {fit.residual:.0e}, prediction "
+        f"{fit.prediction_error:.0e}"
     )
 
 
@@ -48,5 +52,10 @@ def test_neo_hookean(benchmark, i):
 def test_henon_heiles(benchmark):
     """A regular orbit and a chaotic one of two degrees of freedom."""
     regular, chaotic = [0.1, -0.05, 0.12081, 0.1], [0.0, -0.25, 0.42081, 0.0]
-    fit = benchmark.pedantic(fit_torus, args=(HenonHeiles(), regular), kwargs={"time": 600.0}, rounds=3, warmup_rounds=1)
-    print(f"\nHenon-Heiles: {benchmark.stats['min']:.2f} s; {fit.summary()}\n{fit_torus(HenonHeiles(), chaotic, time=600.0).summary()}")
+    fit = benchmark.pedantic(
+        fit_torus, args=(HenonHeiles(), regular), kwargs={"time": 600.0}, rounds=3, warmup_rounds=1
+    )
+    print(
+        f"\nHenon-Heiles: {benchmark.stats['min']:.2f} s; "
+        f"{fit.summary()}\n{fit_torus(HenonHeiles(), chaotic, time=600.0).summary()}"
+    )

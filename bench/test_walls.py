@@ -1,4 +1,5 @@
-"""Schemes before a steep wall: error, CPU time and forces of a neo-Hookean body at energy 8 to T = 1000. Run: pytest bench/test_walls.py -s
+"""Schemes before a steep wall: error, CPU time and forces of a neo-Hookean body at energy 8 to T = 1000. Run: pytest
+bench/test_walls.py -s
 
 WALLS_TIME sets another T.
 """
@@ -12,7 +13,19 @@ import time as clock
 import numpy as np
 import pytest
 
-from fastaff import AUTO, DOP853, KAHAN_LI8, AlphaTurning, Body, NeoHookean, RungeKutta, Splitting, TimeTransformed, energy_grid, integrate
+from fastaff import (
+    AUTO,
+    DOP853,
+    KAHAN_LI8,
+    AlphaTurning,
+    Body,
+    NeoHookean,
+    RungeKutta,
+    Splitting,
+    TimeTransformed,
+    energy_grid,
+    integrate,
+)
 from fastaff.cli.demonstration import P_ETA, P_GAMMA
 from fastaff.flows.flow import Flow, no_memory
 from fastaff.flows.observers import nothing
@@ -40,10 +53,21 @@ def forces(scheme, step, rtol, z0) -> float:
     return prepared(TIME, BODY, z0, TimeTransformed(scheme.splitting), None, 1)[2]
 
 
-@pytest.mark.parametrize(("scheme", "step", "rtol"), [
-    (KAHAN_LI8, 1e-3, 1e-12), (KAHAN_LI8, 5e-4, 1e-12), (KAHAN_LI8, 2.5e-4, 1e-12), (KAHAN_LI8, 1.25e-4, 1e-12),
-    (DOP853, None, 1e-12), (DOP853, None, 1e-13), (DOP853, None, 1e-14), (TimeTransformed(), None, 1e-12), (AUTO, None, 1e-12),
-], ids=lambda value: getattr(value, "name", str(value))[:40])  # fmt: skip
+@pytest.mark.parametrize(
+    ("scheme", "step", "rtol"),
+    [
+        (KAHAN_LI8, 1e-3, 1e-12),
+        (KAHAN_LI8, 5e-4, 1e-12),
+        (KAHAN_LI8, 2.5e-4, 1e-12),
+        (KAHAN_LI8, 1.25e-4, 1e-12),
+        (DOP853, None, 1e-12),
+        (DOP853, None, 1e-13),
+        (DOP853, None, 1e-14),
+        (TimeTransformed(), None, 1e-12),
+        (AUTO, None, 1e-12),
+    ],
+    ids=lambda value: getattr(value, "name", str(value))[:40],
+)
 def test_steep_wall(scheme, step, rtol):
     z0 = starts()
     integrate(BODY, z0[:, :1], time=0.1, scheme=scheme, step=step)  # compiles
@@ -54,5 +78,6 @@ def test_steep_wall(scheme, step, rtol):
     print(
         f"\n{scheme.name[:24]:24} -> {orbits.scheme.name:28} step {orbits.step:8.3g} rtol {rtol:.0e}: "
         f"energy error {orbits.energy_error.max():.2e}"
-        f" (median {np.median(orbits.energy_error):.1e}), {seconds:.1f} s CPU, {per_time:.0f} forces per unit time; {orbits.summary()}"
-    )  # fmt: skip
+        f" (median {np.median(orbits.energy_error):.1e}), {seconds:.1f} s CPU, {per_time:.0f} forces per unit time; "
+        f"{orbits.summary()}"
+    )

@@ -1,7 +1,9 @@
-"""Chaos of a neo-Hookean body: a map of one section, and the chaotic fraction against the energy and the ratio of its moduli.
+"""Chaos of a neo-Hookean body: a map of one section, and the chaotic fraction against the energy and the ratio of its
+moduli.
 
-Orbits of the scans start at random points, uniform over the section's area. Near det phi = 0 the wall is so steep at high energies that
-no fixed step gets through it: those orbits are done again with step control, and are counted below. About 90 s on two cores.
+Orbits of the scans start at random points, uniform over the section's area. Near det phi = 0 the wall is so steep at
+high energies that no fixed step gets through it: those orbits are done again with step control, and are counted below.
+About 90 s on two cores.
 """
 
 import numpy as np
@@ -26,8 +28,13 @@ def scan(name, values, make):
     """Scan one parameter and say what came out."""
     found = fastaff.chaotic_fraction(make, (values,), names=(name,), time=TIME, early_stop=True)
     print(found.summary())
-    for row in zip(values, found.fraction, *found.interval(), found.rescued, found.failed, found.undecided, found.energy_error):
-        print("  {:8.3f}  fraction {:.3f} ({:.3f} ... {:.3f}); done again {}, failed {}, undecided {}; energy error {:.0e}".format(*row))
+    for row in zip(
+        values, found.fraction, *found.interval(), found.rescued, found.failed, found.undecided, found.energy_error
+    ):
+        numbers = (
+            "{:8.3f}  fraction {:.3f} ({:.3f} ... {:.3f}); done again {}, failed {}, undecided {}; energy error {:.0e}"
+        )
+        print("  " + numbers.format(*row))
     return found
 
 
@@ -61,7 +68,10 @@ left.set_title("a   section $p_\\alpha=0$, $K/G=2$, $E=1.5$", loc="left", fontsi
 middle.set_title("b   against the energy (grey: not reached)", loc="left", fontsize=10)
 right.set_title("c   against the ratio of moduli", loc="left", fontsize=10)
 figure.supxlabel(
-    rf"neo-Hookean body, $G=\mu=1$, $p_\eta=0.3$, $p_\gamma=0.2$; time {TIME:g}; b, c: {ORBITS} random orbits each, 95 % intervals, "
-    "pale band: undecided orbits", fontsize=8, color="0.3",
-)  # fmt: skip
+    rf"neo-Hookean body, $G=\mu=1$, $p_\eta=0.3$, $p_\gamma=0.2$; time {TIME:g}; b, c: {ORBITS} random orbits each, 95 "
+    rf"% intervals, "
+    "pale band: undecided orbits",
+    fontsize=8,
+    color="0.3",
+)
 figure.savefig("chaos_neo_hookean.png")

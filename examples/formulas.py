@@ -15,13 +15,17 @@ galaxy = fastaff.hamiltonian("v0**2/2*log(Rc**2 + x**2 + y**2/q**2)", v0=1.0, Rc
 fpu = fastaff.hamiltonian(
     "(q1**2 + (q2 - q1)**2 + (q3 - q2)**2 + (q4 - q3)**2 + q4**2)/2"
     " + alpha/3*(q1**3 + (q2 - q1)**3 + (q3 - q2)**3 + (q4 - q3)**3 - q4**3)",
-    coordinates="q1 q2 q3 q4", alpha=0.25,
-)  # fmt: skip
+    coordinates="q1 q2 q3 q4",
+    alpha=0.25,
+)
 
 planar = {
-    "Henon-Heiles": (henon_heiles, 0.1), "Toda": (toda, 0.5), "Contopoulos": (contopoulos, 0.3), "Barbanis": (barbanis, 0.3),
+    "Henon-Heiles": (henon_heiles, 0.1),
+    "Toda": (toda, 0.5),
+    "Contopoulos": (contopoulos, 0.3),
+    "Barbanis": (barbanis, 0.3),
     "logarithmic galaxy": (galaxy, -0.3),
-}  # fmt: skip
+}
 section = fastaff.Linear(normal=(1, 0, 0, 0))
 for name, (model, energy) in planar.items():
     start = fastaff.energy_grid(model, energy=energy, section=section, axes=(np.linspace(-0.2, 0.3, 9), [0.0, 0.15])).z0
@@ -42,7 +46,10 @@ def toda_integral(z):
 
 start = np.random.default_rng(1).uniform(-0.4, 0.4, (4, 100))
 end = fastaff.integrate(toda, start, time=500.0, step=0.02).z
-print(f"Toda: the third integral of 100 orbits changed by {np.abs(toda_integral(end) - toda_integral(start)).max():.1e} in time 500")
+print(
+    f"Toda: the third integral of 100 orbits changed by {np.abs(toda_integral(end) - toda_integral(start)).max():.1e} "
+    "in time 500"
+)
 
 # Energy in the lowest mode of a chain of four: it comes and goes (Fermi, Pasta & Ulam 1955).
 k = np.arange(1, 5)

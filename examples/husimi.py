@@ -1,7 +1,8 @@
-"""Husimi functions of a neo-Hookean body on its Poincaré section p_alpha = 0, over the classical crossings of the same energies.
+"""Husimi functions of a neo-Hookean body on its Poincaré section p_alpha = 0, over the classical crossings of the same
+energies.
 
-Of the levels of one class next to E = 1.5, where a chaotic sea surrounds islands: three states that fill least of the section, each at
-another place, and the three that fill most. About 1 minute on two cores.
+Of the levels of one class next to E = 1.5, where a chaotic sea surrounds islands: three states that fill least of the
+section, each at another place, and the three that fill most. About 1 minute on two cores.
 """
 
 import numpy as np
@@ -51,9 +52,15 @@ for ax, (k, share) in zip(figure.subplots(2, 3, sharex=True, sharey=True).ravel(
     plot_husimi(grid, Q(grid.z0), ax=ax, section_map=crossings, boundary=edge)
     ax.set_title(f"level {k}, $E={energy:.4f}$, fills {100 * share:.0f} %", loc="left", fontsize=9)
     ax.label_outer()
-    print(f"level {k}: E = {energy:.6f}, norm {Q.norm:.8f}, {Q.coefficients.shape[0]} quanta, fills {share:.3f}; {crossings.summary()}")
+    print(
+        f"level {k}: E = {energy:.6f}, norm {Q.norm:.8f}, {Q.coefficients.shape[0]} quanta, fills {share:.3f}; "
+        f"{crossings.summary()}"
+    )
 figure.supxlabel(
-    rf"neo-Hookean body, $G=\mu=1$, $K=2$, $\hbar=1/50$, $(m,l)=({M},{L})$: $p_\eta=0.3$, $p_\gamma=0.2$; colour: Husimi function, each "
-    "to its maximum; dots: 60 classical orbits", fontsize=8, color="0.3",
-)  # fmt: skip
+    rf"neo-Hookean body, $G=\mu=1$, $K=2$, $\hbar=1/50$, $(m,l)=({M},{L})$: $p_\eta=0.3$, $p_\gamma=0.2$; colour: "
+    rf"Husimi function, each "
+    "to its maximum; dots: 60 classical orbits",
+    fontsize=8,
+    color="0.3",
+)
 figure.savefig("husimi.png")

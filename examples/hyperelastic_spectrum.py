@@ -1,9 +1,11 @@
-"""The spectrum of the hyperelastic body EQ2.2h, which the paper could not solve: levels, quantizations, elementary states, densities.
+"""The spectrum of the hyperelastic body EQ2.2h, which the paper could not solve: levels, quantizations, elementary
+states, densities.
 
-V = C (1/(D1 D2) + (D1^2 + D2^2)/2) separates in r and vartheta; its equation in vartheta is Heun's, with a wall at det phi = 0. Where
-2 mu C/hbar^2 = |m - l| - |m + l| the lowest factor is elementary, f = cos(v) cos^a(v/2) sin^b(v/2), a = |m - l|/2, b = |m + l|/2, and
-E = hbar omega (2 n_r + 4 + a + b). At C = mu = hbar = 1 these classes have a = b + 1: their levels E = 5, 7, 9, ... coincide, and
-E = 5 + 2 k is 4 k + 2 times degenerate, all other energies below 12 four times at most.
+V = C (1/(D1 D2) + (D1^2 + D2^2)/2) separates in r and vartheta; its equation in vartheta is Heun's, with a wall at det
+phi = 0. Where 2 mu C/hbar^2 = |m - l| - |m + l| the lowest factor is elementary, f = cos(v) cos^a(v/2) sin^b(v/2), a =
+|m - l|/2, b = |m + l|/2, and E = hbar omega (2 n_r + 4 + a + b). At C = mu = hbar = 1 these classes have a = b + 1:
+their levels E = 5, 7, 9, ... coincide, and E = 5 + 2 k is 4 k + 2 times degenerate, all other energies below 12 four
+times at most.
 
 Run: python examples/hyperelastic_spectrum.py [FILE.png]        (a few seconds, and the compiler once)
 """
@@ -47,19 +49,26 @@ whole = fa.all_levels(body, below=12.0)
 k = np.arange(4)
 found = [int(whole.degeneracy[np.argmin(np.abs(whole.energies - energy))]) for energy in 5 + 2 * k]
 others = whole.degeneracy[np.abs(whole.energies[:, None] - (5 + 2 * k)).min(axis=1) > 1e-9]
-print(f"{whole.E.size} levels below 12, error {whole.error.max():.1e}: E = 5, 7, 9, 11 come {found} times, others {others.max()} at most")
+print(
+    f"{whole.E.size} levels below 12, error {whole.error.max():.1e}: E = 5, 7, 9, 11 come {found} times, others "
+    f"{others.max()} at most"
+)
 
 figure = Figure(figsize=(15.5, 9.2), dpi=150, layout="constrained")
 (a, b, c), (d, e, f) = figure.subplots(2, 3)
 plot_levels(against_m, ax=a)
 a.plot(numbers[2], ebk.E, ls="", marker="x", color="black", ms=6, mew=1.0, label="EBK (2, 2)")
-a.legend(frameon=False, fontsize=8, loc="upper center", title=r"$n_\vartheta$, and three levels by EBK", title_fontsize=8)
+a.legend(
+    frameon=False, fontsize=8, loc="upper center", title=r"$n_\vartheta$, and three levels by EBK", title_fontsize=8
+)
 
 looks = (("#5a8fc8", "s"), ("#00306f", "o"), ("#b35900", "^"))
 for (name, levels), (colour, marker) in zip(quasi.items(), looks):
     b.semilogy(n_vartheta, np.abs(levels - E), color=colour, marker=marker, ms=4, lw=0.9, label=name)
 b.set(xlabel=r"$n_\vartheta$", ylabel=r"$|E-E_\mathrm{exact}|$  (units of $\hbar\omega$)")
-b.legend(frameon=False, fontsize=8, title=r"Maslov indices of $(r, \vartheta)$", title_fontsize=8, bbox_to_anchor=(1, 0.94))
+b.legend(
+    frameon=False, fontsize=8, title=r"Maslov indices of $(r, \vartheta)$", title_fontsize=8, bbox_to_anchor=(1, 0.94)
+)
 
 plot_levels(against_C, ax=c, unit=np.sqrt(C), ylabel=r"$E/\hbar\omega$")
 c.set_xscale("log")
@@ -74,15 +83,20 @@ plot_degeneracies(whole, ax=f)
 f.plot(5 + 2 * k, 4 * k + 2, color="#b35900", lw=1.0, ls=(0, (5, 2)), label=r"elementary states, $4k+2$ at $E=5+2k$")
 f.legend(frameon=False, fontsize=8, loc="upper left")
 for letter, ax, text in (
-    ("a", a, "levels against spin, $l=0$"), ("b", b, "quantizations of $(m, l)=(2, 0)$, $n_r=0$"),
+    ("a", a, "levels against spin, $l=0$"),
+    ("b", b, "quantizations of $(m, l)=(2, 0)$, $n_r=0$"),
     ("c", c, "levels of $(1, -1)$ against $C$"),
-    ("d", d, "elementary state of $(1, -1)$, $E=5$"), ("e", e, f"$(2, 0)$, $n_r=2$, $n_\\vartheta=3$, $E={exact.E[high]:.4f}$"),
+    ("d", d, "elementary state of $(1, -1)$, $E=5$"),
+    ("e", e, f"$(2, 0)$, $n_r=2$, $n_\\vartheta=3$, $E={exact.E[high]:.4f}$"),
     ("f", f, "degeneracies of the whole body"),
-):  # fmt: skip
+):
     ax.set_title(f"{letter}   {text}", loc="left", fontsize=10, pad=36 if ax is c else 8)
 figure.supxlabel(
-    r"hyperelastic body EQ2.2h, $C=\mu=\hbar=1$ ($\omega=1$) but in c; grey: above the levels computed; densities: white the classical "
-    r"turning curve, dashed $\det\varphi=0$, grey the edge of the chart", fontsize=8, color="0.3",
-)  # fmt: skip
+    r"hyperelastic body EQ2.2h, $C=\mu=\hbar=1$ ($\omega=1$) but in c; grey: above the levels computed; densities: "
+    r"white the classical "
+    r"turning curve, dashed $\det\varphi=0$, grey the edge of the chart",
+    fontsize=8,
+    color="0.3",
+)
 figure.savefig(FILE)
 print(f"wrote {FILE}")

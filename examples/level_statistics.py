@@ -1,9 +1,9 @@
 """Level statistics of a neo-Hookean body from regular to chaotic energies, beside the chaos of its classical motion.
 
-Thirteen spectra, each of one symmetry class (m, l) by itself, with the angular momenta p_eta = hbar (m - l)/2 = 0.3, p_gamma =
-hbar (m + l)/2 = 0.2 or next to them: nine classes at hbar = 0.05 for high energies, four smaller hbar for low ones. Classical orbits
-start at random points of the same energy surfaces, uniform in phase-space volume: their chaotic share is the one in the theory of Berry
-and Robnik. About 3 minutes on two cores.
+Thirteen spectra, each of one symmetry class (m, l) by itself, with the angular momenta p_eta = hbar (m - l)/2 = 0.3,
+p_gamma = hbar (m + l)/2 = 0.2 or next to them: nine classes at hbar = 0.05 for high energies, four smaller hbar for low
+ones. Classical orbits start at random points of the same energy surfaces, uniform in phase-space volume: their chaotic
+share is the one in the theory of Berry and Robnik. About 3 minutes on two cores.
 """
 
 import itertools
@@ -24,7 +24,9 @@ body = fastaff.Body(fastaff.NeoHookean(G=1.0, K=2.0), mu=1.0)
 
 
 def energy_surface(energy):
-    """Draw orbits from the energy surfaces of the classes, uniform in volume: (alpha, beta) and the direction of motion are uniform."""
+    """Draw orbits from the energy surfaces of the classes, uniform in volume: (alpha, beta) and the direction of motion
+    are uniform.
+    """
     random, parts, found = np.random.default_rng(1), [], 0
     while found < ORBITS:
         p_eta, p_gamma = HBAR * np.array(NEIGHBOURS)[random.integers(len(NEIGHBOURS), size=4000), :2].T
@@ -33,7 +35,9 @@ def energy_surface(energy):
             V = body.potential.value(alpha**2, beta**2) + ((p_eta / alpha) ** 2 + (p_gamma / beta) ** 2) / (2 * body.mu)
         inside = (alpha > beta) & (energy > V)
         p, angle = np.sqrt(2 * body.mu * np.maximum(energy - V, 0)), random.uniform(0, 2 * np.pi, 4000)
-        z = np.array([alpha, 0 * alpha, beta, 0 * beta, p * np.cos(angle), p_eta / alpha, p * np.sin(angle), p_gamma / beta])
+        z = np.array(
+            [alpha, 0 * alpha, beta, 0 * beta, p * np.cos(angle), p_eta / alpha, p * np.sin(angle), p_gamma / beta]
+        )
         parts.append(z[:, inside])
         found += np.count_nonzero(inside)
     return body, np.concatenate(parts, axis=1)[:, :ORBITS]
@@ -49,8 +53,10 @@ for a, b, hbar, size in NEIGHBOURS + FINE:
     unfolded.append(fastaff.unfold(levels.E, count))
     deviations.append(deviation)
     print(
-        f"(m, l) = ({m:2d}, {l:2d}), hbar = 1/{1 / hbar:.0f}: {size} levels to E = {levels.E[-1]:.3f}, error {levels.error.max():.0e}; "
-        f"staircase less Weyl: first half {deviation[: size // 2].mean():+.3f}, second half {deviation[size // 2 :].mean():+.3f}, "
+        f"(m, l) = ({m:2d}, {l:2d}), hbar = 1/{1 / hbar:.0f}: {size} levels to E = {levels.E[-1]:.3f}, error "
+        f"{levels.error.max():.0e}; "
+        f"staircase less Weyl: first half {deviation[: size // 2].mean():+.3f}, second half "
+        f"{deviation[size // 2 :].mean():+.3f}, "
         f"rms {deviation.std():.2f}"
     )
 
@@ -66,16 +72,26 @@ for low, high in itertools.pairwise(WINDOWS):
 for low, high, ratio, share, theory, s in zip(WINDOWS, WINDOWS[1:], ratios, chaos.fraction, expected, spacings):
     fit = fastaff.fit_spacings(s, fastaff.BerryRobnik)
     print(
-        f"E = {low:.2f} ... {high:.2f}: {ratio.ratios} ratios, <r> = {ratio.value:.4f} +- {ratio.error:.4f}; classical share {share:.3f}, "
-        f"which gives {theory:.4f}; fitted to P(s) {fit.law.chaotic:.3f} ({fit.low:.3f} ... {fit.high:.3f}); mean spacing {s.mean():.3f}"
+        f"E = {low:.2f} ... {high:.2f}: {ratio.ratios} ratios, <r> = {ratio.value:.4f} +- {ratio.error:.4f}; classical "
+        f"share {share:.3f}, "
+        f"which gives {theory:.4f}; fitted to P(s) {fit.law.chaotic:.3f} ({fit.low:.3f} ... {fit.high:.3f}); mean "
+        f"spacing {s.mean():.3f}"
     )
 
 figure = Figure(figsize=(13.5, 7.2), dpi=160, layout="constrained")
 axes = figure.subplot_mosaic([["a", "b", "c"], ["d", "d", "e"]])
 axes["a"].errorbar(
-    centres, [r.value for r in ratios], xerr=np.diff(WINDOWS) / 2, yerr=[r.error for r in ratios], fmt="o", ms=4, color="#b35900",
-    capsize=2, elinewidth=1, label="levels",
-)  # fmt: skip
+    centres,
+    [r.value for r in ratios],
+    xerr=np.diff(WINDOWS) / 2,
+    yerr=[r.error for r in ratios],
+    fmt="o",
+    ms=4,
+    color="#b35900",
+    capsize=2,
+    elinewidth=1,
+    label="levels",
+)
 axes["a"].plot(centres, expected, color="#00306f", lw=1.3, label="Berry-Robnik, classical share (b)")
 for value, name in ((fastaff.POISSON_RATIO, "Poisson"), (fastaff.GOE_RATIO, "GOE")):
     axes["a"].axhline(value, color="0.4", lw=0.9, ls=(0, (4, 3)))
@@ -89,9 +105,17 @@ for levels, deviation in zip(spectra, deviations):
 grid = np.linspace(WINDOWS[0], WINDOWS[-1], 60)
 near = [[d[np.abs(E - e) < 0.15] for E, d in zip(spectra, deviations) if E[-1] > e + 0.15] for e in grid]
 kept = [e for e, parts in zip(grid, near) if parts]
-axes["d"].plot(kept, [np.mean(np.concatenate(parts)) for parts in near if parts], color="#b35900", lw=2, label=r"mean, $\Delta E = 0.3$")
+axes["d"].plot(
+    kept,
+    [np.mean(np.concatenate(parts)) for parts in near if parts],
+    color="#b35900",
+    lw=2,
+    label=r"mean, $\Delta E = 0.3$",
+)
 axes["d"].axhline(0.0, color="black", lw=0.8)
-axes["d"].set(xlabel="energy $E/G$", ylabel="$N(E) - N_\\mathrm{Weyl}(E)$", ylim=(-2.4, 2.4), xlim=(spectra[-1][0], WINDOWS[-1]))
+axes["d"].set(
+    xlabel="energy $E/G$", ylabel="$N(E) - N_\\mathrm{Weyl}(E)$", ylim=(-2.4, 2.4), xlim=(spectra[-1][0], WINDOWS[-1])
+)
 axes["d"].legend(frameon=False, loc="lower left", fontsize=9)
 calm, wild = int(np.argmin(chaos.fraction)), int(np.argmax(chaos.fraction))
 for ax, chosen in ((axes["c"], calm), (axes["e"], wild)):
@@ -107,7 +131,10 @@ for key, k in (("c", calm), ("e", wild)):
 for key, title in titles.items():
     axes[key].set_title(f"{key}   {title}", loc="left", fontsize=10)
 figure.supxlabel(
-    rf"neo-Hookean body, $G=\mu=1$, $K=2$, $p_\eta\approx0.3$, $p_\gamma\approx0.2$; {len(spectra)} spectra, each of one class $(m,l)$, "
-    rf"{sum(E.size for E in spectra)} levels, $\hbar=1/20\ldots1/70$; {ORBITS} orbits for each energy", fontsize=8, color="0.3",
-)  # fmt: skip
+    rf"neo-Hookean body, $G=\mu=1$, $K=2$, $p_\eta\approx0.3$, $p_\gamma\approx0.2$; {len(spectra)} spectra, each of "
+    rf"one class $(m,l)$, "
+    rf"{sum(E.size for E in spectra)} levels, $\hbar=1/20\ldots1/70$; {ORBITS} orbits for each energy",
+    fontsize=8,
+    color="0.3",
+)
 figure.savefig("level_statistics.png")

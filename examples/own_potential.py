@@ -1,7 +1,8 @@
 """A potential and a section of one's own: two small classes of plain formulas, compiled when they are first used.
 
-Shows the equatorial return of an Ogden-like body, V = C/2 (D1^2 + D2^2) + C/(D1 D2) + k (D1 - D2)^4, at the moments when it
-is as wide as at rest, D1^2 + D2^2 = 2. In A = alpha^2 and B = beta^2: D1 D2 = (A - B)/2, D1^2 + D2^2 = A + B, (D1 - D2)^2 = 2 B.
+Shows the equatorial return of an Ogden-like body, V = C/2 (D1^2 + D2^2) + C/(D1 D2) + k (D1 - D2)^4, at the moments
+when it is as wide as at rest, D1^2 + D2^2 = 2. In A = alpha^2 and B = beta^2: D1 D2 = (A - B)/2, D1^2 + D2^2 = A + B,
+(D1 - D2)^2 = 2 B.
 """
 
 from typing import NamedTuple
@@ -57,7 +58,10 @@ start = fastaff.energy_grid(
 found = fastaff.poincare_map(body, start, section=SizeEquals(2.0), crossings=200, max_time=2000.0)
 
 print(f"{found.counts.sum()} crossings of {start.shape[1]} orbits: {found.summary()}")
-print(f"largest |D1^2 + D2^2 - 2| at a crossing {found.section_error.max():.1e}, energy error {found.energy_error.max():.1e}")
+print(
+    f"largest |D1^2 + D2^2 - 2| at a crossing {found.section_error.max():.1e}, energy error "
+    f"{found.energy_error.max():.1e}"
+)
 beta = found.coordinates(fastaff.ALPHA_BETA)[1]
 for low, high in zip(np.nanmin(beta, axis=1), np.nanmax(beta, axis=1)):
     print(f"  beta from {low:.4f} to {high:.4f}")

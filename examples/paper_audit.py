@@ -3,11 +3,11 @@
     python examples/paper_audit.py            prints the table; exit status 1 if a corrected formula fails
     python examples/paper_audit.py --csv F    writes it to F as well
 
-Each line: label (the paper's, or section and words), relative residual as printed, residual as corrected ("same" where the
-printed formula holds), verdict, what it says and what replaces it. Residuals are the largest of three random points, in 50
-digits (formulas with a spectrum: in double). The paper: Martens, Slawianowski, "Affinely-Rigid Body and Oscillatory
-Dynamical Models on GL(2,R)". Every formula is compared with matrix elements, actions by quadrature, differences and matrix
-eigenproblems (examples/audit), never with another formula of the paper.
+Each line: label (the paper's, or section and words), relative residual as printed, residual as corrected ("same" where
+the printed formula holds), verdict, what it says and what replaces it. Residuals are the largest of three random
+points, in 50 digits (formulas with a spectrum: in double). The paper: Martens, Slawianowski, "Affinely-Rigid Body and
+Oscillatory Dynamical Models on GL(2,R)". Every formula is compared with matrix elements, actions by quadrature,
+differences and matrix eigenproblems (examples/audit), never with another formula of the paper.
 """
 
 from __future__ import annotations
@@ -45,8 +45,10 @@ def summary(findings: list[Finding]) -> str:
     count = Counter(finding.verdict for finding in findings)
     checked = len(findings) - count["definition"]
     return (
-        f"{checked} formulas checked: {count['holds']} hold as printed, {count['holds with a reading']} hold with a reading, "
-        f"{count['corrected']} are corrected, {checked - sum(count[v] for v in ('holds', 'holds with a reading', 'corrected'))} fail; "
+        f"{checked} formulas checked: {count['holds']} hold as printed, {count['holds with a reading']} hold with a "
+        "reading, "
+        f"{count['corrected']} are corrected, "
+        f"{checked - sum(count[v] for v in ('holds', 'holds with a reading', 'corrected'))} fail; "
         f"{count['definition']} definitions and conventions have nothing to check."
     )
 
@@ -63,7 +65,10 @@ def main(arguments: list[str] | None = None) -> int:
             findings.append(examine(formula))
             rows.append(row(findings[-1]))
             label, printed, corrected, verdict, says, correct = rows[-1]
-            print(f"{label:<46} {printed:>8} {corrected:>9}  {verdict:<20} {says}{' -> ' + correct if correct else ''}", flush=True)
+            print(
+                f"{label:<46} {printed:>8} {corrected:>9}  {verdict:<20} {says}{' -> ' + correct if correct else ''}",
+                flush=True,
+            )
     print(f"\n{summary(findings)}")
     if options.csv:
         with options.csv.open("w", newline="") as file:

@@ -1,8 +1,9 @@
-"""Periodic orbits of a neo-Hookean body on its section p_alpha = 0, with islands and chaos, and a family followed in the energy.
+"""Periodic orbits of a neo-Hookean body on its section p_alpha = 0, with islands and chaos, and a family followed in
+the energy.
 
-Left: crossings of a grid of orbits coloured by their diffusion, and the relative periodic orbits up to six crossings: period and
-Greene's residue beside each. Right: the residue of the body's two simplest orbits over the energy; where it passes 0 and 1 the orbit
-changes its stability and others branch off.
+Left: crossings of a grid of orbits coloured by their diffusion, and the relative periodic orbits up to six crossings:
+period and Greene's residue beside each. Right: the residue of the body's two simplest orbits over the energy; where it
+passes 0 and 1 the orbit changes its stability and others branch off.
 
 Run: python examples/periodic_orbits.py [FILE.png]        (about a minute)
 """
@@ -28,10 +29,13 @@ grid = fa.energy_grid(body, section=turning, axes=axes, **surface)
 crossings = fa.poincare_map(body, grid.z0, section=turning, crossings=250, max_time=3000.0)
 frequencies = fa.frequency_map(body, grid.z0, time=500.0, method="naff")
 
-# The body reduced by its rotations: two degrees of freedom, where a relative periodic orbit of the body is a periodic one.
+# The body reduced by its rotations: two degrees of freedom, where a relative periodic orbit of the body is a periodic
+# one.
 model = fa.reduced(body, p_eta=surface["p_eta"], p_gamma=surface["p_gamma"])
 section = fa.Linear(normal=(0, 0, 1, 0))
-orbits = fa.find_periodic_orbits(model, model.from_planes(grid.z0), section=section, max_period=6, energy=surface["energy"])
+orbits = fa.find_periodic_orbits(
+    model, model.from_planes(grid.z0), section=section, max_period=6, energy=surface["energy"]
+)
 print(f"{orbits.summary()}; |flow(z) - z| at most {orbits.residual.max():.1e}")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(12.5, 5.6), layout="constrained", width_ratios=(3, 2))
@@ -41,9 +45,17 @@ plot_periodic(orbits, ax=left)
 
 for number, z in enumerate(orbits.z[:, orbits.period == 1].T):
     for direction in (-1, 1):
-        branch = fa.continuation(model, z, section=section, direction=direction, bounds=(0.2, 4.0), longest=0.1, steps=200)
+        branch = fa.continuation(
+            model, z, section=section, direction=direction, bounds=(0.2, 4.0), longest=0.1, steps=200
+        )
         name = rf"$\beta={z[1]:.3f}$ at $E=1.5$" if direction > 0 else None
-        right.plot(branch.value, branch.orbits.residue, color=("#00224e", "#d55e00")[number % 2], ls=("-", "--")[number % 2], label=name)
+        right.plot(
+            branch.value,
+            branch.orbits.residue,
+            color=("#00224e", "#d55e00")[number % 2],
+            ls=("-", "--")[number % 2],
+            label=name,
+        )
         for found in branch.bifurcations:
             print(f"orbit {number}: {found.event.name} at E = {found.value:.9f}, period {found.time:.6f}")
             right.plot(found.value, float(found.event == fa.Event.DOUBLING), "o", color="black", mfc="white", zorder=4)

@@ -1,6 +1,8 @@
-"""Resonance web of a neo-Hookean body: where the two librations of an energy surface lock, and how fast frequencies diffuse.
+"""Resonance web of a neo-Hookean body: where the two librations of an energy surface lock, and how fast frequencies
+diffuse.
 
-Shows frequencies on a grid of a section, the lines k_alpha nu_alpha + k_beta nu_beta = 0 on it, and the diffusion histogram.
+Shows frequencies on a grid of a section, the lines k_alpha nu_alpha + k_beta nu_beta = 0 on it, and the diffusion
+histogram.
 """
 
 import numpy as np
@@ -40,7 +42,9 @@ left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
 plot.plot_diffusion_grid(grid, found.diffusion, ax=left)
 left.plot(edge.coordinate, edge.momentum, edge.coordinate, -edge.momentum, color="0.35", lw=0.8)
 plot_web(lines, ax=left, names=found.names[:2], axes=axes, labels=6)
-left.set_title("a   librations of area and size r at $p_{\\alpha}=0$, order $\\leq 24$; circles: locked", loc="left", fontsize=10)
+left.set_title(
+    "a   librations of area and size r at $p_{\\alpha}=0$, order $\\leq 24$; circles: locked", loc="left", fontsize=10
+)
 plot_diffusion_histogram(diffusion_histogram(found.diffusion, threshold=CHAOTIC, status=found.status), ax=right)
 right.set_title("b   diffusion of the orbits of the grid", loc="left", fontsize=10)
 figure.savefig("resonance_web.png")

@@ -1,9 +1,10 @@
 """Revivals of a wave packet of the hyperelastic body EQ2.2h, predicted from its classical action.
 
-A packet of some levels of vartheta about n = 80 swings with the classical period 1/nu, nu = dE/dJ, spreads over its torus, and is whole
-again after 2/(h |d2E/dJ2|), h = 2 pi hbar; at simple fractions of that time it consists of a few copies of itself.
-(a) |<Psi(0)|Psi(t)>|^2, between its least and greatest value within each period, beside the times that the classical action gives.
-(b), (c) the density of vartheta at the beginning, and at half of the revival time, where the packet is whole too, half a period late.
+A packet of some levels of vartheta about n = 80 swings with the classical period 1/nu, nu = dE/dJ, spreads over its
+torus, and is whole again after 2/(h |d2E/dJ2|), h = 2 pi hbar; at simple fractions of that time it consists of a few
+copies of itself. (a) |<Psi(0)|Psi(t)>|^2, between its least and greatest value within each period, beside the times
+that the classical action gives. (b), (c) the density of vartheta at the beginning, and at half of the revival time,
+where the packet is whole too, half a period late.
 
 Run: python examples/revivals.py [FILE.png]        (some seconds)
 """
@@ -48,7 +49,14 @@ figure = plt.figure(figsize=(9.5, 7.2), layout="constrained")
 upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.15))
 axis = upper.subplots()
 axis.fill_between(t[: teeth.size : per] / whole, teeth.min(axis=1), teeth.max(axis=1), color="#6b7a99", linewidth=0)
-for fraction, name in ((1, r"$T_\mathrm{rev}$"), (1 / 2, "1/2"), (1 / 3, "1/3"), (2 / 3, "2/3"), (1 / 4, "1/4"), (3 / 4, "3/4")):
+for fraction, name in (
+    (1, r"$T_\mathrm{rev}$"),
+    (1 / 2, "1/2"),
+    (1 / 3, "1/3"),
+    (2 / 3, "2/3"),
+    (1 / 4, "1/4"),
+    (3 / 4, "3/4"),
+):
     axis.axvline(fraction, color="#b35900", linewidth=0.9, linestyle="--")
     axis.annotate(name, (fraction, 1.02), xycoords=("data", "axes fraction"), ha="center", color="#b35900")
 axis.set(xlim=(0, 1.04), ylim=(0, 1.02), xlabel=r"$t/T_\mathrm{rev}$", ylabel=r"$|\langle\Psi(0)|\Psi(t)\rangle|^2$")
@@ -60,10 +68,12 @@ top = max(image.max() for image in carpets)
 held = [image.sum(axis=0) * np.degrees(v[1]) for image in carpets]
 print(f"integral of the densities drawn: 1 to {max(np.abs(one - 1).max() for one in held):.0e}")
 axes = lower.subplots(1, 2, sharey=True)
-for axis, start, image, name in zip(axes, starts, carpets, ("(b) at first", r"(c) about $T_\mathrm{rev}/2$"), strict=True):
+for axis, start, image, name in zip(
+    axes, starts, carpets, ("(b) at first", r"(c) about $T_\mathrm{rev}/2$"), strict=True
+):
     drawn = axis.pcolormesh(
         moments / T, np.degrees(v), image, cmap="cividis", shading="gouraud", vmin=0, vmax=top, rasterized=True
-    )  # fmt: skip
+    )
     axis.set_xlabel(rf"$t/T - {start / T:.0f}$" if start else r"$t/T$")
     axis.set_title(name, loc="left", fontsize=10)
 axes[0].set_ylabel(r"$\vartheta$ (degrees)")

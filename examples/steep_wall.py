@@ -1,4 +1,5 @@
-"""A body thrown against the wall at det phi = 0: energy errors of a fixed step, of adaptive steps and of time-transformed ones.
+"""A body thrown against the wall at det phi = 0: energy errors of a fixed step, of adaptive steps and of
+time-transformed ones.
 
 At energy 8 the neo-Hookean body comes within det phi = 0.0004 of the wall; AUTO says what it would take.
 """
@@ -11,9 +12,13 @@ TIME = 50.0
 
 body = Body(NeoHookean(G=1.0, K=2.0), mu=1.0)
 grid = energy_grid(
-    body, energy=8.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
+    body,
+    energy=8.0,
+    p_eta=0.3,
+    p_gamma=0.2,
+    section=AlphaTurning(+1),
     axes=(np.linspace(0.2, 2.6, 6), np.linspace(-3.0, 3.0, 6)),
-)  # fmt: skip
+)
 
 print(f"{grid.z0.shape[1]} orbits, time {TIME:g}")
 print(f"{'scheme':28} {'step':>9} {'largest energy error':>21}  what became of the orbits")

@@ -1,4 +1,5 @@
-"""A torus of the neo-Hookean body, which separates in no coordinates: fitted from one orbit, with its actions and a section.
+"""A torus of the neo-Hookean body, which separates in no coordinates: fitted from one orbit, with its actions and a
+section.
 
 Shows the section of the torus with p_alpha = 0 as its Fourier series predicts it, over the crossings of orbits that
 poincare_map finds, and how the residual of the equations of motion on the torus falls with the order of the series.
@@ -11,7 +12,9 @@ import fastaff
 
 body = fastaff.Body(fastaff.NeoHookean(G=1.0, K=2.0), mu=1.0)
 section = fastaff.AlphaTurning(direction=+1)
-grid = fastaff.energy_grid(body, energy=1.0, p_eta=0.3, p_gamma=0.2, section=section, axes=([0.2, 0.35, 0.5, 0.65], [0.0]))
+grid = fastaff.energy_grid(
+    body, energy=1.0, p_eta=0.3, p_gamma=0.2, section=section, axes=([0.2, 0.35, 0.5, 0.65], [0.0])
+)
 fits = [fastaff.fit_torus(body, z0, time=1000.0) for z0 in grid.z0.T]
 for fit in fits:
     print(fit.summary())
@@ -21,7 +24,8 @@ for fit in fits:
 
 
 def predicted(fit, circles=240, nodes=49):
-    """Return beta, p_beta where the torus meets the section, increasing: on circles of one libration angle, then of the other.
+    """Return beta, p_beta where the torus meets the section, increasing: on circles of one libration angle, then of the
+    other.
 
     Arcs end where the torus touches the section and its function starts to decrease instead.
     """
@@ -53,7 +57,9 @@ for fit, colour, x, y, marker in zip(fits, colours, beta, p_beta, "osD^"):
     left.plot(*predicted(fit.truncated(20)), ".", markersize=1.2, color=colour)
     left.plot(x, y, marker, markersize=4.5, markerfacecolor="none", markeredgewidth=0.7, color=colour)
     residuals = [fit.truncated(order).residual for order in orders[orders <= fit.order]]
-    right.semilogy(orders[: len(residuals)], residuals, marker + "-", markersize=4, linewidth=1, color=colour, label=f"{x[0]:.2f}")
+    right.semilogy(
+        orders[: len(residuals)], residuals, marker + "-", markersize=4, linewidth=1, color=colour, label=f"{x[0]:.2f}"
+    )
 left.set_xlabel(r"$\beta$")
 left.set_ylabel(r"$p_\beta$")
 left.set_title("section $p_\\alpha = 0$: series (dots), orbit (open); arcs end where the torus touches it", fontsize=9)

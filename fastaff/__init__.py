@@ -57,14 +57,28 @@ from .models import (
 from .models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .quantum.all_levels import LevelList, all_levels, level_list
 from .quantum.coherent_packet import coherent_packet
-from .quantum.exact_levels import ExactLevels, Multiplets, Quantizations, exact_levels, exact_levels_below, multiplets, quantizations
+from .quantum.exact_levels import (
+    ExactLevels,
+    Multiplets,
+    Quantizations,
+    exact_levels,
+    exact_levels_below,
+    multiplets,
+    quantizations,
+)
 from .quantum.husimi import Husimi, husimi
 from .quantum.level_diagram import LevelDiagram, class_diagram, level_diagram
 from .quantum.levels import Levels
 from .quantum.number_packet import number_packet
 from .quantum.packet import Packet
 from .quantum.projected_packet import projected_packet
-from .quantum.quasiclassical import BOHR_SOMMERFELD, EBK, QuasiclassicalLevels, quasiclassical_levels, quasiclassical_levels_below
+from .quantum.quasiclassical import (
+    BOHR_SOMMERFELD,
+    EBK,
+    QuasiclassicalLevels,
+    quasiclassical_levels,
+    quasiclassical_levels_below,
+)
 from .quantum.revivals import Revivals, TimeScales, revivals
 from .quantum.singular_ends import NoGroundState
 from .quantum.spectrum import spectrum, spectrum_table

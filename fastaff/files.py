@@ -46,15 +46,15 @@ class Saved(NamedTuple):
 def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file and return its path.
 
-    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any dataclass of arrays; force:
-    replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`); parameters: anything else
-    worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the result, the rest into the metadata.
-    The call that made the result is kept with it: `recipe` reads it back.
-    Returns the path written. Raises TypeError for what is no dataclass or has arrays of objects, OSError as `open` does.
+    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any dataclass of arrays;
+    force: replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`);
+    parameters: anything else worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the
+    result, the rest into the metadata. The call that made the result is kept with it: `recipe` reads it back. Returns
+    the path written. Raises TypeError for what is no dataclass or has arrays of objects, OSError as `open` does.
 
-    Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each status, scheme,
-    section and the parameters. The file is complete or absent: it is written under another name and then moved. Needs no
-    pickle to read. Source: the .npy format, NEP 1.
+    Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each
+    status, scheme, section and the parameters. The file is complete or absent: it is written under another name and
+    then moved. Needs no pickle to read. Source: the .npy format, NEP 1.
     """
     arrays, facts = _take_apart(result)
     for name, value in parameters.items():
@@ -109,12 +109,13 @@ class Recipe(NamedTuple):
 
 
 def recipe(path: Any, **given: Any) -> Recipe:
-    """Return the call that made the result in a file of `save`: the function, the model with its formula, z0 and every option.
+    """Return the call that made the result in a file of `save`: the function, the model with its formula, z0 and every
+    option.
 
-    Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the package and models of
-    formulas are made anew from their numbers and texts; what the file can't hold, functions and values of classes of your own, is
-    to be given by name. Nothing in the file is executed. Raises as `load`; ValueError for a file without a call, or naming what is to
-    be given.
+    Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
+    package and models of formulas are made anew from their numbers and texts; what the file can't hold, functions and
+    values of classes of your own, is to be given by name. Nothing in the file is executed. Raises as `load`; ValueError
+    for a file without a call, or naming what is to be given.
     """
     arrays, metadata = load(path)
     call = metadata.get("call")
@@ -173,7 +174,9 @@ def cpu_name() -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` as JSON holds it: values by class and fields (`recipe.encoded`), schemes by name, infinities as text."""
+    """Return `value` as JSON holds it: values by class and fields (`recipe.encoded`), schemes by name, infinities as
+    text.
+    """
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, (int, np.integer)):
@@ -184,7 +187,10 @@ def plain(value: Any) -> Any:
         try:
             return plain(encoded(value))
         except NoData:
-            return {"class": type(value).__name__, **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)}}
+            return {
+                "class": type(value).__name__,
+                **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)},
+            }
     if hasattr(value, "name") and hasattr(value, "order") and hasattr(value, "source"):
         return {"name": value.name, "order": value.order, "source": value.source}
     if isinstance(value, dict):
@@ -222,25 +228,35 @@ def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
         return schemes.scheme_named(data["scheme"])
     if "chart" in data:
         return charts.CHARTS[data["chart"]]
-    fields = {key: _decoded(f"{name}.{key}", entry, arrays) for key, entry in data.items() if key not in ("class", "formula", "module")}
+    fields = {
+        key: _decoded(f"{name}.{key}", entry, arrays)
+        for key, entry in data.items()
+        if key not in ("class", "formula", "module")
+    }
     if "formula" in data:
         return rebuild(_decoded(name, data["formula"], arrays), tuple(fields.values()))
     if "module" in data or data["class"] not in _classes():
         kind = ".".join(filter(None, [data.get("module"), data["class"]]))
-        raise ValueError(f"{name} has the class {kind}, which is not the package's: give {name.partition('.')[0]}=... with its value")
+        raise ValueError(
+            f"{name} has the class {kind}, which is not the package's: give {name.partition('.')[0]}=... with its value"
+        )
     return _classes()[data["class"]](**fields)
 
 
 @functools.cache
 def _classes() -> dict[str, type]:
-    """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and schemes."""
+    """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and
+    schemes.
+    """
     modules = (models, models.functions, sections, angles, indicators, schemes, time_transformed)
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 
 
 def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays and the other fields of a dataclass; tuples of arrays are numbered, arrays of results within it named by both."""
+    """Return the arrays and the other fields of a dataclass; tuples of arrays are numbered, arrays of results within it
+    named by both.
+    """
     if not dataclasses.is_dataclass(result) or isinstance(result, type):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     arrays: dict[str, np.ndarray] = {}

@@ -1,7 +1,7 @@
 """Every public callable with arguments that work, and the values that replace each of them in turn.
 
-A new public name needs a row in CALLS, or one in CONTAINERS where it only holds what it is given. Calls are small: what is tested is
-what they refuse, and that what they accept comes to an end.
+A new public name needs a row in CALLS, or one in CONTAINERS where it only holds what it is given. Calls are small: what
+is tested is what they refuse, and that what they accept comes to an end.
 """
 
 import os
@@ -22,7 +22,12 @@ import fastaff as fa
 SECONDS = 60.0
 """Seconds of the processor that an accepted input may take."""
 
-HH, BODY, HARMONIC, WALLED = fa.HenonHeiles(), fa.Body(fa.Hyperelastic()), fa.Body(fa.Harmonic()), fa.Body(fa.NeoHookean())
+HH, BODY, HARMONIC, WALLED = (
+    fa.HenonHeiles(),
+    fa.Body(fa.Hyperelastic()),
+    fa.Body(fa.Harmonic()),
+    fa.Body(fa.NeoHookean()),
+)
 RNG = np.random.default_rng(16)
 Z4 = np.array([[0.0, 0.0], [0.1, -0.1], [0.3, 0.28], [0.05, 0.1]])
 Z8 = np.array([[1.2, 1.3], [0.1, 0.0], [0.4, 0.3], [0.0, 0.1], [0.1, 0.2], [0.6, 0.5], [0.1, 0.0], [0.2, 0.3]])
@@ -142,7 +147,10 @@ CALLS = {
     "Hyperelastic": (partial(moved, fa.Hyperelastic), {}),
     "NeoHookean": (partial(moved, fa.NeoHookean), {}),
     "Body": (partial(moved, fa.Body), {"potential": fa.Hyperelastic()}),
-    "ReducedBody": (partial(moved, fa.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])), {"potential": fa.Hyperelastic()}),
+    "ReducedBody": (
+        partial(moved, fa.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])),
+        {"potential": fa.Hyperelastic()},
+    ),
     "SeparableAlphaBeta": (partial(moved, fa.SeparableAlphaBeta), {"V_alpha": fa.Zero(), "V_beta": fa.Zero()}),
     "SeparableElliptic": (partial(moved, fa.SeparableElliptic), {"V_kappa": fa.Zero(), "V_lambda": fa.Zero()}),
     "SeparableRVartheta": (partial(moved, fa.SeparableRVartheta), {"V_r": fa.Zero(), "V_vartheta": fa.Zero()}),
@@ -169,17 +177,27 @@ CALLS = {
     "ReversibilityError": (partial(judged, fa.ReversibilityError), {}),
     "SALI": (partial(judged, fa.SALI), {}),
     "ZeroOne": (partial(judged, fa.ZeroOne), {}),
-    "RungeKutta": (fa.RungeKutta, {"name": "e", "order": 1, "source": "Euler 1768", "a": ((),), "b": (1.0,), "c": (0.0,)}),
-    "Splitting": (fa.Splitting, {"name": "s", "order": 2, "source": "Strang 1968", "drift": (0.5, 0.5), "kick": (1.0,)}),
+    "RungeKutta": (
+        fa.RungeKutta,
+        {"name": "e", "order": 1, "source": "Euler 1768", "a": ((),), "b": (1.0,), "c": (0.0,)},
+    ),
+    "Splitting": (
+        fa.Splitting,
+        {"name": "s", "order": 2, "source": "Strang 1968", "drift": (0.5, 0.5), "kick": (1.0,)},
+    ),
     "TimeTransformed": (lambda **given: fa.integrate(WALLED, Z8, scheme=fa.TimeTransformed(**given), **REAL_TIME), {}),
     "all_levels": (fa.all_levels, {"body": HARMONIC, "count": 5}),
     "chaos": (fa.chaos, {"body": HH, "z0": Z4, **REAL_TIME}),
     "chaotic_fraction": (fa.chaotic_fraction, {"make": own_case, "axes": ([1.0],), **REAL_TIME}),
     "class_diagram": (fa.class_diagram, {"body": HARMONIC, "m": [0, 2], "l": 0, "levels": 2}),
-    "coherent_packet": (fa.coherent_packet, {"body": HARMONIC, "z0": Z8[:, 0], "width": 0.7, "levels": 12, "missing": 0.5}),
+    "coherent_packet": (
+        fa.coherent_packet,
+        {"body": HARMONIC, "z0": Z8[:, 0], "width": 0.7, "levels": 12, "missing": 0.5},
+    ),
     "constants_of_motion": (fa.constants_of_motion, {"body": BODY, "z": Z8}),
     "continuation": (
-        fa.continuation, {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "steps": 1, "max_time": 20.0, "length": 1e-3, **FIXED}
+        fa.continuation,
+        {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "steps": 1, "max_time": 20.0, "length": 1e-3, **FIXED},
     ),
     "count_deviation": (fa.count_deviation, {"levels": LEVELS, "count": staircase}),
     "diffusion_histogram": (fa.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
@@ -189,7 +207,8 @@ CALLS = {
     "exact_levels": (fa.exact_levels, {"body": HARMONIC, **NQ}),
     "exact_levels_below": (fa.exact_levels_below, {"body": HARMONIC, "energy": 4.0}),
     "find_periodic_orbits": (
-        fa.find_periodic_orbits, {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED}
+        fa.find_periodic_orbits,
+        {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED},
     ),
     "fit_spacings": (fa.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.Brody}),
     "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
@@ -210,7 +229,10 @@ CALLS = {
     "number_variance": (fa.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
     "one_variable": (fa.one_variable, {"value": square, "slope": double}),
     "periodic_guesses": (fa.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
-    "periodic_orbits": (fa.periodic_orbits, {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED}),
+    "periodic_orbits": (
+        fa.periodic_orbits,
+        {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED},
+    ),
     "poincare_map": (fa.poincare_map, {"body": HH, "z0": Z4, "section": X, "crossings": 2, "max_time": 30.0, **FIXED}),
     "polynomial_count": (fa.polynomial_count, {"levels": LEVELS}),
     "projected_packet": (fa.projected_packet, {"body": HARMONIC, "function": gauss, **Q, "levels": 10, "missing": 0.9}),
@@ -261,19 +283,72 @@ CALLS = {
     "TorusFit.evaluate": (method("fit", "evaluate"), {"theta": [[0.1], [0.2]]}),
     "TorusFit.in_basis": (method("fit", "in_basis"), {"M": np.eye(2, dtype=int)}),
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
-}  # fmt: skip
+}
 
 CONTAINERS = {
-    "Bifurcation", "Branch", "ChaosMap", "ChaosScan", "EnergyOfActions", "ExactLevels", "FrequencyMap", "Grid", "Husimi", "Islands",
-    "LevelDiagram", "LevelList", "Levels", "Lines", "MeanRatio", "Multiplets", "Orbits", "Packet", "PeriodicOrbits", "Quantizations",
-    "QuasiclassicalLevels", "Resonances", "Revivals", "Rotation", "Sample", "SectionMap", "SpacingFit", "State", "TangentMap",
-    "TimeScales", "Tori", "TorusFit", "WebLine",
-    "Character", "Event", "FrequencyKind", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status", "Verdict",
-}  # fmt: skip
+    "Bifurcation",
+    "Branch",
+    "ChaosMap",
+    "ChaosScan",
+    "EnergyOfActions",
+    "ExactLevels",
+    "FrequencyMap",
+    "Grid",
+    "Husimi",
+    "Islands",
+    "LevelDiagram",
+    "LevelList",
+    "Levels",
+    "Lines",
+    "MeanRatio",
+    "Multiplets",
+    "Orbits",
+    "Packet",
+    "PeriodicOrbits",
+    "Quantizations",
+    "QuasiclassicalLevels",
+    "Resonances",
+    "Revivals",
+    "Rotation",
+    "Sample",
+    "SectionMap",
+    "SpacingFit",
+    "State",
+    "TangentMap",
+    "TimeScales",
+    "Tori",
+    "TorusFit",
+    "WebLine",
+    "Character",
+    "Event",
+    "FrequencyKind",
+    "Interrupted",
+    "NoGroundState",
+    "NotReached",
+    "OrbitError",
+    "Stability",
+    "Status",
+    "Verdict",
+}
 """Results, which hold what a function put there, enumerations and exceptions."""
 
-FORMULAS = {"value", "slopes", "curvatures", "margin", "slope", "curvature", "at", "velocity", "force", "tangent_force", "kinetic_energy",
-            "potential_energy", "squares", "from_planes", "to_planes"}  # fmt: skip
+FORMULAS = {
+    "value",
+    "slopes",
+    "curvatures",
+    "margin",
+    "slope",
+    "curvature",
+    "at",
+    "velocity",
+    "force",
+    "tangent_force",
+    "kinetic_energy",
+    "potential_energy",
+    "squares",
+    "from_planes",
+    "to_planes",
+}
 """Methods of models and sections: arithmetic that kernels compile, without checks."""
 
 
@@ -326,28 +401,98 @@ def _nested(depth):
 
 
 VALUES = {
-    "none": None, "empty text": "", "text": "x", "nan text": "nan", "bytes": b"1", "object": Thing(), "class": int, "function": square,
-    "builtin": len, "complex": 1j, "true": True, "false": False, "nan": np.nan, "inf": np.inf, "-inf": -np.inf, "0": 0, "-1": -1,
-    "1": 1, "7": 7, "0.0": 0.0, "2.7": 2.7, "-2.7": -2.7, "1e-300": 1e-300, "1e-18": 1e-18, "1e18": 1e18, "1e300": 1e300,
-    "-1e300": -1e300, "10**6": 10**6, "10**12": 10**12, "10**18": 10**18, "-10**18": -(10**18), "2**63": 2**63, "2**64": 2**64,
-    "10**400": 10**400, "float16": np.float16(0.5), "longdouble": np.longdouble(1) / 3, "fraction": Fraction(1, 3),
-    "decimal": Decimal("0.3"), "date": np.datetime64("2020-01-01"), "[]": [], "()": (), "{}": {}, "set": {1.0, 2.0}, "range": range(3),
-    "pair": (1.0, 2.0), "nested pair": ((1.0, 2.0), (3.0, 4.0)), "ragged": [[1.0, 2.0], [3.0]], "deep": _nested(40),
-    "deeper": _nested(100), "list of text": ["a", "b"], "list of none": [None, None], "list of big": [10**400, 1],
-    "dictionary": {"x": 1.0}, "empty array": np.zeros(0), "no orbits": np.zeros((8, 0)), "no rows": np.zeros((0, 8)),
-    "cube": np.ones((3, 3, 3)), "many dimensions": np.ones((1,) * 12), "objects": np.array([1, None, "a"], object),
-    "masked": np.ma.masked_array([1.0, 2.0], [True, False]), "structured": np.zeros(2, [("a", float)]),
-    "array of text": np.array(["a", "b"]), "scalar array": np.array(0.5), "generator": (i for i in ()), "body": BODY,
-    "bare potential": fa.Hyperelastic(), "ball": HH, "body of nan": fa.Body(fa.Hyperelastic(np.nan)),
-    "body of text": fa.Body(fa.Hyperelastic("x")), "body of none": fa.Body(None), "body of a number": fa.Body(1.0),
-    "body of big": fa.Body(fa.Hyperelastic(10**400)), "body of a tuple": fa.Body(fa.Hyperelastic((1.0, 2.0))),
-    "body of mu 0": fa.Body(fa.Hyperelastic(), 0.0), "body of mu 1e300": fa.Body(fa.Hyperelastic(), 1e300), "body class": fa.Body,
-    "body of 1e300": fa.Body(fa.Hyperelastic(1e300)), "scheme": fa.RK4, "transformed": fa.TimeTransformed(), "automatic": fa.AUTO,
-    "section": TURN, "nested section": fa.Linear(((1.0, 0.0), 0.0, 0.0, 0.0)), "tuple section": fa.AlphaEquals((1.0, 2.0)),
-    "section of text": fa.AlphaEquals("1"), "section of a wrong direction": fa.Linear((1.0, 0, 0, 0), 0.0, "up"),
-    "section of a tuple direction": fa.AlphaTurning((1, 2)), "indicator": fa.MEGNO(), "indicators": (fa.MEGNO("x"),),
-    "indicator twice": (fa.SALI(), fa.SALI()), "chart": fa.ALPHA_BETA, "status": fa.Status.OK,
-}  # fmt: skip
+    "none": None,
+    "empty text": "",
+    "text": "x",
+    "nan text": "nan",
+    "bytes": b"1",
+    "object": Thing(),
+    "class": int,
+    "function": square,
+    "builtin": len,
+    "complex": 1j,
+    "true": True,
+    "false": False,
+    "nan": np.nan,
+    "inf": np.inf,
+    "-inf": -np.inf,
+    "0": 0,
+    "-1": -1,
+    "1": 1,
+    "7": 7,
+    "0.0": 0.0,
+    "2.7": 2.7,
+    "-2.7": -2.7,
+    "1e-300": 1e-300,
+    "1e-18": 1e-18,
+    "1e18": 1e18,
+    "1e300": 1e300,
+    "-1e300": -1e300,
+    "10**6": 10**6,
+    "10**12": 10**12,
+    "10**18": 10**18,
+    "-10**18": -(10**18),
+    "2**63": 2**63,
+    "2**64": 2**64,
+    "10**400": 10**400,
+    "float16": np.float16(0.5),
+    "longdouble": np.longdouble(1) / 3,
+    "fraction": Fraction(1, 3),
+    "decimal": Decimal("0.3"),
+    "date": np.datetime64("2020-01-01"),
+    "[]": [],
+    "()": (),
+    "{}": {},
+    "set": {1.0, 2.0},
+    "range": range(3),
+    "pair": (1.0, 2.0),
+    "nested pair": ((1.0, 2.0), (3.0, 4.0)),
+    "ragged": [[1.0, 2.0], [3.0]],
+    "deep": _nested(40),
+    "deeper": _nested(100),
+    "list of text": ["a", "b"],
+    "list of none": [None, None],
+    "list of big": [10**400, 1],
+    "dictionary": {"x": 1.0},
+    "empty array": np.zeros(0),
+    "no orbits": np.zeros((8, 0)),
+    "no rows": np.zeros((0, 8)),
+    "cube": np.ones((3, 3, 3)),
+    "many dimensions": np.ones((1,) * 12),
+    "objects": np.array([1, None, "a"], object),
+    "masked": np.ma.masked_array([1.0, 2.0], [True, False]),
+    "structured": np.zeros(2, [("a", float)]),
+    "array of text": np.array(["a", "b"]),
+    "scalar array": np.array(0.5),
+    "generator": (i for i in ()),
+    "body": BODY,
+    "bare potential": fa.Hyperelastic(),
+    "ball": HH,
+    "body of nan": fa.Body(fa.Hyperelastic(np.nan)),
+    "body of text": fa.Body(fa.Hyperelastic("x")),
+    "body of none": fa.Body(None),
+    "body of a number": fa.Body(1.0),
+    "body of big": fa.Body(fa.Hyperelastic(10**400)),
+    "body of a tuple": fa.Body(fa.Hyperelastic((1.0, 2.0))),
+    "body of mu 0": fa.Body(fa.Hyperelastic(), 0.0),
+    "body of mu 1e300": fa.Body(fa.Hyperelastic(), 1e300),
+    "body class": fa.Body,
+    "body of 1e300": fa.Body(fa.Hyperelastic(1e300)),
+    "scheme": fa.RK4,
+    "transformed": fa.TimeTransformed(),
+    "automatic": fa.AUTO,
+    "section": TURN,
+    "nested section": fa.Linear(((1.0, 0.0), 0.0, 0.0, 0.0)),
+    "tuple section": fa.AlphaEquals((1.0, 2.0)),
+    "section of text": fa.AlphaEquals("1"),
+    "section of a wrong direction": fa.Linear((1.0, 0, 0, 0), 0.0, "up"),
+    "section of a tuple direction": fa.AlphaTurning((1, 2)),
+    "indicator": fa.MEGNO(),
+    "indicators": (fa.MEGNO("x"),),
+    "indicator twice": (fa.SALI(), fa.SALI()),
+    "chart": fa.ALPHA_BETA,
+    "status": fa.Status.OK,
+}
 """What may take the place of any argument."""
 
 
@@ -362,15 +507,28 @@ def like(value):
     if array.ndim == 0 or array.size == 0:
         return {}
     changed = {
-        "a nan": np.where(np.arange(array.size).reshape(array.shape) == 0, np.nan, array), "infinite": np.full(array.shape, np.inf),
-        "1e300 each": np.full(array.shape, 1e300), "1e-300 each": np.full(array.shape, 1e-300), "zeros": np.zeros(array.shape),
-        "negative": -array, "complex each": array * 1j, "booleans": array != 0, "texts": array.astype(str),
-        "objects each": array.astype(object), "one less": array[:-1], "twice": np.concatenate([array, array]),
-        "doubled": np.stack([array, array]), "single": array.astype(np.complex64 if np.iscomplexobj(array) else np.float32),
-        "as list": array.tolist(), "masked array": np.ma.masked_array(array, array == array.max(initial=0.5)),
-        "backwards": array[::-1], "big integers": np.full(array.shape, 2**62), "in columns": np.asfortranarray(array),
-        "bytes each": array.astype("S8"), "10**400 each": np.full(array.shape, 10**400, object).tolist(),
-    }  # fmt: skip
+        "a nan": np.where(np.arange(array.size).reshape(array.shape) == 0, np.nan, array),
+        "infinite": np.full(array.shape, np.inf),
+        "1e300 each": np.full(array.shape, 1e300),
+        "1e-300 each": np.full(array.shape, 1e-300),
+        "zeros": np.zeros(array.shape),
+        "negative": -array,
+        "complex each": array * 1j,
+        "booleans": array != 0,
+        "texts": array.astype(str),
+        "objects each": array.astype(object),
+        "one less": array[:-1],
+        "twice": np.concatenate([array, array]),
+        "doubled": np.stack([array, array]),
+        "single": array.astype(np.complex64 if np.iscomplexobj(array) else np.float32),
+        "as list": array.tolist(),
+        "masked array": np.ma.masked_array(array, array == array.max(initial=0.5)),
+        "backwards": array[::-1],
+        "big integers": np.full(array.shape, 2**62),
+        "in columns": np.asfortranarray(array),
+        "bytes each": array.astype("S8"),
+        "10**400 each": np.full(array.shape, 10**400, object).tolist(),
+    }
     if array.ndim > 1:
         changed["transposed"] = array.T
     return {f"argument with {name}" if not name.startswith("as") else name: entry for name, entry in changed.items()}
@@ -386,15 +544,35 @@ def inputs():
 
 def base(name):
     """The arguments that work; results among them are made when they are needed."""
-    return {key: value() if getattr(value, "__name__", "") == "<lambda>" else value for key, value in CALLS[name][1].items()}
+    return {
+        key: value() if getattr(value, "__name__", "") == "<lambda>" else value for key, value in CALLS[name][1].items()
+    }
 
 
 # --- judgement ----------------------------------------------------------------------------------------------------
 
 LONG = {
-    "time", "max_time", "step", "steps", "samples", "history", "crossings", "orbits", "levels", "count", "below", "energy", "n", "period",
-    "max_period", "axes", "accuracy", "tolerance", "order", "deviations",
-}  # fmt: skip
+    "time",
+    "max_time",
+    "step",
+    "steps",
+    "samples",
+    "history",
+    "crossings",
+    "orbits",
+    "levels",
+    "count",
+    "below",
+    "energy",
+    "n",
+    "period",
+    "max_period",
+    "axes",
+    "accuracy",
+    "tolerance",
+    "order",
+    "deviations",
+}
 """Arguments that a user may make as long as he likes: such a run must only stop when it is told to."""
 FUNCTIONS = {"report", "make", "law", "count", "function", "time", "value", "slope", "curvature"}
 """Arguments that are functions: what a given one raises is its own."""
@@ -405,7 +583,9 @@ class TooLong(BaseException):
 
 
 def _ring(_, frame):
-    """Raise TooLong, but not while something is compiled, which is not the input's doing, nor in callbacks, which swallow exceptions."""
+    """Raise TooLong, but not while something is compiled, which is not the input's doing, nor in callbacks, which
+    swallow exceptions.
+    """
     signal.setitimer(signal.ITIMER_PROF, 0.5)
     while frame is not None:
         code = frame.f_code

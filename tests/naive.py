@@ -4,7 +4,17 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean, Splitting
+from fastaff import (
+    SOFRONIOU_SPALETTA10,
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    HenonHeiles,
+    Hyperelastic,
+    NeoHookean,
+    Splitting,
+)
 
 MODELS = (
     Body(Harmonic(C=1.3), mu=0.7),
@@ -94,9 +104,15 @@ def solve(model, z, times):
 def solved_crossings(model, z, section, time):
     """Return the times of all crossings in (0, time) by root search on SciPy's dense output."""
     flow = solve_ivp(
-        lambda t, y: slope(model, y), (0.0, time), z, method="DOP853", dense_output=True, rtol=1e-13, atol=1e-14,
+        lambda t, y: slope(model, y),
+        (0.0, time),
+        z,
+        method="DOP853",
+        dense_output=True,
+        rtol=1e-13,
+        atol=1e-14,
         max_step=0.05,
-    ).sol  # fmt: skip
+    ).sol
     grid = np.linspace(0.0, time, 8001)
     return _roots(lambda t: section.value(*flow(t)), grid, section.value(*flow(grid)), section.direction)
 
@@ -107,7 +123,9 @@ def scheme_crossings(model, scheme, z, section, h, time):
     times, points = [], []
     for i, start in enumerate(path[:-1]):
         ends = [section.value(*start), section.value(*path[i + 1])]
-        roots = _roots(lambda tau: section.value(*step(model, scheme, start, tau)), [0.0, h], ends, section.direction)  # noqa: B023
+        roots = _roots(
+            lambda tau, start=start: section.value(*step(model, scheme, start, tau)), [0.0, h], ends, section.direction
+        )
         times += [i * h + tau for tau in roots]
         points += [step(model, scheme, start, tau) for tau in roots]
     return np.array(times), np.array(points)
@@ -150,12 +168,12 @@ def alpha_beta_frequencies(body, z):
 def r_vartheta_frequencies(body, z, nodes=4096):
     """Return nu_r, nu_vartheta, nu_eta, nu_gamma (4, orbits) of Hyperelastic and HeavyTop bodies by quadrature.
 
-    docs/PHYSICS.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function. The loop
-    integrals are sums over Chebyshev nodes between its turning points x1 < x2, which converge exponentially:
+    docs/PHYSICS.md section 7. With x = cos vartheta the square of p_vartheta is a cubic c(x) over a positive function.
+    The loop integrals are sums over Chebyshev nodes between its turning points x1 < x2, which converge exponentially:
 
-        c(x) = (x - x1)(x2 - x) R(x) (times x for Hyperelastic),   I[f] = integral of f/sqrt((x-x1)(x2-x) R) from x1 to x2,
-        nu_r = omega/pi,   nu_vartheta = omega/(Lambda I[1]),
-        nu_gamma = nu_vartheta I[2 p_gamma/(1 - x)]/2 pi,   nu_eta = nu_vartheta I[2 p_eta/(1 + x)]/2 pi.
+        c(x) = (x - x1)(x2 - x) R(x) (times x for Hyperelastic),   I[f] = integral of f/sqrt((x-x1)(x2-x) R) from x1 to
+        x2, nu_r = omega/pi,   nu_vartheta = omega/(Lambda I[1]), nu_gamma = nu_vartheta I[2 p_gamma/(1 - x)]/2 pi,
+        nu_eta = nu_vartheta I[2 p_eta/(1 + x)]/2 pi.
 
     For small p_gamma the pole at x = 1 comes close to x2: it is taken off in closed form. As c(1) = -4 p_gamma^2,
 

@@ -27,7 +27,9 @@ def chain_at(K, z, t, origin=0.0):
     square, U = np.linalg.eigh(K)
     w = np.sqrt(square)[:, None]
     q, p = U.T @ (z[:n] - origin), U.T @ z[n:]
-    return np.vstack([U @ (q * np.cos(w * t) + p / w * np.sin(w * t)) + origin, U @ (p * np.cos(w * t) - w * q * np.sin(w * t))])
+    return np.vstack(
+        [U @ (q * np.cos(w * t) + p / w * np.sin(w * t)) + origin, U @ (p * np.cos(w * t) - w * q * np.sin(w * t))]
+    )
 
 
 def covered(true, estimate):
@@ -52,7 +54,9 @@ def test_errors_of_states_cover_the_truth(accuracy, seed):
             assert np.median(run.error.max(axis=0)) < 30 * (accuracy or 1e-10)
 
 
-@pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10, fa.YOSHIDA4, fa.RK4], ids=lambda scheme: scheme.name)
+@pytest.mark.parametrize(
+    "scheme", [fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10, fa.YOSHIDA4, fa.RK4], ids=lambda scheme: scheme.name
+)
 def test_errors_cover_for_every_scheme(scheme):
     rng = np.random.default_rng(5)
     system, K = chain(rng, 2)
@@ -69,7 +73,12 @@ def test_a_pendulum_from_rest():
     k = np.sin(theta0 / 2)
     run = fa.integrate(fa.hamiltonian("-cos(x)", coordinates="x"), np.array([theta0, 0 * theta0]), time=30.0)
     sn, cn, dn, _ = ellipj(ellipk(k**2) - 30.0, k**2)
-    true = np.abs(run.z - np.array([2 * np.arcsin(k * sn), -2 * k * cn * dn / np.sqrt(1 - k**2 * sn**2) * np.sqrt(1 - k**2 * sn**2) / dn]))
+    true = np.abs(
+        run.z
+        - np.array(
+            [2 * np.arcsin(k * sn), -2 * k * cn * dn / np.sqrt(1 - k**2 * sn**2) * np.sqrt(1 - k**2 * sn**2) / dn]
+        )
+    )
     assert (run.status == fa.Status.OK).all()
     assert (true[0] <= np.maximum(run.error[0], 1e-13)).all()
     assert (run.error.max(axis=0) < 1e-9).all()
@@ -127,7 +136,9 @@ def test_a_fast_orbit_among_slow_ones():
 
 
 def test_motion_knows_oscillators():
-    """The scales of an oscillator: omega to what some radians tell, the kinetic energy's largest value, the amplitudes."""
+    """The scales of an oscillator: omega to what some radians tell, the kinetic energy's largest value, the
+    amplitudes.
+    """
     omega, amplitude = 37.0, np.array([1e-5, 2.0, 300.0])
     system = fa.hamiltonian("w**2*x**2/2", coordinates="x", w=omega)
     found = motion(system, np.array([amplitude, 0 * amplitude]))
@@ -143,7 +154,9 @@ def test_errors_of_crossings_cover_the_truth(accuracy):
     w = rng.uniform(0.5, 2.0, 2)
     system = fa.hamiltonian("a*x**2/2 + b*y**2/2", a=float(w[0] ** 2), b=float(w[1] ** 2))
     z0 = rng.normal(size=(4, 100))
-    cut = fa.poincare_map(system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy)
+    cut = fa.poincare_map(
+        system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy
+    )
     first = (-np.arctan2(z0[0], z0[2] / w[0]) % (2 * np.pi)) / w[0]
     true = np.abs(cut.times - (first[:, None] + 2 * np.pi / w[0] * np.arange(40)))
     covered(true.ravel(), cut.time_error.ravel())
@@ -180,11 +193,14 @@ def henon_heiles_crossings(z0, time, h=0.25, order=24):
 
 @pytest.mark.slow
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
-@pytest.mark.parametrize("z0", [
-    (0.0, 0.2587703282931232, -0.2525875586263492, -0.2178423952983717),
-    (0.0, -0.11, 0.31, 0.17),
-    (0.1, 0.21, 0.05, -0.23),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "z0",
+    [
+        (0.0, 0.2587703282931232, -0.2525875586263492, -0.2178423952983717),
+        (0.0, -0.11, 0.31, 0.17),
+        (0.1, 0.21, 0.05, -0.23),
+    ],
+)
 def test_crossings_of_one_orbit_over_long_times(z0):
     truth = henon_heiles_crossings(z0, 2000.0)
     cut = fa.poincare_map(HH, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=1000, max_time=2000.0)
@@ -208,16 +224,19 @@ def test_chaos_ends_the_accuracy_in_time():
     assert (apart[run.times[:, None] <= run.accurate_until] < 1e-9).all()
 
 
-@pytest.mark.parametrize(("problem", "options", "says"), [
-    (ValueError, {"accuracy": 1e-9, "step": 0.1}, "accuracy and step"),
-    (ValueError, {"accuracy": -1e-9}, "accuracy"),
-    (ValueError, {"accuracy": 2.0}, "accuracy"),
-    (TypeError, {"accuracy": "high"}, "accuracy"),
-    (ValueError, {"accuracy": 1e-9, "scheme": fa.DOP853}, "accuracy"),
-    (ValueError, {"step": np.inf}, "step"),
-    (ValueError, {"step": np.full(3, 0.1)}, "step"),
-    (ValueError, {"step": -np.ones(4)}, "step"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("problem", "options", "says"),
+    [
+        (ValueError, {"accuracy": 1e-9, "step": 0.1}, "accuracy and step"),
+        (ValueError, {"accuracy": -1e-9}, "accuracy"),
+        (ValueError, {"accuracy": 2.0}, "accuracy"),
+        (TypeError, {"accuracy": "high"}, "accuracy"),
+        (ValueError, {"accuracy": 1e-9, "scheme": fa.DOP853}, "accuracy"),
+        (ValueError, {"step": np.inf}, "step"),
+        (ValueError, {"step": np.full(3, 0.1)}, "step"),
+        (ValueError, {"step": -np.ones(4)}, "step"),
+    ],
+)
 def test_wrong_input_is_named(problem, options, says):
     with pytest.raises(problem, match=says):
         fa.integrate(HH, np.full((4, 4), 0.1), time=1.0, **options)

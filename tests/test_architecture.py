@@ -1,4 +1,6 @@
-"""The shape of the code (ARCHITECTURE.md): arrows between modules point down, imports are light, names are documented."""
+"""The shape of the code (ARCHITECTURE.md): arrows between modules point down, imports are light, names are
+documented.
+"""
 
 import ast
 import inspect
@@ -13,9 +15,14 @@ import fastaff
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 STOREYS = (
-    ("base", "compile"), ("kernels", "schemes", "charts", "models"), ("formulas", "flows"), ("analysis",), ("quantum",), ("plot", "files"),
+    ("base", "compile"),
+    ("kernels", "schemes", "charts", "models"),
+    ("formulas", "flows"),
+    ("analysis",),
+    ("quantum",),
+    ("plot", "files"),
     ("cli",),
-)  # fmt: skip
+)
 """Folders of the package from the ground up: each imports only from those of storeys below, or of its own."""
 ROOMS = ("orbits", "frequencies", "sections", "chaos", "periodic", "tori")
 """Folders of `analysis`, in the same order."""
@@ -74,7 +81,12 @@ def test_every_folder_has_a_storey():
 def test_no_module_is_hidden_by_a_function_of_its_name():
     for package in FILES:
         if package.name == "__init__.py":
-            names = {a.asname or a.name for n in ast.parse(package.read_text()).body if isinstance(n, ast.ImportFrom) for a in n.names}
+            names = {
+                a.asname or a.name
+                for n in ast.parse(package.read_text()).body
+                if isinstance(n, ast.ImportFrom)
+                for a in n.names
+            }
             modules = {path.stem for path in package.parent.iterdir() if path.suffix == ".py" or path.is_dir()}
             assert not names & modules, package
 
@@ -87,13 +99,17 @@ def test_no_arrow_points_up(path):
     assert storey(source) >= storey("files") or "" not in imports(path), f"{source} imports the whole package"
     if source.startswith("analysis.") and source.count(".") > 1:
         rooms = [target.split(".")[1] for target in imports(path) if target.startswith("analysis.")]
-        assert all(ROOMS.index(room) <= ROOMS.index(source.split(".")[1]) for room in rooms), f"{source} imports {rooms}"
+        assert all(ROOMS.index(room) <= ROOMS.index(source.split(".")[1]) for room in rooms), (
+            f"{source} imports {rooms}"
+        )
 
 
 def test_kernels_see_no_models_and_no_python():
     for source, target in ARROWS:
         if source.startswith("kernels."):
-            assert target in ("compile.jit", "base.status") or target.startswith("kernels"), f"{source} imports {target}"
+            assert target in ("compile.jit", "base.status") or target.startswith("kernels"), (
+                f"{source} imports {target}"
+            )
 
 
 def test_modules_import_one_another_without_circles():
@@ -118,9 +134,10 @@ def test_only_jit_configures_numba():
         if module_of(path) in ("compile.jit", "compile.blocks", "flows.flow"):
             continue
         names = {
-            node.attr for node in ast.walk(ast.parse(text))
+            node.attr
+            for node in ast.walk(ast.parse(text))
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "numba"
-        }  # fmt: skip
+        }
         assert not names & {"njit", "jit", "cfunc", "vectorize", "guvectorize", "config"}, module_of(path)
     assert "fastmath" not in "".join(p.read_text() for p in FILES)
 
@@ -168,9 +185,17 @@ def test_every_public_name_is_documented(name, value):
     assert doc
     assert not doc.startswith(f"{name}("), "the docstring that NamedTuple or dataclass writes"
     models = (
-        "Anharmonic", "Body", "Harmonic", "HeavyTop", "HenonHeiles", "Hyperelastic", "NeoHookean", "AlphaTurning",
-        "BetaTurning", "AreaEquals",
-    )  # fmt: skip
+        "Anharmonic",
+        "Body",
+        "Harmonic",
+        "HeavyTop",
+        "HenonHeiles",
+        "Hyperelastic",
+        "NeoHookean",
+        "AlphaTurning",
+        "BetaTurning",
+        "AreaEquals",
+    )
     if (inspect.isfunction(value) and name != "scheme_named") or name in models:
         assert "Source:" in doc
 
@@ -182,14 +207,17 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    assert inspect.Parameter.VAR_KEYWORD not in kinds or name in ("formula", "hamiltonian")  # a formula's own named parameters
+    assert inspect.Parameter.VAR_KEYWORD not in kinds or name in (
+        "formula",
+        "hamiltonian",
+    )  # a formula's own named parameters
 
 
 @pytest.mark.parametrize("path", FILES, ids=[module_of(p) or "fastaff" for p in FILES])
 def test_modules_have_one_subject(path):
-    """At most 400 lines, and a docstring."""
+    """At most 500 lines as the formatter sets them, and a docstring."""
     lines = len(path.read_text().splitlines())
-    assert lines <= 400
+    assert lines <= 500
     assert ast.get_docstring(ast.parse(path.read_text()))
 
 
@@ -198,6 +226,10 @@ def test_every_function_has_a_docstring():
     missing = []
     for path in FILES:
         for node in ast.parse(path.read_text()).body:
-            if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_") and not ast.get_docstring(node):
+            if (
+                isinstance(node, (ast.FunctionDef, ast.ClassDef))
+                and not node.name.startswith("_")
+                and not ast.get_docstring(node)
+            ):
                 missing.append(f"{module_of(path)}.{node.name}")
     assert not missing

@@ -46,7 +46,11 @@ def test_the_cheapest_that_is_good_enough_wins():
 
 def test_a_symplectic_scheme_is_preferred_when_close():
     rule = Automatic((KAHAN_LI8, DOP853), energy_error=1e-10)
-    adaptive, close, cheaper = trial(DOP853, 1e-11, 100.0), trial(KAHAN_LI8, 1e-12, 140.0), trial(LEAPFROG, 1e-12, 120.0)
+    adaptive, close, cheaper = (
+        trial(DOP853, 1e-11, 100.0),
+        trial(KAHAN_LI8, 1e-12, 140.0),
+        trial(LEAPFROG, 1e-12, 120.0),
+    )
     assert rule.choose([adaptive, close]) is close
     assert rule.choose([adaptive, close, cheaper]) is cheaper
 
@@ -76,15 +80,21 @@ def test_the_rate_on_a_circle_without_force_is_that_of_small_oscillations(speed)
 
 def moderate():
     return energy_grid(
-        Body(Hyperelastic(), 1.0), energy=3.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
+        Body(Hyperelastic(), 1.0),
+        energy=3.0,
+        p_eta=0.3,
+        p_gamma=0.2,
+        section=AlphaTurning(+1),
         axes=(np.linspace(0.2, 1.0, 4), np.linspace(-0.5, 0.5, 3)),
-    )  # fmt: skip
+    )
 
 
 def test_a_body_at_moderate_energy_gets_a_fixed_step():
     grid = moderate()
     assert isinstance(grid, Grid)
-    found = poincare_map(Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO)
+    found = poincare_map(
+        Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO
+    )
     found.raise_if_failed()
     assert isinstance(found.scheme, Splitting)
     assert found.energy_error.max() < AUTO.energy_error
@@ -92,9 +102,13 @@ def test_a_body_at_moderate_energy_gets_a_fixed_step():
 
 def steep():
     return energy_grid(
-        Body(NeoHookean(), 1.0), energy=8.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
+        Body(NeoHookean(), 1.0),
+        energy=8.0,
+        p_eta=0.3,
+        p_gamma=0.2,
+        section=AlphaTurning(+1),
         axes=(np.linspace(0.1, 2.7, 7), np.linspace(-3.5, 3.5, 7)),
-    ).z0  # fmt: skip
+    ).z0
 
 
 def test_a_steep_wall_gets_no_fixed_step():
@@ -112,7 +126,9 @@ def test_a_steep_wall_gets_no_fixed_step():
 
 
 def test_other_functions_choose_among_steps_in_time():
-    found = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(), BLANES_MOAN6, KAHAN_LI8), 1e-11))
+    found = frequency_map(
+        HenonHeiles(), SMOOTH, time=200.0, scheme=Automatic((TimeTransformed(), BLANES_MOAN6, KAHAN_LI8), 1e-11)
+    )
     plain = frequency_map(HenonHeiles(), SMOOTH, time=200.0, scheme=KAHAN_LI8)
     assert (np.abs(found.nu - plain.nu) <= found.error + plain.error + 1e-9).all()  # 30 periods are few
     with pytest.raises(ValueError, match="integrate and poincare_map"):
@@ -128,7 +144,9 @@ def test_the_choice_does_not_depend_on_the_order_of_candidates_or_the_run():
 
 
 def test_orbits_that_escape_have_no_say():
-    """The choice is that for the others, each of which moves as it would alone; alone, an escaping orbit has a status."""
+    """The choice is that for the others, each of which moves as it would alone; alone, an escaping orbit has a
+    status.
+    """
     z0 = np.random.default_rng(1).uniform(-0.15, 0.15, (4, 40))
     escaping = z0.copy()
     escaping[1, :8], escaping[3, :8] = 1.05, 0.5
@@ -152,18 +170,21 @@ def test_orbits_that_escape_change_no_step_of_others():
     assert np.array_equal(step[8:], integrate(HenonHeiles(), z0[:, 8:], time=30.0).step)
 
 
-@pytest.mark.parametrize(("problem", "wrong"), [
-    (ValueError, lambda: Automatic(())),
-    (ValueError, lambda: Automatic([KAHAN_LI8])),
-    (TypeError, lambda: Automatic((KAHAN_LI8, "DOP853"))),
-    (TypeError, lambda: Automatic((AUTO,))),
-    (TypeError, lambda: Automatic((Logistic(1.0),))),
-    (ValueError, lambda: Automatic((KAHAN_LI8,), energy_error=0.0)),
-    (ValueError, lambda: integrate(HenonHeiles(), SMOOTH, time=1.0, step=0.1, scheme=AUTO)),
-    (ValueError, lambda: frequency_map(HenonHeiles(), SMOOTH, time=10.0, step=0.1, scheme=AUTO)),
-    (ValueError, lambda: integrate(HenonHeiles(), SMOOTH, time=1.0, rtol=-1.0, scheme=AUTO)),
-    (ValueError, lambda: integrate(HenonHeiles(), SMOOTH[:3], time=1.0, scheme=AUTO)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("problem", "wrong"),
+    [
+        (ValueError, lambda: Automatic(())),
+        (ValueError, lambda: Automatic([KAHAN_LI8])),
+        (TypeError, lambda: Automatic((KAHAN_LI8, "DOP853"))),
+        (TypeError, lambda: Automatic((AUTO,))),
+        (TypeError, lambda: Automatic((Logistic(1.0),))),
+        (ValueError, lambda: Automatic((KAHAN_LI8,), energy_error=0.0)),
+        (ValueError, lambda: integrate(HenonHeiles(), SMOOTH, time=1.0, step=0.1, scheme=AUTO)),
+        (ValueError, lambda: frequency_map(HenonHeiles(), SMOOTH, time=10.0, step=0.1, scheme=AUTO)),
+        (ValueError, lambda: integrate(HenonHeiles(), SMOOTH, time=1.0, rtol=-1.0, scheme=AUTO)),
+        (ValueError, lambda: integrate(HenonHeiles(), SMOOTH[:3], time=1.0, scheme=AUTO)),
+    ],
+)
 def test_wrong_input_raises(problem, wrong):
     with pytest.raises(problem, match=r"candidates|energy_error|step|rtol|z0"):
         wrong()

@@ -73,13 +73,17 @@ def test_numbers_that_are_not_finite(call, bad):
 
 
 @every_call
-@pytest.mark.parametrize("z0", ["abc", None, [["a"] * 3] * 8, np.ones(8) * 1j, object(), [[1, 2], [3]]], ids=lambda z0: type(z0).__name__)
+@pytest.mark.parametrize(
+    "z0", ["abc", None, [["a"] * 3] * 8, np.ones(8) * 1j, object(), [[1, 2], [3]]], ids=lambda z0: type(z0).__name__
+)
 def test_what_is_no_array_of_numbers(call, z0):
     refused(call, (TypeError, ValueError), "z0 must (be an array of real numbers|have shape)", z0=z0)
 
 
 @every_call
-@pytest.mark.parametrize("potential", [Hyperelastic(), NeoHookean(), Anharmonic(), HeavyTop()], ids=lambda p: type(p).__name__)
+@pytest.mark.parametrize(
+    "potential", [Hyperelastic(), NeoHookean(), Anharmonic(), HeavyTop()], ids=lambda p: type(p).__name__
+)
 def test_starts_outside_the_domain(call, potential):
     """det phi <= 0 for the first two, alpha = 0, r = 0."""
     z0 = Z0.copy()
@@ -105,10 +109,18 @@ def test_any_wrong_shape_is_refused(rows, orbits):
 # --- numbers -----------------------------------------------------------------------------------------------------
 
 NUMBERS = [
-    ("integrate", "time"), ("integrate", "step"), ("integrate", "energy_tolerance"), ("integrate", "rtol"), ("integrate", "atol"),
-    ("poincare_map", "max_time"), ("poincare_map", "step"), ("poincare_map", "energy_tolerance"), ("frequency_map", "time"),
-    ("frequency_map", "step"), ("frequency_map", "fallback"),
-]  # fmt: skip
+    ("integrate", "time"),
+    ("integrate", "step"),
+    ("integrate", "energy_tolerance"),
+    ("integrate", "rtol"),
+    ("integrate", "atol"),
+    ("poincare_map", "max_time"),
+    ("poincare_map", "step"),
+    ("poincare_map", "energy_tolerance"),
+    ("frequency_map", "time"),
+    ("frequency_map", "step"),
+    ("frequency_map", "fallback"),
+]
 every_number = pytest.mark.parametrize(("call", "name"), NUMBERS)
 
 
@@ -129,19 +141,30 @@ def test_sizes_must_be_finite(call, name, value):
 @every_number
 @pytest.mark.parametrize("value", ["0.1", True, [0.1], 1j, b"1"], ids=repr)
 def test_sizes_must_be_numbers(call, name, value):
-    refused(call, (TypeError, ValueError), f"{name} must be a (real|positive) number", re.escape(repr(value)), **{name: value})
+    refused(
+        call,
+        (TypeError, ValueError),
+        f"{name} must be a (real|positive) number",
+        re.escape(repr(value)),
+        **{name: value},
+    )
 
 
-@pytest.mark.parametrize("value", [np.float32(1.0), np.float64(1.0), 1, np.int64(1), np.array(1.0)], ids=lambda v: type(v).__name__)
+@pytest.mark.parametrize(
+    "value", [np.float32(1.0), np.float64(1.0), 1, np.int64(1), np.array(1.0)], ids=lambda v: type(v).__name__
+)
 def test_numbers_of_every_make_are_taken(value):
     expected = integrate(BALL, np.full(4, 0.1), time=1.0, step=0.1).z
     np.testing.assert_array_equal(integrate(BALL, np.full(4, 0.1), time=value, step=0.1).z, expected)
 
 
 COUNTS = [
-    ("integrate", "samples", 0), ("integrate", "threads", 1), ("poincare_map", "crossings", 1), ("poincare_map", "threads", 1),
+    ("integrate", "samples", 0),
+    ("integrate", "threads", 1),
+    ("poincare_map", "crossings", 1),
+    ("poincare_map", "threads", 1),
     ("frequency_map", "threads", 1),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("call", "name", "least"), COUNTS)
@@ -201,13 +224,26 @@ def test_inertia_is_positive(call, mu):
 @every_call
 @pytest.mark.parametrize("parameter", ["1.0", None, 1j, True], ids=repr)
 def test_parameters_are_numbers(call, parameter):
-    refused(call, TypeError, r"Hyperelastic.C must be a float", re.escape(repr(parameter)), body=Body(Hyperelastic(parameter)))
+    refused(
+        call,
+        TypeError,
+        r"Hyperelastic.C must be a float",
+        re.escape(repr(parameter)),
+        body=Body(Hyperelastic(parameter)),
+    )
 
 
 @every_call
 @pytest.mark.parametrize("scheme", ["KAHAN_LI8", None, KAHAN_LI8.__class__, 8], ids=repr)
 def test_schemes_are_values(call, scheme):
-    refused(call, TypeError, "scheme must be a scheme such as fastaff.KAHAN_LI8", "by name: scheme_named", "DOP853", scheme=scheme)
+    refused(
+        call,
+        TypeError,
+        "scheme must be a scheme such as fastaff.KAHAN_LI8",
+        "by name: scheme_named",
+        "DOP853",
+        scheme=scheme,
+    )
 
 
 @pytest.mark.parametrize(
@@ -230,18 +266,32 @@ def test_what_is_no_section(section, error, fragment):
 
 
 def test_sections_of_bodies_do_not_suit_henon_heiles():
-    refused("poincare_map", ValueError, "does not suit a HenonHeiles: it must take 4 numbers", body=BALL, z0=np.full(4, 0.1))
+    refused(
+        "poincare_map", ValueError, "does not suit a HenonHeiles: it must take 4 numbers", body=BALL, z0=np.full(4, 0.1)
+    )
 
 
 @pytest.mark.parametrize("method", ["fft", "", None, 3, "NAFF"], ids=repr)
 def test_unknown_methods(method):
-    refused("frequency_map", ValueError, "method must be one of 'birkhoff', 'naff', got " + re.escape(repr(method)), method=method)
+    refused(
+        "frequency_map",
+        ValueError,
+        "method must be one of 'birkhoff', 'naff', got " + re.escape(repr(method)),
+        method=method,
+    )
 
 
 def test_angles():
     refused("frequency_map", TypeError, "angles must be a value of fastaff.models.angles", angles="alpha")
     refused("frequency_map", ValueError, "angles must have 4 angles for Body", angles=Coordinates2())
-    refused("frequency_map", ValueError, "angles must have 2 angles for HenonHeiles", body=BALL, z0=np.full(4, 0.1), angles=AlphaBeta())
+    refused(
+        "frequency_map",
+        ValueError,
+        "angles must have 2 angles for HenonHeiles",
+        body=BALL,
+        z0=np.full(4, 0.1),
+        angles=AlphaBeta(),
+    )
 
 
 def test_a_model_without_angles_of_its_own():

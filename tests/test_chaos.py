@@ -1,4 +1,6 @@
-"""Chaos maps: indicators against slow twins and laws, verdicts on known orbits, streaming, history, early stop, outcomes."""
+"""Chaos maps: indicators against slow twins and laws, verdicts on known orbits, streaming, history, early stop,
+outcomes.
+"""
 
 import math
 from typing import NamedTuple
@@ -35,9 +37,20 @@ from fastaff import (
 from fastaff.analysis.chaos.streamed import own_rates, scales, symplectic_frame
 
 EVERY = (
-    Lyapunov(), LyapunovSpectrum(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4), BirkhoffDigits(), FrequencyDiffusion(),
-    ZeroOne(), ReversibilityError(),
-)  # fmt: skip
+    Lyapunov(),
+    LyapunovSpectrum(),
+    FLI(),
+    OFLI(),
+    MEGNO(),
+    SALI(),
+    GALI(2),
+    GALI(3),
+    GALI(4),
+    BirkhoffDigits(),
+    FrequencyDiffusion(),
+    ZeroOne(),
+    ReversibilityError(),
+)
 STREAMED = EVERY[:9]
 CHAOTIC, REGULAR = [0.0, -0.25, 0.42081, 0.0], [0.0, 0.483, 0.27898039, 0.0]
 """Skokos 2001, J. Phys. A 34, 10029 and Skokos, Bountis & Antonopoulos 2007: E = 1/8."""
@@ -66,11 +79,15 @@ def test_every_indicator_knows_the_orbits_of_the_literature(known):
 
 
 def test_spectra_sum_to_zero_and_pair(known):
-    """With 2n vectors (GALI(4) runs) nothing is mirrored: the splitting and the symplectic frame pair them to rounding."""
+    """With 2n vectors (GALI(4) runs) nothing is mirrored: the splitting and the symplectic frame pair them to
+    rounding.
+    """
     np.testing.assert_allclose(known.spectrum.sum(axis=0), 0, atol=1e-13)
     np.testing.assert_allclose(known.spectrum, -known.spectrum[::-1], atol=1e-13)
     half = chaos(HenonHeiles(), REGULAR, time=1000.0, indicators=(LyapunovSpectrum(),), step=0.05)
-    np.testing.assert_allclose(half.spectrum[:, 0], known.spectrum[:, 1], atol=1e-11)  # the regular one: chaos would magnify roundings
+    np.testing.assert_allclose(
+        half.spectrum[:, 0], known.spectrum[:, 1], atol=1e-11
+    )  # the regular one: chaos would magnify roundings
     # Two exponents are 0; what is left of them at T = 1000 is covered by the error estimate.
     assert (np.abs(known.spectrum[1:3]) <= 3 * known.spectrum_error[1:3]).all()
     assert (np.abs(known.spectrum[0, 1]) <= 3 * known.spectrum_error[0, 1]).all()
@@ -91,7 +108,9 @@ def scale_of(model, z0, time):
 
 
 def twin(model, z0, time, observations):
-    """Growth of raw vectors by SVD: log10 of the volumes of the first k, MEGNO by its sum, from tangent maps over short stretches."""
+    """Growth of raw vectors by SVD: log10 of the volumes of the first k, MEGNO by its sum, from tangent maps over short
+    stretches.
+    """
     n, scale = model.degrees_of_freedom, scale_of(model, z0, time)[:, 0]
     vectors, z, dt = symplectic_frame(n, 2 * n) / scale, np.array(z0), time / observations
     logs, mean, megno, weighted = np.zeros(2 * n), 0.0, 0.0, 0.0
@@ -123,7 +142,9 @@ def test_streamed_values_are_those_of_raw_vectors(start):
 
 
 def test_alignment_laws():
-    """GALI_k of a regular orbit of n = 2: constant for k = 2, t^-2 for 3, t^-4 for 4; of a chaotic one by the exponents, past 1e-16."""
+    """GALI_k of a regular orbit of n = 2: constant for k = 2, t^-2 for 3, t^-4 for 4; of a chaotic one by the
+    exponents, past 1e-16.
+    """
     run = {"time": 10_000.0, "step": 0.1, "indicators": (LyapunovSpectrum(), GALI(2), GALI(3), GALI(4)), "history": 100}
     found = chaos(HenonHeiles(), BOTH, **run)
     t = np.log10(found.history_times[9:, 1])
@@ -140,7 +161,9 @@ def test_isochronous_orbits_have_constant_vectors():
     """Harmonic oscillator with mu omega = 1: the tangent map is a rotation, so all volumes stay 1 and MEGNO is 0."""
     body = Body(fastaff.Harmonic(C=1.25), mu=0.8)
     z0 = np.random.default_rng(2).standard_normal((8, 5))
-    found = chaos(body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(4)))
+    found = chaos(
+        body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(4))
+    )
     # In a metric whose frequency is a little off, as it comes from a look at the orbit, vectors swing by as much.
     swing = np.abs(np.log10(own_rates(body, z0, 300.0) / 1.25))
     assert (swing < 0.05).all()
@@ -151,7 +174,9 @@ def test_isochronous_orbits_have_constant_vectors():
 
 
 class Cubic(NamedTuple):
-    """V = (A x^2 + B y^2)/2 + x^2 y - c y^3/3; integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor & Weiss 1982)."""
+    """V = (A x^2 + B y^2)/2 + x^2 y - c y^3/3; integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor &
+    Weiss 1982).
+    """
 
     A: float
     B: float
@@ -198,11 +223,15 @@ class Quartic(NamedTuple):
 
     def tangent_force(self, x, y, dx, dy):
         cross = -2 * self.c * x * y
-        return (-3 * self.a * x * x - self.c * y * y) * dx + cross * dy, cross * dx + (-3 * self.b * y * y - self.c * x * x) * dy
+        return (-3 * self.a * x * x - self.c * y * y) * dx + cross * dy, cross * dx + (
+            -3 * self.b * y * y - self.c * x * x
+        ) * dy
 
 
 class Toda(NamedTuple):
-    """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to third order."""
+    """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to
+    third order.
+    """
 
     unused: float = 0.0
 
@@ -210,8 +239,6 @@ class Toda(NamedTuple):
     coordinates = ("x", "y")
     velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
     margin, angles = HenonHeiles.margin, HenonHeiles.angles
-
-
 
     def potential_energy(self, x, y):
         a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
@@ -293,7 +320,9 @@ def test_history_and_detection(known):
     np.testing.assert_allclose(known.history_times[:, 0], np.arange(1, 21) * 50.0, rtol=0, atol=1e-9)
     np.testing.assert_array_equal(known.history[:streamed, -1], known.values[:streamed])
     assert np.isnan(known.history[streamed:]).all()
-    np.testing.assert_array_equal(np.isfinite(known.detected[:streamed]), known.verdicts[:streamed] == Character.CHAOTIC)
+    np.testing.assert_array_equal(
+        np.isfinite(known.detected[:streamed]), known.verdicts[:streamed] == Character.CHAOTIC
+    )
     for j in (4, 5, 8):
         limit = known.limits[j, 0]
         beyond = known.history[j, :, 0] > limit if STREAMED[j].above else known.history[j, :, 0] < limit
@@ -322,7 +351,9 @@ def test_schemes_agree_on_a_regular_orbit(scheme):
     """Growth is a smooth function of the orbit: schemes agree to their own error."""
     indicators = (Lyapunov(), MEGNO(), SALI(), GALI(4))
     truth = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.025, indicators=indicators)
-    found = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.005, scheme=scheme, indicators=indicators, energy_tolerance=1e-3)
+    found = chaos(
+        HenonHeiles(), REGULAR, time=100.0, step=0.005, scheme=scheme, indicators=indicators, energy_tolerance=1e-3
+    )
     loose = 2e-3 if scheme.order == 2 else 1e-7
     for name in ("lyapunov", "sali", "gali_4"):
         assert getattr(found, name)[0] == pytest.approx(getattr(truth, name)[0], abs=loose), name
@@ -330,14 +361,19 @@ def test_schemes_agree_on_a_regular_orbit(scheme):
 
 
 RUNS = {
-    "default": {}, "given step": {"step": 0.05}, "early stop": {"early_stop": True, "indicators": STREAMED}, "adaptive": {"scheme": DOP853},
+    "default": {},
+    "given step": {"step": 0.05},
+    "early stop": {"early_stop": True, "indicators": STREAMED},
+    "adaptive": {"scheme": DOP853},
     "averages": {"indicators": (LyapunovSpectrum(), BirkhoffDigits(), ReversibilityError(), FrequencyDiffusion())},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
 def test_threads_neighbours_and_order_change_no_bit(run):
-    """Alone and among others, some of them a thousand times faster, in another order, with other threads: rates, steps, limits and all."""
+    """Alone and among others, some of them a thousand times faster, in another order, with other threads: rates, steps,
+    limits and all.
+    """
     model = Quartic(0.9, 1.7, 0.6, 1.2)
     z0 = 0.7 * np.random.default_rng(4).standard_normal((4, 120))
     z0[:, ::17] *= np.geomspace(3.0, 1000.0, z0[:, ::17].shape[1])  # the frequency grows like the amplitude
@@ -382,7 +418,9 @@ def test_zero_one_is_that_of_its_definition():
     square = np.array([np.mean(np.abs(walk[n : n + 360] - walk[:360]) ** 2) for n in range(1, lags + 1)])
     n = np.arange(1, lags + 1)
     square -= phi.mean() ** 2 * (1 - np.cos(n * c)) / (1 - math.cos(c))
-    assert correlation(phi, c, lags, np.empty(400), np.empty(400)) == pytest.approx(np.corrcoef(n, square)[0, 1], abs=1e-10)
+    assert correlation(phi, c, lags, np.empty(400), np.empty(400)) == pytest.approx(
+        np.corrcoef(n, square)[0, 1], abs=1e-10
+    )
     found = chaos(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOne(samples=1000),))
     assert found.zero_one[0] > 0.8
     assert abs(found.zero_one[1]) < 0.2
@@ -482,7 +520,11 @@ def test_files_keep_it(tmp_path, known):
         ({"deviations": [[0.1, 0.3, 0.7, 0], [0.2, 0.6, 1.4, 0]]}, ValueError, "linearly independent"),
         ({"deviations": np.random.default_rng(1).standard_normal((5, 4))}, ValueError, "at most 4"),
         ({"indicators": (MEGNO(limit=None),)}, TypeError, "MEGNO.limit must be a real number"),
-        ({"indicators": (BirkhoffDigits(),), "scheme": fastaff.Automatic((DOP853,)), "step": None}, ValueError, "fixed steps"),
+        (
+            {"indicators": (BirkhoffDigits(),), "scheme": fastaff.Automatic((DOP853,)), "step": None},
+            ValueError,
+            "fixed steps",
+        ),
         ({"indicators": (LyapunovSpectrum(),), "deviations": np.eye(4)[:2]}, ValueError, "at least 4 vectors"),
         ({"time": 0.0}, ValueError, "time must be positive"),
     ],
@@ -532,7 +574,9 @@ def surface(energy, orbits, seed=2):
 
 @pytest.mark.parametrize("units", [(1e6, 1.0, 1.0), (1.0, 1e-6, 1.0), (1e-6, 1e6, 3e5), (7e3, 3e-2, 1e-6)], ids=str)
 def test_units_change_nothing(units):
-    """Lengths, times and masses from 1e-6 to 1e6: verdicts are the same, and values where chaos magnifies no rounding."""
+    """Lengths, times and masses from 1e-6 to 1e6: verdicts are the same, and values where chaos magnifies no
+    rounding.
+    """
     z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), HenonHeilesInUnits(*units)
     indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
     plain = chaos(HenonHeilesInUnits(), z0, time=400.0, step=0.1, indicators=indicators)
@@ -542,12 +586,16 @@ def test_units_change_nothing(units):
     assert plain.regular[:20].all()
     assert plain.chaotic[20:].mean() > 0.7
     for name in ("fli", "ofli", "megno", "sali", "gali_3"):
-        np.testing.assert_allclose(getattr(found, name)[:20], getattr(plain, name)[:20], rtol=0, atol=1e-5, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(found, name)[:20], getattr(plain, name)[:20], rtol=0, atol=1e-5, err_msg=name
+        )
     np.testing.assert_allclose(found.spectrum[:, :20] * own.time, plain.spectrum[:, :20], rtol=0, atol=1e-7)
 
 
 def test_the_step_is_the_one_asked_for():
-    """Steps of 0.4 and 0.2 give different orbits; one that doesn't divide the time is the nearest shorter one that does."""
+    """Steps of 0.4 and 0.2 give different orbits; one that doesn't divide the time is the nearest shorter one that
+    does.
+    """
     indicators = (MEGNO(), BirkhoffDigits(), ZeroOne(), ReversibilityError())
     long, short = (chaos(HenonHeiles(), BOTH, time=100.0, step=step, indicators=indicators) for step in (0.4, 0.2))
     assert (long.step, short.step) == (0.4, 0.2)
@@ -594,7 +642,10 @@ REGULAR_SETS = {
     "slow beats": lambda: (HenonHeiles(), surface(0.01, 60)),
     "Henon-Heiles 0.05": lambda: (HenonHeiles(), surface(0.05, 60)),
     "separable quartic": lambda: (Quartic(1.3, 0.4, 0.0, 0.7), random_starts(Quartic(1.3, 0.4, 0.0, 0.7), 60, 1.0)),
-    "hyperelastic": lambda: (Body(fastaff.Hyperelastic(1.7), 0.6), random_starts(Body(fastaff.Hyperelastic(1.7), 0.6), 60, 1.0)),
+    "hyperelastic": lambda: (
+        Body(fastaff.Hyperelastic(1.7), 0.6),
+        random_starts(Body(fastaff.Hyperelastic(1.7), 0.6), 60, 1.0),
+    ),
 }
 
 
@@ -610,7 +661,9 @@ def test_averages_that_have_not_settled_are_no_evidence_of_chaos(make):
 @pytest.mark.slow
 @pytest.mark.parametrize("model", [HenonHeiles(), Quartic(0.05, 0.08, 2.0, 1.3)], ids=["Henon-Heiles", "x2y2"])
 def test_chaotic_orbits_are_seldom_called_regular(model):
-    """Truth: MEGNO after ten times the time. At most 2 % of the chaotic ones are called regular, none by all indicators at once."""
+    """Truth: MEGNO after ten times the time. At most 2 % of the chaotic ones are called regular, none by all indicators
+    at once.
+    """
     z0 = surface(0.999 / 6, 200) if isinstance(model, HenonHeiles) else random_starts(model, 200, 1.0)
     truth = chaos(model, z0, time=6000.0, indicators=(MEGNO(),), early_stop=True)
     found = chaos(model, z0, time=600.0, indicators=(FLI(), OFLI(), MEGNO(), SALI(), GALI(4), BirkhoffDigits()))

@@ -14,26 +14,51 @@ from fastaff.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, angular_momenta, d
 CHARTS = (TWO_POLAR, ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=[chart.name for chart in CHARTS])
 
-# 20-digit reference of the project (tests/data/reference_numbers.json, table d_classical, computed from the matrix elements
-# with mpmath at 40 digits): x y z u, p_x p_y p_z p_u, then the values named in VALUES.
+# 20-digit reference of the project (tests/data/reference_numbers.json, table d_classical, computed from the matrix
+# elements with mpmath at 40 digits): x y z u, p_x p_y p_z p_u, then the values named in VALUES.
 VALUES = ("alpha", "beta", "p_alpha", "p_beta", "r", "vartheta", "p_phi", "p_psi")
 REFERENCE = (
-    ((1.3, 0.2, -0.1, 0.8), (0.3, -0.4, 0.5, 0.2),
-     (1.5, 0.36055512754639892931, 0.26, 0.083205029433784368303, 2.38, 0.47178976086985510967, 1.04, -1.0)),
-    ((1.0, 0.5, -0.3, 1.4), (-0.2, 0.6, 0.1, -0.5),
-     (1.7888543819998317571, 0.3162277660168379332, -0.35777087639996635143, 0.03162277660168379332, 3.3,
-      0.34993809133137772301, -1.05, 0.71)),
-    ((1.7, -0.2, 0.5, 0.8), (0.2, -0.9, -0.3, -0.4),
-     (1.8357559750685819298, 0.67082039324993690892, -0.021789388428113732105, 0.13416407864998738178, 3.82,
-      0.70068936298187437586, 0.19, -1.45)),
+    (
+        (1.3, 0.2, -0.1, 0.8),
+        (0.3, -0.4, 0.5, 0.2),
+        (1.5, 0.36055512754639892931, 0.26, 0.083205029433784368303, 2.38, 0.47178976086985510967, 1.04, -1.0),
+    ),
+    (
+        (1.0, 0.5, -0.3, 1.4),
+        (-0.2, 0.6, 0.1, -0.5),
+        (
+            1.7888543819998317571,
+            0.3162277660168379332,
+            -0.35777087639996635143,
+            0.03162277660168379332,
+            3.3,
+            0.34993809133137772301,
+            -1.05,
+            0.71,
+        ),
+    ),
+    (
+        (1.7, -0.2, 0.5, 0.8),
+        (0.2, -0.9, -0.3, -0.4),
+        (
+            1.8357559750685819298,
+            0.67082039324993690892,
+            -0.021789388428113732105,
+            0.13416407864998738178,
+            3.82,
+            0.70068936298187437586,
+            0.19,
+            -1.45,
+        ),
+    ),
 )
 
 
 def grid(orbits=400, seed=1):
     """Phase points (8, orbits) of both signs of det, alpha and beta between 0.3 and 2."""
     rng = np.random.default_rng(seed)
-    radii, angles = rng.uniform(0.3, 2, (2, orbits)), rng.uniform(0, 2*np.pi, (2, orbits))
-    planes = np.stack([radii*np.cos(angles), radii*np.sin(angles)], axis=1).reshape(4, orbits)
+    radii, angles = rng.uniform(0.3, 2, (2, orbits)), rng.uniform(0, 2 * np.pi, (2, orbits))
+    planes = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1).reshape(4, orbits)
     return np.concatenate([planes, rng.normal(size=(4, orbits))])
 
 
@@ -58,12 +83,14 @@ def test_matrices_round_trip_and_isometry():
     z = from_matrix(phi, momentum)
     assert z.shape == (8, 3, 5)
     np.testing.assert_allclose(to_matrix(z), (phi, momentum), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(np.sum(z[:4]**2, axis=0), np.sum(phi**2, axis=(0, 1)), rtol=1e-13)
-    np.testing.assert_allclose(np.sum(z[:4]*z[4:], axis=0), np.sum(phi*momentum, axis=(0, 1)), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(np.sum(z[:4] ** 2, axis=0), np.sum(phi**2, axis=(0, 1)), rtol=1e-13)
+    np.testing.assert_allclose(np.sum(z[:4] * z[4:], axis=0), np.sum(phi * momentum, axis=(0, 1)), rtol=0, atol=1e-13)
 
 
 sign = st.sampled_from([-1.0, 1.0])
-wide = st.one_of(st.just(0.0), st.builds(lambda s, m, e: s*m*10.0**e, sign, st.floats(1, 10), st.integers(-100, 100)))
+wide = st.one_of(
+    st.just(0.0), st.builds(lambda s, m, e: s * m * 10.0**e, sign, st.floats(1, 10), st.integers(-100, 100))
+)
 
 
 @settings(max_examples=200, deadline=None)
@@ -71,10 +98,10 @@ wide = st.one_of(st.just(0.0), st.builds(lambda s, m, e: s*m*10.0**e, sign, st.f
 def test_alpha_beta_returns_every_phase_point(z):
     """Plane by plane, over 200 orders of magnitude, with zeros."""
     pairs, back = z.reshape(4, 2), ALPHA_BETA.to_planes(ALPHA_BETA.from_planes(z)).reshape(4, 2)
-    assert np.all(np.hypot(*(back - pairs).T) <= 1e-13*np.hypot(*pairs.T))
+    assert np.all(np.hypot(*(back - pairs).T) <= 1e-13 * np.hypot(*pairs.T))
 
 
-near = st.one_of(st.just(0.0), st.builds(lambda s, m: s*m, sign, st.floats(1e-3, 10)))
+near = st.one_of(st.just(0.0), st.builds(lambda s, m: s * m, sign, st.floats(1e-3, 10)))
 
 
 @pytest.mark.parametrize("chart", [TWO_POLAR, R_VARTHETA], ids=lambda chart: chart.name)
@@ -83,11 +110,11 @@ near = st.one_of(st.just(0.0), st.builds(lambda s, m: s*m, sign, st.floats(1e-3,
 def test_round_trip_to_the_condition_of_the_chart(chart, z):
     radii = np.hypot(z[[0, 2]], z[[1, 3]])
     if not radii.any():
-        return                                       # r = 0 has its own test
+        return  # r = 0 has its own test
     back = chart.to_planes(chart.from_planes(z))
-    condition = np.hypot(*radii)/radii[radii > 0].min()
-    assert np.linalg.norm(back[:4] - z[:4]) <= 1e-13*np.linalg.norm(z[:4])
-    assert np.linalg.norm(back[4:] - z[4:]) <= 1e-14*max(condition, 10)*np.linalg.norm(z[4:])
+    condition = np.hypot(*radii) / radii[radii > 0].min()
+    assert np.linalg.norm(back[:4] - z[:4]) <= 1e-13 * np.linalg.norm(z[:4])
+    assert np.linalg.norm(back[4:] - z[4:]) <= 1e-14 * max(condition, 10) * np.linalg.norm(z[4:])
 
 
 @every_chart
@@ -106,9 +133,9 @@ def test_shapes(chart):
 
 def jacobian(f, x, h=1e-3):
     """Central differences of order 4 of f at x (8,): error h^4 f^(5)/30 + 1.5 eps/h."""
-    steps = h*np.array([1, -1, 2, -2])
-    values = f(x[:, None, None] + np.eye(8)[:, :, None]*steps)
-    return (8*(values[..., 0] - values[..., 1]) - (values[..., 2] - values[..., 3]))/(12*h)
+    steps = h * np.array([1, -1, 2, -2])
+    values = f(x[:, None, None] + np.eye(8)[:, :, None] * steps)
+    return (8 * (values[..., 0] - values[..., 1]) - (values[..., 2] - values[..., 3])) / (12 * h)
 
 
 @every_chart
@@ -121,7 +148,7 @@ def test_chart_is_canonical(chart):
     omega = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.eye(4), np.zeros((4, 4))]])
     z = grid(60, seed=3)
     q = ALPHA_BETA.from_planes(z)
-    clear = (q[:2] > 0.5).all(axis=0) & (np.abs(q[2:4] - np.pi) < np.pi - 0.01).all(axis=0)   # off the cut at 0
+    clear = (q[:2] > 0.5).all(axis=0) & (np.abs(q[2:4] - np.pi) < np.pi - 0.01).all(axis=0)  # off the cut at 0
     assert clear.sum() >= 20
     for point in z[:, clear].T:
         there = jacobian(chart.from_planes, point)
@@ -133,30 +160,34 @@ def test_chart_is_canonical(chart):
 
 def twice_kinetic_two_polar(D1, D2, phi, psi, p_D1, p_D2, p_phi, p_psi):
     """EQ2.0a inverted: the metric of (phi, psi) is [[s, -2 d], [-2 d, s]], s = D1^2 + D2^2, d = D1 D2."""
-    s, d = D1**2 + D2**2, D1*D2
-    return p_D1**2 + p_D2**2 + (s*(p_phi**2 + p_psi**2) + 4*d*p_phi*p_psi)/(s**2 - 4*d**2)
+    s, d = D1**2 + D2**2, D1 * D2
+    return p_D1**2 + p_D2**2 + (s * (p_phi**2 + p_psi**2) + 4 * d * p_phi * p_psi) / (s**2 - 4 * d**2)
 
 
 def twice_kinetic_alpha_beta(alpha, beta, eta, gamma, p_alpha, p_beta, p_eta, p_gamma):
     """EQ2.1a."""
-    return p_alpha**2 + p_beta**2 + (p_eta/alpha)**2 + (p_gamma/beta)**2
+    return p_alpha**2 + p_beta**2 + (p_eta / alpha) ** 2 + (p_gamma / beta) ** 2
 
 
 def twice_kinetic_r_vartheta(r, vartheta, phi, psi, p_r, p_vartheta, p_phi, p_psi):
     """EQ2.2f."""
-    top = (p_phi**2 + p_psi**2 + 2*p_phi*p_psi*np.cos(vartheta))/np.sin(vartheta)**2
-    return 4*r*p_r**2 + (top + 4*p_vartheta**2)/r
+    top = (p_phi**2 + p_psi**2 + 2 * p_phi * p_psi * np.cos(vartheta)) / np.sin(vartheta) ** 2
+    return 4 * r * p_r**2 + (top + 4 * p_vartheta**2) / r
 
 
-@pytest.mark.parametrize(("chart", "twice_kinetic"), [
-    (TWO_POLAR, twice_kinetic_two_polar),
-    (ALPHA_BETA, twice_kinetic_alpha_beta),
-    (R_VARTHETA, twice_kinetic_r_vartheta),
-], ids=[chart.name for chart in CHARTS])
+@pytest.mark.parametrize(
+    ("chart", "twice_kinetic"),
+    [
+        (TWO_POLAR, twice_kinetic_two_polar),
+        (ALPHA_BETA, twice_kinetic_alpha_beta),
+        (R_VARTHETA, twice_kinetic_r_vartheta),
+    ],
+    ids=[chart.name for chart in CHARTS],
+)
 def test_kinetic_energy(chart, twice_kinetic):
     """2 mu T = |p|^2; alpha, beta >= 0.3 and r <= 8 make the loss in s^2 - 4 d^2 less than 100 units of rounding."""
     z = grid()
-    np.testing.assert_allclose(twice_kinetic(*chart.from_planes(z)), np.sum(z[4:]**2, axis=0), rtol=1e-12)
+    np.testing.assert_allclose(twice_kinetic(*chart.from_planes(z)), np.sum(z[4:] ** 2, axis=0), rtol=1e-12)
 
 
 def test_identities_of_the_invariants():
@@ -169,15 +200,15 @@ def test_identities_of_the_invariants():
     det = np.linalg.det(phi)
     assert (det > 0).any()
     assert (det < 0).any()
-    for twice_det in (2*D1*D2, alpha**2 - beta**2, r*np.cos(vartheta)):
-        np.testing.assert_allclose(twice_det, 2*det, rtol=0, atol=1e-13*8)
-    for twice_shear in (D1**2 - D2**2, 2*alpha*beta):
-        np.testing.assert_allclose(twice_shear, r*np.sin(vartheta), rtol=1e-12)
+    for twice_det in (2 * D1 * D2, alpha**2 - beta**2, r * np.cos(vartheta)):
+        np.testing.assert_allclose(twice_det, 2 * det, rtol=0, atol=1e-13 * 8)
+    for twice_shear in (D1**2 - D2**2, 2 * alpha * beta):
+        np.testing.assert_allclose(twice_shear, r * np.sin(vartheta), rtol=1e-12)
     for size in (D1**2 + D2**2, alpha**2 + beta**2, np.sum(phi**2, axis=(1, 2))):
         np.testing.assert_allclose(size, r, rtol=1e-13)
     np.testing.assert_array_equal((two_polar["D1"], two_polar["D2"]), (D1, D2))
     singular = np.linalg.svd(phi, compute_uv=False).T
-    np.testing.assert_allclose((D1, np.abs(D2)), singular, rtol=0, atol=1e-13*3)
+    np.testing.assert_allclose((D1, np.abs(D2)), singular, rtol=0, atol=1e-13 * 3)
     np.testing.assert_array_equal(np.sign(D2), np.sign(det))
 
 
@@ -186,7 +217,7 @@ def test_two_polar_decomposition():
     z = grid(50)
     for point, (D1, D2, left, right) in zip(z.T, TWO_POLAR.from_planes(z)[:4].T):
         product = rotation(left) @ np.diag([D1, D2]) @ rotation(right).T
-        np.testing.assert_allclose(product, to_matrix(point)[0], rtol=0, atol=1e-14*3)
+        np.testing.assert_allclose(product, to_matrix(point)[0], rtol=0, atol=1e-14 * 3)
 
 
 def test_angular_momenta():
@@ -195,8 +226,8 @@ def test_angular_momenta():
     phi, momentum = to_matrix(z)
     p = angular_momenta(z)
     generator = np.array([[0.0, -1.0], [1.0, 0.0]])
-    spin = np.einsum("ijn,ik,kjn->n", momentum, generator, phi)          # d/ds of O(s) phi at 0
-    vorticity = np.einsum("ijn,ikn,jk->n", momentum, phi, generator)     # d/ds of phi O(s)^T at 0
+    spin = np.einsum("ijn,ik,kjn->n", momentum, generator, phi)  # d/ds of O(s) phi at 0
+    vorticity = np.einsum("ijn,ikn,jk->n", momentum, phi, generator)  # d/ds of phi O(s)^T at 0
     np.testing.assert_allclose((p.p_phi, p.p_psi), (spin, vorticity), rtol=0, atol=1e-13)
     for chart in CHARTS:
         q = named(chart, chart.from_planes(z))
@@ -206,26 +237,28 @@ def test_angular_momenta():
 
 def test_canonical_sheet():
     z = grid(2000)
-    z[:4, :200] *= np.repeat([0, 1e-20], 100)        # on and near r = 0
-    z[1, 200:300], z[3, 200:300] = -1e-30, -0.0      # eta less than a rounding below 2 pi, gamma from below 0
+    z[:4, :200] *= np.repeat([0, 1e-20], 100)  # on and near r = 0
+    z[1, 200:300], z[3, 200:300] = -1e-30, -0.0  # eta less than a rounding below 2 pi, gamma from below 0
     alpha, beta, eta, gamma = ALPHA_BETA.from_planes(z)[:4]
     D1, D2, phi, psi = TWO_POLAR.from_planes(z)[:4]
     vartheta = R_VARTHETA.from_planes(z[:, 100:])[1]
     assert min(alpha.min(), beta.min()) >= 0
     assert (D1 - np.abs(D2)).min() >= 0
     for angle, low, high in ((eta, 0, 2), (gamma, 0, 2), (phi, 0, 2), (psi, -1, 1), (vartheta, 0, 1)):
-        assert angle.min() >= low*np.pi
-        assert angle.max() <= high*np.pi
-    assert max(eta.max(), gamma.max(), phi.max()) < 2*np.pi
+        assert angle.min() >= low * np.pi
+        assert angle.max() <= high * np.pi
+    assert max(eta.max(), gamma.max(), phi.max()) < 2 * np.pi
 
 
 def test_other_sheets_are_the_same_phase_points():
     """EQ2.0 is unique up to these; `from_planes` brings them back to the canonical one."""
     z = grid(40)
     D1, D2, phi, psi, p_D1, p_D2, p_phi, p_psi = q = TWO_POLAR.from_planes(z)
-    for sheet in ((D2, D1, phi + np.pi/2, psi + np.pi/2, p_D2, p_D1, p_phi, p_psi),
-                  (D1, D2, phi - np.pi, psi - np.pi, p_D1, p_D2, p_phi, p_psi),
-                  (-D1, -D2, phi + np.pi, psi, -p_D1, -p_D2, p_phi, p_psi)):
+    for sheet in (
+        (D2, D1, phi + np.pi / 2, psi + np.pi / 2, p_D2, p_D1, p_phi, p_psi),
+        (D1, D2, phi - np.pi, psi - np.pi, p_D1, p_D2, p_phi, p_psi),
+        (-D1, -D2, phi + np.pi, psi, -p_D1, -p_D2, p_phi, p_psi),
+    ):
         there = TWO_POLAR.to_planes(sheet)
         np.testing.assert_allclose(there, z, rtol=0, atol=1e-13)
         np.testing.assert_allclose(TWO_POLAR.from_planes(there), q, rtol=0, atol=1e-13)
@@ -233,12 +266,12 @@ def test_other_sheets_are_the_same_phase_points():
 
 # The phase points where a chart is singular, with what alpha-beta says of them: (alpha, beta, eta, gamma, momenta).
 SINGULAR = {
-    "beta = 0": ((2, 0, 0, 0, .5, 3, 0, 4), (2, 0, 0, np.pi/2, .5, 4, 6, 0)),
-    "beta = 0, p_b = 0": ((0, 2, 0, 0, .5, 3, 0, 0), (2, 0, np.pi/2, 0, 3, 0, -1, 0)),
-    "beta = -0": ((2, 0, -0.0, -0.0, .5, 3, -0.0, -0.0), (2, 0, 0, 0, .5, 0, 6, 0)),
-    "alpha = 0": ((0, 0, -2, 0, 0, -4, .5, 3), (0, 2, 3*np.pi/2, np.pi, 4, -.5, 0, -6)),
-    "alpha = 0, p_a = 0": ((0, 0, 0, 2, 0, 0, .5, 3), (0, 2, 0, np.pi/2, 0, 3, 0, -1)),
-    "rest at the centre": ((0,)*8, (0,)*8),
+    "beta = 0": ((2, 0, 0, 0, 0.5, 3, 0, 4), (2, 0, 0, np.pi / 2, 0.5, 4, 6, 0)),
+    "beta = 0, p_b = 0": ((0, 2, 0, 0, 0.5, 3, 0, 0), (2, 0, np.pi / 2, 0, 3, 0, -1, 0)),
+    "beta = -0": ((2, 0, -0.0, -0.0, 0.5, 3, -0.0, -0.0), (2, 0, 0, 0, 0.5, 0, 6, 0)),
+    "alpha = 0": ((0, 0, -2, 0, 0, -4, 0.5, 3), (0, 2, 3 * np.pi / 2, np.pi, 4, -0.5, 0, -6)),
+    "alpha = 0, p_a = 0": ((0, 0, 0, 2, 0, 0, 0.5, 3), (0, 2, 0, np.pi / 2, 0, 3, 0, -1)),
+    "rest at the centre": ((0,) * 8, (0,) * 8),
 }
 
 
@@ -250,32 +283,35 @@ def test_singular_sets(where):
     r_vartheta = named(R_VARTHETA, R_VARTHETA.from_planes(z))
     alpha, beta, p_alpha, p_beta = q[[0, 1, 4, 5]]
     assert r_vartheta["vartheta"] == (0 if beta == 0 else np.pi)
-    assert r_vartheta["p_vartheta"] == pytest.approx((alpha*p_beta - beta*p_alpha)/2, rel=1e-15)
+    assert r_vartheta["p_vartheta"] == pytest.approx((alpha * p_beta - beta * p_alpha) / 2, rel=1e-15)
     for chart in CHARTS:
         back = chart.to_planes(chart.from_planes(z))
         np.testing.assert_allclose(back, z, rtol=0, atol=1e-14)
         for radius, plane in ((alpha, back[:2]), (beta, back[2:4])):
-            assert radius > 0 or not plane.any()     # what was 0 comes back 0
+            assert radius > 0 or not plane.any()  # what was 0 comes back 0
 
 
 def test_passing_through_the_centre():
     """At r = 0 the limit along the motion: vartheta from the momentum, p_vartheta = 0, p_r infinite, no warning."""
     q = R_VARTHETA.from_planes([0, 0, 0, 0, 3, 0, 0, -3])
-    np.testing.assert_allclose(q, [0, np.pi/2, 3*np.pi/4, 3*np.pi/4, np.inf, 0, 0, 0], rtol=1e-15)
+    np.testing.assert_allclose(q, [0, np.pi / 2, 3 * np.pi / 4, 3 * np.pi / 4, np.inf, 0, 0, 0], rtol=1e-15)
     with pytest.raises(ValueError, match=r"q takes finite .* got inf at index \(4,\)"):
         R_VARTHETA.to_planes(q)
 
 
-@pytest.mark.parametrize(("chart", "row", "q"), [
-    (ALPHA_BETA, "p_gamma", [1, 0, 0, 0, 0, 0, 0, .3]),
-    (ALPHA_BETA, "p_gamma", [1, 1e-320, 0, 0, 0, 0, 0, .3]),
-    (ALPHA_BETA, "p_eta", [0, 1, 0, 0, 0, 0, .3, 0]),
-    (TWO_POLAR, "p_gamma", [1, 1, 0, 0, 0, 0, .3, .3]),
-    (TWO_POLAR, "p_eta", [1, -1, 0, 0, 0, 0, .3, -.3]),
-    (R_VARTHETA, "p_gamma", [1, 0, 0, 0, 0, 0, .3, .3]),
-    (R_VARTHETA, "p_eta", [1, np.pi, 0, 0, 0, 0, .3, -.3]),
-    (R_VARTHETA, "p_vartheta", [0, 1, 0, 0, 0, .3, 0, 0]),
-])
+@pytest.mark.parametrize(
+    ("chart", "row", "q"),
+    [
+        (ALPHA_BETA, "p_gamma", [1, 0, 0, 0, 0, 0, 0, 0.3]),
+        (ALPHA_BETA, "p_gamma", [1, 1e-320, 0, 0, 0, 0, 0, 0.3]),
+        (ALPHA_BETA, "p_eta", [0, 1, 0, 0, 0, 0, 0.3, 0]),
+        (TWO_POLAR, "p_gamma", [1, 1, 0, 0, 0, 0, 0.3, 0.3]),
+        (TWO_POLAR, "p_eta", [1, -1, 0, 0, 0, 0, 0.3, -0.3]),
+        (R_VARTHETA, "p_gamma", [1, 0, 0, 0, 0, 0, 0.3, 0.3]),
+        (R_VARTHETA, "p_eta", [1, np.pi, 0, 0, 0, 0, 0.3, -0.3]),
+        (R_VARTHETA, "p_vartheta", [0, 1, 0, 0, 0, 0.3, 0, 0]),
+    ],
+)
 def test_infinite_momentum_is_refused(chart, row, q):
     with pytest.raises(ValueError, match=rf"q: {row}.* must be 0 where .* got 0\.3$"):
         chart.to_planes(q)
@@ -289,16 +325,19 @@ def test_negative_r_is_refused():
         R_VARTHETA.to_planes([-1, 0, 0, 0, 0, 0, 0, 0])
 
 
-@pytest.mark.parametrize(("value", "error", "message"), [
-    (np.zeros((4, 2)), ValueError, r"z takes finite real numbers of shape \(8, ...\); got shape \(4, 2\)"),
-    (1.0, ValueError, r"got shape \(\)"),
-    ([[1.0], [2.0, 3.0]], ValueError, "z takes .* inhomogeneous"),
-    ([[0, 0]]*7 + [[0, np.nan]], ValueError, r"got nan at index \(7, 1\)"),
-    ([0]*7 + [np.inf], ValueError, r"z takes .* got inf at index \(7,\)"),
-    (np.zeros(8, complex), TypeError, "z takes .* got ndarray of complex128"),
-    ([None]*8, TypeError, "got list of object"),
-    ("alpha", TypeError, "got str of"),
-])
+@pytest.mark.parametrize(
+    ("value", "error", "message"),
+    [
+        (np.zeros((4, 2)), ValueError, r"z takes finite real numbers of shape \(8, ...\); got shape \(4, 2\)"),
+        (1.0, ValueError, r"got shape \(\)"),
+        ([[1.0], [2.0, 3.0]], ValueError, "z takes .* inhomogeneous"),
+        ([[0, 0]] * 7 + [[0, np.nan]], ValueError, r"got nan at index \(7, 1\)"),
+        ([0] * 7 + [np.inf], ValueError, r"z takes .* got inf at index \(7,\)"),
+        (np.zeros(8, complex), TypeError, "z takes .* got ndarray of complex128"),
+        ([None] * 8, TypeError, "got list of object"),
+        ("alpha", TypeError, "got str of"),
+    ],
+)
 def test_bad_input_is_named(value, error, message):
     for function in (*(chart.from_planes for chart in CHARTS), to_matrix, angular_momenta, deformation):
         with pytest.raises(error, match=message):

@@ -1,8 +1,9 @@
 """Every chart of the paper: points, velocities, momenta, metric, density, kinetic energy, singular sets, group actions.
 
 The truth is a second writing of each point map, straight from the paper and good for complex numbers: its derivative by
-complex step (exact to rounding, step 1e-30) is the Jacobian. Tolerances: grids keep alpha, beta, |D1 - |D2|| and the distance
-to every focus above 0.2, so condition numbers are below 100 and 1e-12 is 50 units of rounding at that condition.
+complex step (exact to rounding, step 1e-30) is the Jacobian. Tolerances: grids keep alpha, beta, |D1 - |D2|| and the
+distance to every focus above 0.2, so condition numbers are below 100 and 1e-12 is 50 units of rounding at that
+condition.
 """
 
 import pickle
@@ -123,12 +124,17 @@ TRUTH = {
     "exponential": planar(exponential_radii, same),
     "delta-b": planar(lambda delta, b: exponential_radii(2 * np.log(delta), b), doubled),
     "spherical": lambda r, lam, mu, nu: elements(
-        r * np.sin(lam) * np.cos(mu) * np.cos(nu), r * np.sin(lam) * np.cos(mu) * np.sin(nu), r * np.sin(lam) * np.sin(mu), r * np.cos(lam)
+        r * np.sin(lam) * np.cos(mu) * np.cos(nu),
+        r * np.sin(lam) * np.cos(mu) * np.sin(nu),
+        r * np.sin(lam) * np.sin(mu),
+        r * np.cos(lam),
     ),
     "spherical-Cartesian": lambda R, theta, chi, u: elements(
         R * np.sin(theta) * np.cos(chi), R * np.sin(theta) * np.sin(chi), R * np.cos(theta), u
     ),
-    "polar-polar": lambda r1, chi1, r2, chi2: elements(r1 * np.cos(chi1), r1 * np.sin(chi1), r2 * np.cos(chi2), r2 * np.sin(chi2)),
+    "polar-polar": lambda r1, chi1, r2, chi2: elements(
+        r1 * np.cos(chi1), r1 * np.sin(chi1), r2 * np.cos(chi2), r2 * np.sin(chi2)
+    ),
     "polar-Cartesian": lambda r1, chi1, z, u: elements(r1 * np.cos(chi1), r1 * np.sin(chi1), z, u),
 }
 
@@ -152,7 +158,9 @@ def complex_step(f, q, h=1e-30):
 
 
 def grid(chart, orbits=60, seed=11):
-    """Phase points well inside the chart: alpha, beta in [0.3, 2.2], off foci; alpha - beta > 0.3 where det phi > 0 is needed."""
+    """Phase points well inside the chart: alpha, beta in [0.3, 2.2], off foci; alpha - beta > 0.3 where det phi > 0 is
+    needed.
+    """
     rng = np.random.default_rng(seed)
     alpha, beta = rng.uniform(0.3, 2.2, (2, 40 * orbits))
     foci = np.array([ROOT2, 1.0, 0.6, 2.5])
@@ -190,7 +198,9 @@ def test_jacobian_is_the_complex_step(chart):
     J = chart.jacobian(q)
     assert J.shape == (4, 4, 60)
     for k, point in enumerate(q.T):
-        np.testing.assert_allclose(J[..., k], complex_step(truth(chart), point), rtol=0, atol=1e-13 * np.abs(J[..., k]).max())
+        np.testing.assert_allclose(
+            J[..., k], complex_step(truth(chart), point), rtol=0, atol=1e-13 * np.abs(J[..., k]).max()
+        )
     np.testing.assert_array_equal(chart.jacobian(q.reshape(4, 3, 20)), J.reshape(4, 4, 3, 20))
     np.testing.assert_array_equal(chart.jacobian(q[:, 7]), J[..., 7])
 
@@ -205,7 +215,9 @@ def test_metric_is_the_pullback(chart):
         np.testing.assert_allclose(g[..., k], J.T @ J, rtol=0, atol=1e-13 * np.abs(g[..., k]).max())
         np.testing.assert_allclose(density[k], abs(np.linalg.det(J)), rtol=1e-12)
         np.testing.assert_allclose(back[..., k] @ g[..., k], np.eye(4), rtol=0, atol=1e-14 * np.linalg.cond(J.T @ J))
-    np.testing.assert_allclose(chart.metric(q[:, 3]), g[..., 3], rtol=1e-14)   # vector and scalar functions of NumPy differ by an ulp
+    np.testing.assert_allclose(
+        chart.metric(q[:, 3]), g[..., 3], rtol=1e-14
+    )  # vector and scalar functions of NumPy differ by an ulp
     assert chart.density(q[:, 3]).shape == ()
 
 
@@ -270,8 +282,12 @@ def test_errata_of_the_line_elements():
     z = grid(EULER)
     rho, Phi, Theta, Psi = EULER.from_planes(z)[:4]
     two_polar, r_vartheta = TWO_POLAR.from_planes(z), R_VARTHETA.from_planes(z)
-    np.testing.assert_allclose((Phi, Psi, Theta), (2 * two_polar[2], -2 * two_polar[3], r_vartheta[1]), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(EULER.metric([rho, Phi, Theta, Psi])[1, 3], rho**2 / 4 * np.cos(Theta), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(
+        (Phi, Psi, Theta), (2 * two_polar[2], -2 * two_polar[3], r_vartheta[1]), rtol=0, atol=1e-14
+    )
+    np.testing.assert_allclose(
+        EULER.metric([rho, Phi, Theta, Psi])[1, 3], rho**2 / 4 * np.cos(Theta), rtol=0, atol=1e-15
+    )
 
 
 # --- sheets and group actions ------------------------------------------------------------------------------------
@@ -283,12 +299,36 @@ def test_canonical_sheet(chart):
     q = dict(zip(chart.names, chart.from_planes(grid(chart, 200))))
     pi = np.pi
     ranges = {
-        "alpha": (0, 9), "beta": (0, 9), "eta": (0, 2 * pi), "gamma": (0, 2 * pi), "phi": (0, 2 * pi), "psi": (-pi, pi), "b": (0, 9),
-        "Phi": (0, 4 * pi), "Psi": (-2 * pi, 2 * pi), "vartheta": (0, pi), "Theta": (0, pi), "epsilon": (0, pi / 2), "rho": (0, 9),
-        "r": (0, 20), "kappa": (0, 9), "xi": (0, 9), "e": (0, 9), "f": (0, pi), "mu": (-pi / 2, pi / 2), "nu": (0, 2 * pi),
-        "theta": (0, pi), "chi": (0, 2 * pi), "chi1": (0, 2 * pi), "chi2": (0, 2 * pi), "R": (0, 9), "r1": (0, 9), "r2": (0, 9),
-        "lambda": (0, pi if chart is SPHERICAL else pi / 2), "D1": (0, 9),
-    }  # fmt: skip
+        "alpha": (0, 9),
+        "beta": (0, 9),
+        "eta": (0, 2 * pi),
+        "gamma": (0, 2 * pi),
+        "phi": (0, 2 * pi),
+        "psi": (-pi, pi),
+        "b": (0, 9),
+        "Phi": (0, 4 * pi),
+        "Psi": (-2 * pi, 2 * pi),
+        "vartheta": (0, pi),
+        "Theta": (0, pi),
+        "epsilon": (0, pi / 2),
+        "rho": (0, 9),
+        "r": (0, 20),
+        "kappa": (0, 9),
+        "xi": (0, 9),
+        "e": (0, 9),
+        "f": (0, pi),
+        "mu": (-pi / 2, pi / 2),
+        "nu": (0, 2 * pi),
+        "theta": (0, pi),
+        "chi": (0, 2 * pi),
+        "chi1": (0, 2 * pi),
+        "chi2": (0, 2 * pi),
+        "R": (0, 9),
+        "r1": (0, 9),
+        "r2": (0, 9),
+        "lambda": (0, pi if chart is SPHERICAL else pi / 2),
+        "D1": (0, 9),
+    }
     for name, values in q.items():
         if name in ranges:
             low, high = ranges[name]
@@ -302,7 +342,9 @@ def test_canonical_sheet(chart):
 
 
 def test_one_matrix_many_coordinates():
-    """The exchange D1 <-> D2, a turn of gamma, both signs; and what they are in alpha-beta: the same matrix, det of any sign."""
+    """The exchange D1 <-> D2, a turn of gamma, both signs; and what they are in alpha-beta: the same matrix, det of any
+    sign.
+    """
     z = grid(TWO_POLAR)
     assert (deformation(z).area < 0).any()
     assert (deformation(z).area > 0).any()
@@ -323,7 +365,9 @@ def test_one_matrix_many_coordinates():
         (-al, -be, eta + pi, gamma + pi, -pal, -pbe, pe, pg),
     ):
         np.testing.assert_allclose(ALPHA_BETA.to_planes(sheet), z, rtol=0, atol=1e-12)
-        np.testing.assert_allclose(ALPHA_BETA.velocities_to_planes(ALPHA_BETA.velocities_from_momenta(sheet)), z, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(
+            ALPHA_BETA.velocities_to_planes(ALPHA_BETA.velocities_from_momenta(sheet)), z, rtol=0, atol=1e-11
+        )
 
 
 @pytest.mark.parametrize("chart", [EXPONENTIAL, DELTA_B], ids=lambda chart: chart.name)
@@ -354,7 +398,7 @@ def test_rotations():
     np.testing.assert_allclose(p[[0, 1, 4, 5, 6, 7]], q[[0, 1, 4, 5, 6, 7]], rtol=0, atol=1e-13)
     assert around(p[2] - q[2], x - y).max() < 1e-13
     assert around(p[3] - q[3], x + y).max() < 1e-13
-    right = from_matrix(*(np.einsum("ijn,jk->ikn", m, turn(x)) for m in (phi, momentum)))        # phi -> phi O(x)
+    right = from_matrix(*(np.einsum("ijn,jk->ikn", m, turn(x)) for m in (phi, momentum)))  # phi -> phi O(x)
     np.testing.assert_allclose(rotate(z, body=-x), right, rtol=0, atol=1e-13)
     assert around(ALPHA_BETA.from_planes(right)[2] - q[2], x).max() < 1e-13
     assert around(ALPHA_BETA.from_planes(right)[3] - q[3], -x).max() < 1e-13
@@ -393,14 +437,19 @@ SETS = {
 @pytest.mark.parametrize("where", SETS)
 @pytest.mark.parametrize("chart", PLANE_CHARTS, ids=lambda chart: chart.name)
 def test_plane_singular_sets_come_back(chart, where):
-    """The angle is that of the motion: momenta and velocities come back; the inverse metric is refused with the orbit."""
+    """The angle is that of the motion: momenta and velocities come back; the inverse metric is refused with the
+    orbit.
+    """
     planes = np.array(SETS[where], dtype=float)
     if where == "alpha = 0" and chart.name in AREA_POSITIVE:
         with pytest.raises(ValueError, match=r"z: the .* chart fails here, as it covers det phi = D1 D2 > 0 only"):
             chart.from_planes(np.concatenate([planes, MOVING]))
         return
     z = np.concatenate([planes, MOVING])
-    for there, back in ((chart.from_planes, chart.to_planes), (chart.velocities_from_planes, chart.velocities_to_planes)):
+    for there, back in (
+        (chart.from_planes, chart.to_planes),
+        (chart.velocities_from_planes, chart.velocities_to_planes),
+    ):
         np.testing.assert_allclose(back(there(z)), z, rtol=0, atol=1e-13)
     q = chart.from_planes(z)
     assert np.isfinite(chart.metric(q[:4])).all()
@@ -410,7 +459,9 @@ def test_plane_singular_sets_come_back(chart, where):
     np.testing.assert_allclose(chart.velocities_from_momenta(q), chart.velocities_from_planes(z), rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("chart", [c for c in PLANE_CHARTS if c.name not in AREA_POSITIVE], ids=lambda chart: chart.name)
+@pytest.mark.parametrize(
+    "chart", [c for c in PLANE_CHARTS if c.name not in AREA_POSITIVE], ids=lambda chart: chart.name
+)
 @pytest.mark.parametrize("zero", ["alpha", "beta"])
 def test_what_was_zero_comes_back_zero(chart, zero):
     """Exactly, for any other radius: else an angular momentum of rounding would become a momentum."""
@@ -448,25 +499,30 @@ def test_centres_of_r4_come_back(chart):
         for motion in MOTIONS:
             z = from_matrix(np.reshape(matrix, (2, 2)), np.reshape(motion, (2, 2)))
             np.testing.assert_allclose(chart.to_planes(chart.from_planes(z)), z, rtol=0, atol=1e-15)
-            np.testing.assert_allclose(chart.velocities_to_planes(chart.velocities_from_planes(z)), z, rtol=0, atol=1e-15)
+            np.testing.assert_allclose(
+                chart.velocities_to_planes(chart.velocities_from_planes(z)), z, rtol=0, atol=1e-15
+            )
 
 
-@pytest.mark.parametrize(("chart", "name", "q"), [
-    (SPHERICAL, "p_nu", [1, 0, 0, 0, 0, 0, 0, 0.3]),
-    (SPHERICAL, "p_nu", [1, 1, np.pi / 2, 0, 0, 0, 0, 0.3]),
-    (SPHERICAL, "p_mu", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),
-    (SPHERICAL, "p_lambda", [0, 1, 0, 0, 0, 0.3, 0, 0]),
-    (SPHERICAL_CARTESIAN, "p_chi", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),
-    (POLAR_POLAR, "p_chi2", [1, 0, 0, 0, 0, 0, 0, 0.3]),
-    (RHO_EPSILON, "p_epsilon", [0, 1, 0, 0, 0, 0.3, 0, 0]),
-    (RHO_VARTHETA, "p_eta", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),
-    (EULER, "p_gamma", [1, 0, 0, 0, 0, 0.3, 0, 0]),
-    (ELLIPTIC, "p_gamma", [0, 1, 0, 0, 0, 0, 0, 0.3]),
-    (ELLIPTIC, "p_eta", [1, np.pi / 2, 0, 0, 0, 0, 0.3, 0]),
-    (PARABOLIC, "p_eta", [1, 1, 0, 0, 0, 0, 0.3, 0]),
-    (CHARTS["bipolar"], "p_gamma", [1, np.pi, 0, 0, 0, 0, 0, 0.3]),
-    (EXPONENTIAL, "p_gamma", [1, 0, 0, 0, 0, 0, 0.3, 0.3]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("chart", "name", "q"),
+    [
+        (SPHERICAL, "p_nu", [1, 0, 0, 0, 0, 0, 0, 0.3]),
+        (SPHERICAL, "p_nu", [1, 1, np.pi / 2, 0, 0, 0, 0, 0.3]),
+        (SPHERICAL, "p_mu", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),
+        (SPHERICAL, "p_lambda", [0, 1, 0, 0, 0, 0.3, 0, 0]),
+        (SPHERICAL_CARTESIAN, "p_chi", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),
+        (POLAR_POLAR, "p_chi2", [1, 0, 0, 0, 0, 0, 0, 0.3]),
+        (RHO_EPSILON, "p_epsilon", [0, 1, 0, 0, 0, 0.3, 0, 0]),
+        (RHO_VARTHETA, "p_eta", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),
+        (EULER, "p_gamma", [1, 0, 0, 0, 0, 0.3, 0, 0]),
+        (ELLIPTIC, "p_gamma", [0, 1, 0, 0, 0, 0, 0, 0.3]),
+        (ELLIPTIC, "p_eta", [1, np.pi / 2, 0, 0, 0, 0, 0.3, 0]),
+        (PARABOLIC, "p_eta", [1, 1, 0, 0, 0, 0, 0.3, 0]),
+        (CHARTS["bipolar"], "p_gamma", [1, np.pi, 0, 0, 0, 0, 0, 0.3]),
+        (EXPONENTIAL, "p_gamma", [1, 0, 0, 0, 0, 0, 0.3, 0.3]),
+    ],
+)
 def test_infinite_momenta_are_refused(chart, name, q):
     with pytest.raises(ValueError, match=rf"q: {name}.* must be 0 where .* got 0\.3"):
         chart.to_planes(q)
@@ -488,7 +544,7 @@ def test_focus_of_the_elliptic_chart():
     rest = np.concatenate([z[:4], np.zeros(4)])
     np.testing.assert_array_equal(ELLIPTIC.velocities_to_planes(ELLIPTIC.velocities_from_planes(rest)), rest)
     np.testing.assert_array_equal(ELLIPTIC.metric(q[:4])[:2, :2], 0)
-    near = np.array([ROOT2 + 1e-8, 0, 1e-8, 0, *MOVING])          # the loss is sqrt(focus/distance): 1e4 units of rounding
+    near = np.array([ROOT2 + 1e-8, 0, 1e-8, 0, *MOVING])  # the loss is sqrt(focus/distance): 1e4 units of rounding
     np.testing.assert_allclose(ELLIPTIC.to_planes(ELLIPTIC.from_planes(near)), near, rtol=0, atol=1e-11)
 
 
@@ -506,7 +562,9 @@ def test_poles_of_the_bipolar_chart():
     chart = CHARTS["bipolar"]
     poles = np.stack([grid(chart, 1)[:, 0], np.array([0, 1.0, 0, 0, *MOVING])], axis=1)
     for convert in (chart.from_planes, chart.velocities_from_planes):
-        with pytest.raises(ValueError, match=r"the bipolar chart fails here, at its poles alpha = c, beta = 0 .* at orbit \(1,\)"):
+        with pytest.raises(
+            ValueError, match=r"the bipolar chart fails here, at its poles alpha = c, beta = 0 .* at orbit \(1,\)"
+        ):
             convert(poles)
     with pytest.raises(ValueError, match=r"q: the bipolar chart fails here, .* at infinity"):
         chart.points_to_planes([0, 0, 0, 0])
@@ -515,17 +573,23 @@ def test_poles_of_the_bipolar_chart():
 
 
 @pytest.mark.parametrize("chart", [EXPONENTIAL, DELTA_B], ids=lambda chart: chart.name)
-@pytest.mark.parametrize("planes", [(0.5, 0, 0, 1.2), (0.5, 0, 0.5, 0), (0, 0, 0, 0)], ids=["det < 0", "det = 0", "phi = 0"])
+@pytest.mark.parametrize(
+    "planes", [(0.5, 0, 0, 1.2), (0.5, 0, 0.5, 0), (0, 0, 0, 0)], ids=["det < 0", "det = 0", "phi = 0"]
+)
 def test_exponential_charts_need_positive_area(chart, planes):
     """D2 = 0 in the second: refused, also for what lies beside it."""
     both = np.stack([grid(chart, 1)[:, 0], np.array([*planes, *MOVING])], axis=1)
     for convert in (chart.from_planes, chart.velocities_from_planes):
-        with pytest.raises(ValueError, match=r"chart fails here, as it covers det phi = D1 D2 > 0 only.* at orbit \(1,\)"):
+        with pytest.raises(
+            ValueError, match=r"chart fails here, as it covers det phi = D1 D2 > 0 only.* at orbit \(1,\)"
+        ):
             convert(both)
 
 
 def test_outside_of_a_chart():
-    with pytest.raises(ValueError, match=r"q: delta = sqrt\(D1 D2\) must be positive; got delta = -1\.0 at orbit \(1,\)"):
+    with pytest.raises(
+        ValueError, match=r"q: delta = sqrt\(D1 D2\) must be positive; got delta = -1\.0 at orbit \(1,\)"
+    ):
         DELTA_B.to_planes(np.array([[1.0, -1.0]] + [[0.5, 0.5]] * 7))
     for method in (DELTA_B.metric, DELTA_B.points_to_planes, DELTA_B.jacobian):
         with pytest.raises(ValueError, match="must be positive; got delta = 0"):
@@ -538,7 +602,7 @@ def test_outside_of_a_chart():
     at_centre = R_VARTHETA.velocities_from_planes([0, 0, 0, 0, 3, 0, 0, -3])
     np.testing.assert_allclose(at_centre, [0, np.pi / 2, 3 * np.pi / 4, 3 * np.pi / 4, 0, 0, 0, 0], rtol=1e-15)
     with pytest.raises(ValueError, match="exponential chart fails here"):
-        EXPONENTIAL.points_to_planes([2000.0, 0, 0, 0])             # e^a overflows
+        EXPONENTIAL.points_to_planes([2000.0, 0, 0, 0])  # e^a overflows
 
 
 def test_centre_of_the_concentric_charts():
@@ -572,13 +636,26 @@ def test_names_of_the_invariants():
     phi = np.moveaxis(to_matrix(z)[0], -1, 0)
     d, det, size = deformation(z), np.linalg.det(phi), np.sum(phi**2, axis=(1, 2))
     for value, expected in (
-        (d.r, size), (d.rho**2, size), (d.area, det), (d.shear**2, size**2 - 4 * det**2), (d.r, 2 * d.area / np.cos(d.vartheta)),
-        (np.tan(d.vartheta), (d.D1 / d.D2 - d.D2 / d.D1) / 2), (2 * d.epsilon, d.vartheta), (d.delta**2, det), (np.exp(d.a), det),
-        (d.r, 2 * np.exp(d.a) * np.cosh(d.b)), (d.shear, 2 * np.exp(d.a) * np.sinh(d.b)), (d.D1 / d.D2, np.exp(d.b)),
-        (np.sin(d.vartheta), np.tanh(d.b)), (np.cos(d.vartheta), 1 / np.cosh(d.b)), (np.tan(d.vartheta), np.sinh(d.b)),
-        (vartheta_of_b(d.b), d.vartheta), (b_of_vartheta(d.vartheta), d.b), (d.alpha, ROOT2 * d.delta * np.cosh(d.b / 2)),
+        (d.r, size),
+        (d.rho**2, size),
+        (d.area, det),
+        (d.shear**2, size**2 - 4 * det**2),
+        (d.r, 2 * d.area / np.cos(d.vartheta)),
+        (np.tan(d.vartheta), (d.D1 / d.D2 - d.D2 / d.D1) / 2),
+        (2 * d.epsilon, d.vartheta),
+        (d.delta**2, det),
+        (np.exp(d.a), det),
+        (d.r, 2 * np.exp(d.a) * np.cosh(d.b)),
+        (d.shear, 2 * np.exp(d.a) * np.sinh(d.b)),
+        (d.D1 / d.D2, np.exp(d.b)),
+        (np.sin(d.vartheta), np.tanh(d.b)),
+        (np.cos(d.vartheta), 1 / np.cosh(d.b)),
+        (np.tan(d.vartheta), np.sinh(d.b)),
+        (vartheta_of_b(d.b), d.vartheta),
+        (b_of_vartheta(d.vartheta), d.b),
+        (d.alpha, ROOT2 * d.delta * np.cosh(d.b / 2)),
         (d.beta, ROOT2 * d.delta * np.sinh(d.b / 2)),
-    ):  # fmt: skip
+    ):
         np.testing.assert_allclose(value, expected, rtol=1e-11)
     k, lam = ELLIPTIC.from_planes(z)[:2]
     np.testing.assert_allclose(d.area, (1 + np.cosh(2 * k) * np.cos(2 * lam)) / 2, rtol=1e-12)
@@ -606,9 +683,19 @@ def test_scales():
     z = grid(ELLIPTIC)
     for build in (elliptic, bipolar):
         scaled = z * np.array([[0.4]] * 4 + [[1.0]] * 4)
-        np.testing.assert_allclose(build(0.4).points_from_planes(scaled[:4]), build(1).points_from_planes(z[:4]), rtol=0, atol=1e-13)
-        np.testing.assert_allclose(build(0.4).metric([0.3, 0.4, 0, 0]), 0.16 * build(1.0).metric([0.3, 0.4, 0, 0]), rtol=1e-14)
-        for bad, error in ((0.0, ValueError), (-1.0, ValueError), (np.inf, ValueError), ("1", TypeError), (None, TypeError)):
+        np.testing.assert_allclose(
+            build(0.4).points_from_planes(scaled[:4]), build(1).points_from_planes(z[:4]), rtol=0, atol=1e-13
+        )
+        np.testing.assert_allclose(
+            build(0.4).metric([0.3, 0.4, 0, 0]), 0.16 * build(1.0).metric([0.3, 0.4, 0, 0]), rtol=1e-14
+        )
+        for bad, error in (
+            (0.0, ValueError),
+            (-1.0, ValueError),
+            (np.inf, ValueError),
+            ("1", TypeError),
+            (None, TypeError),
+        ):
             with pytest.raises(error, match=r"must be .*got"):
                 build(bad)
 
@@ -616,12 +703,22 @@ def test_scales():
 @every_chart
 def test_bad_input_is_named(chart):
     for method, name, rows in (
-        (chart.velocities_from_planes, "w", 8), (chart.velocities_to_planes, "q", 8), (chart.points_from_planes, "planes", 4),
-        (chart.points_to_planes, "q", 4), (chart.metric, "q", 4), (chart.inverse_metric, "q", 4), (chart.density, "q", 4),
-        (chart.jacobian, "q", 4), (chart.kinetic_energy, "q", 8), (chart.kinetic_energy_from_momenta, "q", 8),
-        (chart.momenta_from_velocities, "q", 8), (chart.velocities_from_momenta, "q", 8),
-    ):  # fmt: skip
-        with pytest.raises(ValueError, match=rf"{name} takes finite real numbers of shape \({rows}, ...\); got shape \(3,\)"):
+        (chart.velocities_from_planes, "w", 8),
+        (chart.velocities_to_planes, "q", 8),
+        (chart.points_from_planes, "planes", 4),
+        (chart.points_to_planes, "q", 4),
+        (chart.metric, "q", 4),
+        (chart.inverse_metric, "q", 4),
+        (chart.density, "q", 4),
+        (chart.jacobian, "q", 4),
+        (chart.kinetic_energy, "q", 8),
+        (chart.kinetic_energy_from_momenta, "q", 8),
+        (chart.momenta_from_velocities, "q", 8),
+        (chart.velocities_from_momenta, "q", 8),
+    ):
+        with pytest.raises(
+            ValueError, match=rf"{name} takes finite real numbers of shape \({rows}, ...\); got shape \(3,\)"
+        ):
             method(np.ones(3))
         with pytest.raises(ValueError, match=rf"{name} takes .* got nan"):
             method(np.full(rows, np.nan))

@@ -37,7 +37,9 @@ class Result:
 
 
 def small() -> Result:
-    return Result(np.array([0, 0, 5]), np.arange(6.0).reshape(3, 2), fastaff.AlphaEquals(1.5), fastaff.KAHAN_LI8, np.inf)
+    return Result(
+        np.array([0, 0, 5]), np.arange(6.0).reshape(3, 2), fastaff.AlphaEquals(1.5), fastaff.KAHAN_LI8, np.inf
+    )
 
 
 # Files
@@ -117,18 +119,30 @@ def test_load_refuses_other_files(tmp_path):
         (["poincare", *SURFACE, "--out", "/nowhere/at/all"], "does not exist"),
         (["poincare", *SURFACE, "--sction", "x"], "Did you mean --section?"),
         (["poincar"], "Did you mean"),
-        (["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"], "give one of --model, --formula and --hamiltonian"),
+        (
+            ["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"],
+            "give one of --model, --formula and --hamiltonian",
+        ),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--C", "2"], "a formula takes --parameter C=2"),
         (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula or --hamiltonian"),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C"], "NAME=VALUE"),
-        (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C=1", "--parameter", "C=2"], "--parameter C is given twice"),
+        (
+            ["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C=1", "--parameter", "C=2"],
+            "--parameter C is given twice",
+        ),
         (["poincare", *SURFACE, "--formula", "D1*D2", "--parameter", "mu=2"], "mu is an option of its own, --mu"),
-        (["poincare", *SURFACE, "--formula", "D1*D2", "--coordinates", "x y"], "--coordinates belongs to --hamiltonian"),
+        (
+            ["poincare", *SURFACE, "--formula", "D1*D2", "--coordinates", "x y"],
+            "--coordinates belongs to --hamiltonian",
+        ),
         (["poincare", *SURFACE, "--hamiltonian", "x*y", "--mu", "2"], "--mu belongs to bodies"),
         (["chaos-map"], "--energy is required"),
         (["chaos-map", *SURFACE, "--indicators", "megno,salli"], "Did you mean sali?"),
         (["chaos-map", *SURFACE, "--indicators", "megno,megno"], "indicators must differ"),
-        (["chaos-map", *SURFACE, "--indicators", "zero_one", "--early-stop"], "early_stop takes indicators of tangent vectors only"),
+        (
+            ["chaos-map", *SURFACE, "--indicators", "zero_one", "--early-stop"],
+            "early_stop takes indicators of tangent vectors only",
+        ),
         (["chaos-map", *SURFACE, "--time", "0"], "time must be positive"),
         (["chaos-map", *SURFACE, "--time", "10", "--periods", "10"], "--time or --periods, not both"),
         (["chaos-map", *SURFACE, "--scan", "enrgy=1:2:3"], "Did you mean energy?"),
@@ -140,7 +154,10 @@ def test_load_refuses_other_files(tmp_path):
         (["chaos-map", *SURFACE, "--scan", "p_phi=0:1:2", "--scan", "p_eta=0:1:2"], "not one of each"),
         (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--grid", "4x4"], "--scan takes random starts"),
         (["chaos-map", "--scan", "energy=-2:-1:2"], "no case of the scan has orbits"),
-        (["chaos-map", "--model", "henon-heiles", "--energy", "0.1", "--scan", "p_eta=0:1:2"], "must be one of energy, lam"),
+        (
+            ["chaos-map", "--model", "henon-heiles", "--energy", "0.1", "--scan", "p_eta=0:1:2"],
+            "must be one of energy, lam",
+        ),
         (["frequency-map", *SURFACE, "--time", "-4"], "time must be positive"),
         (["frequency-map", *SURFACE, "--method", "nafff"], "Did you mean naff?"),
     ],
@@ -161,7 +178,9 @@ def test_missing_extras_are_named(monkeypatch, capsys):
     assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["spectrum"], ["demo"], ["warmup"], ["doctor"]])
+@pytest.mark.parametrize(
+    "command", [[], ["poincare"], ["frequency-map"], ["chaos-map"], ["spectrum"], ["demo"], ["warmup"], ["doctor"]]
+)
 def test_help(command, capsys):
     assert cli.main([*command, "--help"]) == 0
     assert "Usage: fastaff" in capsys.readouterr().out
@@ -170,7 +189,18 @@ def test_help(command, capsys):
 def test_help_describes_every_option(capsys):
     cli.main(["poincare", "--help"])
     text = capsys.readouterr().out
-    for option in ("--model", "--energy", "--p-eta", "--section", "--grid", "--range1", "--crossings", "--max-time", "--out", "--lam"):
+    for option in (
+        "--model",
+        "--energy",
+        "--p-eta",
+        "--section",
+        "--grid",
+        "--range1",
+        "--crossings",
+        "--max-time",
+        "--out",
+        "--lam",
+    ):
         assert option in text
     assert "--no-no-" not in text
 
@@ -200,7 +230,18 @@ def test_poincare_command(tmp_path, capsys):
 
 
 def test_threads_do_not_change_a_bit(tmp_path):
-    common = ["poincare", *SURFACE, "--orbits", "150", "--seed", "3", "--crossings", "5", "--no-figure", "--no-diffusion"]
+    common = [
+        "poincare",
+        *SURFACE,
+        "--orbits",
+        "150",
+        "--seed",
+        "3",
+        "--crossings",
+        "5",
+        "--no-figure",
+        "--no-diffusion",
+    ]
     for threads in "12":
         assert cli.main([*common, "--threads", threads, "--out", str(tmp_path / threads)]) == 0
     one, two = (files.load(tmp_path / f"{name}.npz").arrays for name in "12")
@@ -209,7 +250,18 @@ def test_threads_do_not_change_a_bit(tmp_path):
 
 
 def test_frequency_map_command(tmp_path):
-    run = ["frequency-map", "--model", "hyperelastic", "--energy", "3.5", *SURFACE[2:], "--grid", "5x5", "--time", "150"]
+    run = [
+        "frequency-map",
+        "--model",
+        "hyperelastic",
+        "--energy",
+        "3.5",
+        *SURFACE[2:],
+        "--grid",
+        "5x5",
+        "--time",
+        "150",
+    ]
     assert cli.main([*run, "--out", str(tmp_path / "f")]) == 0
     arrays, metadata = files.load(tmp_path / "f.npz")
     assert metadata["names"] == ["r", "vartheta", "phi", "psi"]
@@ -233,14 +285,29 @@ def test_chaos_map_command(tmp_path, capsys):
     assert f"chaotic fraction {metadata['fraction']:.3f}" in said
     assert f"{int(((arrays['verdict'] == fastaff.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic" in said
     direct = fastaff.chaos(
-        fastaff.Body(fastaff.NeoHookean()), arrays["z0"], time=150.0, step=arrays["step"], indicators=(fastaff.MEGNO(), fastaff.GALI(3))
+        fastaff.Body(fastaff.NeoHookean()),
+        arrays["z0"],
+        time=150.0,
+        step=arrays["step"],
+        indicators=(fastaff.MEGNO(), fastaff.GALI(3)),
     )
     assert direct.values.tobytes() == arrays["values"].tobytes()
     assert b"NeoHookean" in (tmp_path / "c.png").read_bytes()
 
 
 def test_chaos_map_of_random_orbits_over_periods(tmp_path):
-    run = ["chaos-map", "--model", "henon-heiles", "--energy", "0.12", "--orbits", "20", "--periods", "30", "--early-stop"]
+    run = [
+        "chaos-map",
+        "--model",
+        "henon-heiles",
+        "--energy",
+        "0.12",
+        "--orbits",
+        "20",
+        "--periods",
+        "30",
+        "--early-stop",
+    ]
     assert cli.main([*run, "--indicators", "megno", "--out", str(tmp_path / "c")]) == 0
     arrays, metadata = files.load(tmp_path / "c.npz")
     assert arrays["start_points"].shape == (2, 20)
@@ -294,7 +361,24 @@ def test_bodies_of_a_formula(tmp_path, capsys):
     general = ["--formula", "x**2 + 2*y**2 + z**2 + u**2"]
     assert cli.main(["chaos-map", *SURFACE, *general]) == 2
     assert "potential of alpha and beta (or D1 and D2) alone" in capsys.readouterr().err
-    assert cli.main(["chaos-map", *SURFACE, *own, "--scan", "K=1:2:2", "--orbits", "4", "--time", "20", "--out", str(tmp_path / "k")]) == 0
+    assert (
+        cli.main(
+            [
+                "chaos-map",
+                *SURFACE,
+                *own,
+                "--scan",
+                "K=1:2:2",
+                "--orbits",
+                "4",
+                "--time",
+                "20",
+                "--out",
+                str(tmp_path / "k"),
+            ]
+        )
+        == 0
+    )
 
 
 def test_systems_of_a_formula(tmp_path, capsys):
@@ -303,9 +387,13 @@ def test_systems_of_a_formula(tmp_path, capsys):
     run = ["--energy", "0.1", "--orbits", "5", "--out", str(tmp_path / "s"), "--step", "0.02"]
     assert cli.main(["poincare", *own, *run, "--crossings", "4", "--no-diffusion"]) == 0
     named = fastaff.poincare_map(
-        fastaff.HenonHeiles(), files.load(tmp_path / "s.npz").arrays["z0"], section=fastaff.Linear((1, 0, 0, 0)), crossings=4,
-        max_time=200.0, step=0.02,
-    )  # fmt: skip
+        fastaff.HenonHeiles(),
+        files.load(tmp_path / "s.npz").arrays["z0"],
+        section=fastaff.Linear((1, 0, 0, 0)),
+        crossings=4,
+        max_time=200.0,
+        step=0.02,
+    )
     np.testing.assert_allclose(files.load(tmp_path / "s.npz").arrays["points"], named.points, rtol=1e-8, atol=1e-8)
     recipe = files.recipe(tmp_path / "s.npz")  # the formula's text, z0 and every option are in the file
     assert recipe.arguments["body"].formula == own[1]
@@ -326,13 +414,35 @@ def test_every_section(section, tmp_path):
 
 
 def test_henon_heiles(tmp_path):
-    run = ["poincare", "--model", "henon-heiles", "--energy", "0.1", "--orbits", "5", "--crossings", "4", "--no-diffusion"]
+    run = [
+        "poincare",
+        "--model",
+        "henon-heiles",
+        "--energy",
+        "0.1",
+        "--orbits",
+        "5",
+        "--crossings",
+        "4",
+        "--no-diffusion",
+    ]
     assert cli.main([*run, "--out", str(tmp_path / "s")]) == 0
     assert files.load(tmp_path / "s.npz").metadata["model"] == {"class": "HenonHeiles", "lam": 1.0}
 
 
 def test_existing_results_get_a_number(tmp_path):
-    run = ["poincare", *SURFACE, "--orbits", "3", "--crossings", "2", "--no-diffusion", "--no-figure", "--out", str(tmp_path / "s")]
+    run = [
+        "poincare",
+        *SURFACE,
+        "--orbits",
+        "3",
+        "--crossings",
+        "2",
+        "--no-diffusion",
+        "--no-figure",
+        "--out",
+        str(tmp_path / "s"),
+    ]
     assert cli.main(run) == cli.main(run) == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == ["s-2.npz", "s.npz"]
 
@@ -370,7 +480,11 @@ main.main()
 def test_ctrl_c_keeps_finished_orbits(part, run, tmp_path):
     run = [*run, *SURFACE, "--out", "long"]
     process = subprocess.Popen(
-        [sys.executable, "-c", CHILD, part, *run], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", CHILD, part, *run],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     deadline = time.monotonic() + 120
     while not (tmp_path / "under-way").exists() and process.poll() is None and time.monotonic() < deadline:

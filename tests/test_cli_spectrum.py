@@ -25,7 +25,11 @@ def rows(text):
     head, *lines = text.splitlines()
     names = head.split("  ")
     names = [name.strip() for name in names if name.strip()]
-    return [dict(zip(names, line.split(maxsplit=len(names) - 1))) for line in lines if line[:4].strip() and line.split()[0][0].isdigit()]
+    return [
+        dict(zip(names, line.split(maxsplit=len(names) - 1)))
+        for line in lines
+        if line[:4].strip() and line.split()[0][0].isdigit()
+    ]
 
 
 @pytest.mark.parametrize(
@@ -41,7 +45,10 @@ def rows(text):
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--levels", "0"], "levels must be at least 1"),
         ([*HYPERELASTIC, "--levels", "0"], "levels must be at least 1"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--chart", "r-theta"], "Did you mean r-vartheta?"),
-        ([*HYPERELASTIC, "--m", "0", "--l", "0", "--chart", "alpha-beta"], "chart must be one that Hyperelastic separates in"),
+        (
+            [*HYPERELASTIC, "--m", "0", "--l", "0", "--chart", "alpha-beta"],
+            "chart must be one that Hyperelastic separates in",
+        ),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--tolerance", "-1"], "tolerance must be positive"),
         ([*HYPERELASTIC, "--tolerance", "0"], "tolerance must be positive"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--below", "9"], "--below belongs to the whole body"),
@@ -73,7 +80,19 @@ def test_wrong_input_is_one_clear_line(arguments, said, capsys, tmp_path, monkey
 def test_help(capsys):
     assert cli.main(["spectrum", "--help"]) == 0
     text = capsys.readouterr().out
-    for option in ("--model", "--formula", "--m", "--l", "--levels", "--below", "--hbar", "--chart", "--covering", "--scan", "--out"):
+    for option in (
+        "--model",
+        "--formula",
+        "--m",
+        "--l",
+        "--levels",
+        "--below",
+        "--hbar",
+        "--chart",
+        "--covering",
+        "--scan",
+        "--out",
+    ):
         assert f"{option} " in text
 
 
@@ -106,7 +125,10 @@ def test_one_class(m, l, capsys, tmp_path):
 
 
 def test_whole_harmonic_body(capsys, tmp_path):
-    assert cli.main(["spectrum", "--model", "harmonic", "--levels", "6", "--hbar", "0.5", "--out", str(tmp_path / "s")]) == 0
+    assert (
+        cli.main(["spectrum", "--model", "harmonic", "--levels", "6", "--hbar", "0.5", "--out", str(tmp_path / "s")])
+        == 0
+    )
     captured = capsys.readouterr()
     arrays, metadata = files.load(tmp_path / "s.npz")
     wanted = [math.comb(N + 3, 3) for N in range(6)]
@@ -123,7 +145,17 @@ def test_whole_harmonic_body(capsys, tmp_path):
 
 
 def test_below_on_the_covering(capsys, tmp_path):
-    run = ["spectrum", "--model", "anharmonic", "--below", "6", "--covering", "--out", str(tmp_path / "s"), "--no-figure"]
+    run = [
+        "spectrum",
+        "--model",
+        "anharmonic",
+        "--below",
+        "6",
+        "--covering",
+        "--out",
+        str(tmp_path / "s"),
+        "--no-figure",
+    ]
     assert cli.main(run) == 0
     exact = fastaff.multiplets(fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False)
     arrays = files.load(tmp_path / "s.npz").arrays
@@ -139,14 +171,28 @@ def test_ranges_of_classes(m, l, capsys, tmp_path):
         (m, l), [(-1, -1), (-1, 1), (0, 0), (1, -1), (1, 1)]
     )
     assert sorted(set(zip(arrays["m"].tolist(), arrays["l"].tolist()))) == classes
-    table = fastaff.spectrum_table(fastaff.Body(fastaff.Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=3)
+    table = fastaff.spectrum_table(
+        fastaff.Body(fastaff.Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=3
+    )
     np.testing.assert_allclose(arrays["E"], np.sort(np.concatenate([row.E for row in table])), rtol=1e-13)
     assert f"among these {len(classes)} classes" in capsys.readouterr().err
     assert (tmp_path / "s.png").exists()
 
 
 def test_scan(capsys, tmp_path):
-    run = [*HYPERELASTIC, "--m", "1", "--l", "-1", "--levels", "4", "--scan", "C=0.5:1.5:3", "--out", str(tmp_path / "s")]
+    run = [
+        *HYPERELASTIC,
+        "--m",
+        "1",
+        "--l",
+        "-1",
+        "--levels",
+        "4",
+        "--scan",
+        "C=0.5:1.5:3",
+        "--out",
+        str(tmp_path / "s"),
+    ]
     assert cli.main(run) == 0
     arrays, metadata = files.load(tmp_path / "s.npz")
     assert metadata["name"] == "C"
@@ -198,7 +244,10 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
     assert left.value.code == 130
     arrays, metadata = files.load(tmp_path / "s.npz")
     end = metadata["complete_below"]
-    assert np.diff(arrays["first"]).tolist() == fastaff.multiplets(fastaff.Body(fastaff.Harmonic()), below=end).degeneracy.tolist()
+    assert (
+        np.diff(arrays["first"]).tolist()
+        == fastaff.multiplets(fastaff.Body(fastaff.Harmonic()), below=end).degeneracy.tolist()
+    )
     assert metadata["interrupted"] is True
     assert f"stopped by Ctrl-C: kept {arrays['E'].size} levels, complete below E = {end:.6g}" in capsys.readouterr().err
     assert not (tmp_path / "s.png").exists()

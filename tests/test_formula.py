@@ -1,7 +1,8 @@
-"""Models from formulas: against hand-written models, mpmath, conserved quantities; their symmetry, domains, cache and pickles.
+"""Models from formulas: against hand-written models, mpmath, conserved quantities; their symmetry, domains, cache and
+pickles.
 
-The formula itself, evaluated by mpmath with 40 digits in the variables as defined here anew from the matrix phi, is the truth;
-gradients of it are Cauchy integrals on a small circle. Tolerances are rounding unless said otherwise.
+The formula itself, evaluated by mpmath with 40 digits in the variables as defined here anew from the matrix phi, is the
+truth; gradients of it are Cauchy integrals on a small circle. Tolerances are rounding unless said otherwise.
 """
 
 import ast
@@ -64,9 +65,22 @@ def planes(q):
     total, difference = mpmath.sqrt(trace + 2 * det), mpmath.sqrt(trace - 2 * det)  # D1 + D2, D1 - D2
     D1, D2 = (total + difference) / 2, (total - difference) / 2
     return {
-        "x": x, "y": y, "z": z, "u": u, "a1": a1, "a2": a2, "b1": b1, "b2": b2, "D1": D1, "D2": D2, "r": trace,
-        "rho": mpmath.sqrt(trace), "alpha": w * total, "beta": w * difference, "vartheta": mpmath.atan2(D1**2 - D2**2, 2 * det),
-    }  # fmt: skip
+        "x": x,
+        "y": y,
+        "z": z,
+        "u": u,
+        "a1": a1,
+        "a2": a2,
+        "b1": b1,
+        "b2": b2,
+        "D1": D1,
+        "D2": D2,
+        "r": trace,
+        "rho": mpmath.sqrt(trace),
+        "alpha": w * total,
+        "beta": w * difference,
+        "vartheta": mpmath.atan2(D1**2 - D2**2, 2 * det),
+    }
 
 
 class Exact(ast.NodeTransformer):
@@ -80,14 +94,17 @@ def truth(text, values, parameters):
     """A formula by Python's own eval on mpmath numbers."""
     tree = ast.fix_missing_locations(Exact().visit(ast.parse(text, mode="eval")))
     names = {name: getattr(mpmath, name) for name in (*FUNCTIONS, "pi", "mpf")}
-    return eval(compile(tree, "formula", "eval"), {**names, **values, **{k: mpmath.mpf(v) for k, v in parameters.items()}})
+    return eval(
+        compile(tree, "formula", "eval"), {**names, **values, **{k: mpmath.mpf(v) for k, v in parameters.items()}}
+    )
 
 
 def gradient(function, q):
     """mpmath's derivatives of a real function, at 60 digits."""
     return [
-        mpmath.diff(lambda s, k=k: function([*q[:k], s, *q[k + 1 :]]), q[k], h=mpmath.mpf(10) ** -20) for k in range(len(q))
-    ]  # fmt: skip
+        mpmath.diff(lambda s, k=k: function([*q[:k], s, *q[k + 1 :]]), q[k], h=mpmath.mpf(10) ** -20)
+        for k in range(len(q))
+    ]
 
 
 BODIES = [
@@ -139,7 +156,14 @@ def test_tangent_force_is_the_derivative_of_the_force(text, parameters):
 def test_floats_arrays_and_shapes(text, parameters):
     body, q = formula(text, **parameters), points()
     v = q[::-1] * 0.3
-    calls = {"force": q, "potential_energy": q, "margin": q, "tangent_force": [*q, *v], "velocity": q, "kinetic_energy": q}
+    calls = {
+        "force": q,
+        "potential_energy": q,
+        "margin": q,
+        "tangent_force": [*q, *v],
+        "velocity": q,
+        "kinetic_energy": q,
+    }
     for name, rows in calls.items():
         whole = np.array(getattr(body, name)(*rows))
         assert whole.shape[-1:] == (6,), name
@@ -152,12 +176,15 @@ def test_floats_arrays_and_shapes(text, parameters):
 @pytest.mark.parametrize(
     ("text", "hand"),
     [
-        (HYPERELASTIC, Hyperelastic(1.1)), (NEO_HOOKEAN, NeoHookean(0.8, 2.3)), ("C*r/2 + A*cos(vartheta)/r", HeavyTop(1.2, 0.6)),
-        ("C/2*(D1**2 + D2**2) + 4*C/(D1 + D2)**2", Anharmonic(0.9)), ("C/2*r + 2*C/(r*cos(vartheta))", Hyperelastic(0.7)),
+        (HYPERELASTIC, Hyperelastic(1.1)),
+        (NEO_HOOKEAN, NeoHookean(0.8, 2.3)),
+        ("C*r/2 + A*cos(vartheta)/r", HeavyTop(1.2, 0.6)),
+        ("C/2*(D1**2 + D2**2) + 4*C/(D1 + D2)**2", Anharmonic(0.9)),
+        ("C/2*r + 2*C/(r*cos(vartheta))", Hyperelastic(0.7)),
         ("C*(r + 4/r)/2 + 2*C*tan(vartheta/2)**2/r", Anharmonic(0.9)),  # EQb, first form
         ("C/2*(x**2 + y**2 + z**2 + u**2) + C/(x*u - y*z)", Hyperelastic(1.1)),
     ],
-)  # fmt: skip
+)
 def test_potentials_are_the_hand_written_ones(text, hand):
     body = formula(text, mu=0.8, **hand._asdict())
     assert isinstance(body, Body)
@@ -166,7 +193,9 @@ def test_potentials_are_the_hand_written_ones(text, hand):
     A, B = rng.uniform(1.5, 3, 60), rng.uniform(0, 1, 60)
     B[0] = 0.0
     for name in ("value", "slopes", "curvatures"):
-        one, other = (np.broadcast_arrays(*np.atleast_1d(getattr(p, name)(A, B)), A)[:-1] for p in (body.potential, hand))
+        one, other = (
+            np.broadcast_arrays(*np.atleast_1d(getattr(p, name)(A, B)), A)[:-1] for p in (body.potential, hand)
+        )
         np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-13, err_msg=name)
     inside = body.potential.margin(np.array([1.0, 1.0, 0.5, 0.2]), np.array([0.9, 1.1, 2.0, 0.0])) > 0
     expected = hand.margin(np.array([1.0, 1.0, 0.5, 0.2]), np.array([0.9, 1.1, 2.0, 0.0])) > 0
@@ -190,16 +219,23 @@ def test_orbits_are_those_of_the_hand_written_models():
 # --- beta = 0 -----------------------------------------------------------------------------------------------------
 
 
-EVEN = [("cos(D1) + cos(D2)", {}), ("k/p*(D1**p + D2**p) + alpha", {"p": 2.5, "k": 1.0}), ("vartheta**2 + exp(D1) + exp(D2)", {}),
-        ("sqrt(1 + D1) + sqrt(1 + D2) + sin(20*D1) + sin(20*D2)", {})]  # fmt: skip
+EVEN = [
+    ("cos(D1) + cos(D2)", {}),
+    ("k/p*(D1**p + D2**p) + alpha", {"p": 2.5, "k": 1.0}),
+    ("vartheta**2 + exp(D1) + exp(D2)", {}),
+    ("sqrt(1 + D1) + sqrt(1 + D2) + sin(20*D1) + sin(20*D2)", {}),
+]
 
 
 @pytest.mark.parametrize(("text", "parameters"), EVEN)
 @pytest.mark.parametrize("beta", [0.0, 1e-9, 1e-6, 1e-4, 1e-2, 0.0155, 0.0157, 0.1, 0.7])
 def test_slopes_and_curvatures_near_beta_zero(text, parameters, beta):
-    """V as a function of B by Taylor series of g(alpha, beta) at 60 digits: g'/(2 beta) and so on, to 1e-12 and 1e-11 of V's size."""
+    """V as a function of B by Taylor series of g(alpha, beta) at 60 digits: g'/(2 beta) and so on, to 1e-12 and 1e-11
+    of V's size.
+    """
     potential, alpha = formula(text, **parameters).potential, 1.1
     with mpmath.workdps(80):
+
         def V(A, B):
             p, q = mpmath.sqrt(A / 2), mpmath.sqrt(B / 2)  # q is imaginary for B < 0: V is even in it
             values = {"D1": p + q, "D2": p - q, "alpha": mpmath.sqrt(A), "vartheta": 2 * mpmath.atan(q / p)}
@@ -207,8 +243,14 @@ def test_slopes_and_curvatures_near_beta_zero(text, parameters, beta):
 
         at = (mpmath.mpf(alpha) ** 2, mpmath.mpf(beta) ** 2)
         orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
-        expected = [float(mpmath.re(mpmath.diff(V, at, n, h=mpmath.mpf(10) ** -15) if any(n) else V(*at))) for n in orders]
-    found = [potential.value(alpha**2, beta**2), *potential.slopes(alpha**2, beta**2), *potential.curvatures(alpha**2, beta**2)]
+        expected = [
+            float(mpmath.re(mpmath.diff(V, at, n, h=mpmath.mpf(10) ** -15) if any(n) else V(*at))) for n in orders
+        ]
+    found = [
+        potential.value(alpha**2, beta**2),
+        *potential.slopes(alpha**2, beta**2),
+        *potential.curvatures(alpha**2, beta**2),
+    ]
     np.testing.assert_allclose(np.array(found[:3], float), expected[:3], rtol=1e-12, atol=1e-12)
     size = max(map(abs, expected))
     np.testing.assert_allclose(np.array(found[3:], float), expected[3:], rtol=0, atol=1e-11 * size)
@@ -230,17 +272,24 @@ def test_orbits_through_beta_zero():
 
 # --- denominators that vanish where the formula is finite ----------------------------------------------------------
 
-DIVIDED = [("(exp(D1) - exp(D2))/(D1 - D2)", {}), ("k*(log(D1) - log(D2))/(D1 - D2) + r", {"k": 0.7}),
-           ("(exp(k*(D1 - D2)**2) - 1)/(D1 - D2)**2 + r/2", {"k": 0.15}), ("(D1**p - D2**p)/(D1 - D2) + 1/(D1*D2)", {"p": 3.5}),
-           ("sin(D1 - D2)/(D1 - D2)*cos(D1*D2)", {})]  # fmt: skip
+DIVIDED = [
+    ("(exp(D1) - exp(D2))/(D1 - D2)", {}),
+    ("k*(log(D1) - log(D2))/(D1 - D2) + r", {"k": 0.7}),
+    ("(exp(k*(D1 - D2)**2) - 1)/(D1 - D2)**2 + r/2", {"k": 0.15}),
+    ("(D1**p - D2**p)/(D1 - D2) + 1/(D1*D2)", {"p": 3.5}),
+    ("sin(D1 - D2)/(D1 - D2)*cos(D1*D2)", {}),
+]
 
 
 @pytest.mark.parametrize(("text", "parameters"), DIVIDED, ids=[text for text, _ in DIVIDED])
 def test_divided_differences_are_exact_up_to_the_axis(text, parameters):
-    """(f(D1) - f(D2))/(D1 - D2) and its like: value, slopes, curvatures, force from beta = alpha/2 down to 0, at 120 digits."""
+    """(f(D1) - f(D2))/(D1 - D2) and its like: value, slopes, curvatures, force from beta = alpha/2 down to 0, at 120
+    digits.
+    """
     body = formula(text, mu=1.3, **parameters)
     potential, rng = body.potential, np.random.default_rng(8)
     with mpmath.workdps(120):
+
         def V(A, B):
             p, q = mpmath.sqrt(A / 2), mpmath.sqrt(B / 2)
             return truth(text, {"D1": p + q, "D2": p - q, "r": A + B}, parameters)
@@ -250,7 +299,9 @@ def test_divided_differences_are_exact_up_to_the_axis(text, parameters):
             A, B = a * a, (a * beta) ** 2
             at = (mpmath.mpf(A), mpmath.mpf(B) if B else mpmath.mpf(10) ** -50)
             orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
-            exact = [float(mpmath.re(mpmath.diff(V, at, n, h=mpmath.mpf(10) ** -20) if any(n) else V(*at))) for n in orders]
+            exact = [
+                float(mpmath.re(mpmath.diff(V, at, n, h=mpmath.mpf(10) ** -20) if any(n) else V(*at))) for n in orders
+            ]
             found = [potential.value(A, B), *potential.slopes(A, B), *potential.curvatures(A, B)]
             size = max(map(abs, exact))
             np.testing.assert_allclose(found[:3], exact[:3], rtol=0, atol=1e-12 * size)
@@ -270,11 +321,18 @@ def test_orbits_of_a_divided_difference_keep_their_energy_through_the_axis():
     np.testing.assert_allclose(body.potential.value(2.25 + 0 * array, array), one_by_one, rtol=1e-14)
 
 
-@pytest.mark.parametrize("call", [
-    ("sin(x)/x + y**2", "x - 0.2"), ("(exp(2*x) - exp(2*y))/(x - y)", "x - y - 0.1"),
-    ("y**2 + (1 - cos(x - 0.3))/(x - 0.3)**2", "x - 0.5"), ("log(1 + x*y)/(x*y)", "x*y - 0.01"),
-    ("2*tanh(x + y)/(x + y)", "-0.1 - x - y"), ("1/tan(x) - 1/x + y**2", "x - 0.5"),
-], ids=lambda v: v[0])  # fmt: skip
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("sin(x)/x + y**2", "x - 0.2"),
+        ("(exp(2*x) - exp(2*y))/(x - y)", "x - y - 0.1"),
+        ("y**2 + (1 - cos(x - 0.3))/(x - 0.3)**2", "x - 0.5"),
+        ("log(1 + x*y)/(x*y)", "x*y - 0.01"),
+        ("2*tanh(x + y)/(x + y)", "-0.1 - x - y"),
+        ("1/tan(x) - 1/x + y**2", "x - 0.5"),
+    ],
+    ids=lambda v: v[0],
+)
 def test_forces_that_would_lose_their_digits_are_refused(call):
     text, domain = call
     with pytest.raises(ValueError, match=r"the denominator .* vanishes inside the domain, as at x = .*finite"):
@@ -283,11 +341,22 @@ def test_forces_that_would_lose_their_digits_are_refused(call):
 
 
 def test_other_denominators_that_vanish_are_refused_on_bodies():
-    for text in ("sin(r)/r", "sin(alpha)/alpha + r", "sin(D1*D2 - 1)/(D1*D2 - 1)", "(exp(D1) - exp(D2))/(D1 - D2) + 0.1*y",
-                 "(exp(D1) - exp(D2))/(D1 - D2)/(1 + 50*(D1 - D2)**2)"):  # fmt: skip
+    for text in (
+        "sin(r)/r",
+        "sin(alpha)/alpha + r",
+        "sin(D1*D2 - 1)/(D1*D2 - 1)",
+        "(exp(D1) - exp(D2))/(D1 - D2) + 0.1*y",
+        "(exp(D1) - exp(D2))/(D1 - D2)/(1 + 50*(D1 - D2)**2)",
+    ):
         with pytest.raises(ValueError, match=r"the denominator .* vanishes inside the domain"):
             formula(text)
-    for text in ("1/(D1*D2 - 1)", "(D1**3 - D2**3)/(D1 - D2)", "vartheta**2 + r", "tan(vartheta/2)**2/r", "r + 1/beta**2"):
+    for text in (
+        "1/(D1*D2 - 1)",
+        "(D1**3 - D2**3)/(D1 - D2)",
+        "vartheta**2 + r",
+        "tan(vartheta/2)**2/r",
+        "r + 1/beta**2",
+    ):
         formula(text)
     for text in ("1/x + 1/y**2", "x**2*y**2/(x**2 + y**2)", "-1/sqrt(x**2 + y**2)", "exp(-1/(1 + x**2))/(2 + sin(y))"):
         hamiltonian(text)
@@ -332,8 +401,21 @@ def test_derivations_have_a_ceiling_and_ctrl_c_stays(monkeypatch):
 # --- symmetry -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("text", ["D1", "D1 - D2", "beta", "beta**3 + r", "vartheta", "sin(vartheta)", "D1**2*D2", "y*(D1 - D2)", "D1/D2",
-                                  "C*(D1 - D2)"])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "D1",
+        "D1 - D2",
+        "beta",
+        "beta**3 + r",
+        "vartheta",
+        "sin(vartheta)",
+        "D1**2*D2",
+        "y*(D1 - D2)",
+        "D1/D2",
+        "C*(D1 - D2)",
+    ],
+)
 def test_what_d1_d2_change_is_refused(text):
     parameters = {"C": 0.0} if "C" in text else {}
     with pytest.raises(ValueError, match="not symmetric under D1 <-> D2") as refused:
@@ -347,7 +429,9 @@ def test_how_isotropy_is_known():
     assert "exactly" in formula(HYPERELASTIC, C=1.0).potential.proof
     assert "exactly" in formula("cos(D1) + cos(D2)").potential.proof
     assert "exactly" in formula("(x*u - y*z)**2").potential.proof
-    numerical = formula("cos(x*u - y*z)*cos(x*u - y*z) + sin(x*u - y*z)**2 + sin(D1)**2 + 1 - cos(D2)**2").potential.proof
+    numerical = formula(
+        "cos(x*u - y*z)*cos(x*u - y*z) + sin(x*u - y*z)**2 + sin(D1)**2 + 1 - cos(D2)**2"
+    ).potential.proof
     assert "numerically" in numerical or "exactly" in numerical
     assert "Not doubly isotropic" in formula("r - g*y", g=0.1).proof
     for text in ("x**2 + y**2", "x", "a1**2 + b2", "x*u", "(x*u - y*z)**2 + x**2"):
@@ -359,13 +443,28 @@ def test_domains():
     q = np.array([1.0, 0.0, 0.9, 0.0])  # D1 D2 > 0, just so
     outside = np.array([0.9, 0.0, 1.0, 0.0])
     walled = (
-        HYPERELASTIC, "C*log(D1*D2)", "C*log(D1) + C*log(D2)", "C*sqrt(D1*D2)", "-C/(x*u - y*z)**3", "C/(D1*D2) + y", "C*(D1*D2)**1.5",
-    )  # fmt: skip
+        HYPERELASTIC,
+        "C*log(D1*D2)",
+        "C*log(D1) + C*log(D2)",
+        "C*sqrt(D1*D2)",
+        "-C/(x*u - y*z)**3",
+        "C/(D1*D2) + y",
+        "C*(D1*D2)**1.5",
+    )
     for text in walled:
         body = formula(text, C=1.0)
         assert body.margin(*q) > 0
         assert not body.margin(*outside) > 0
-    for text in ("C*r", "C/(r + 1)", "C/(D1*D2 - 1)", "C*x", "C/(D1*D2 - 1)**2", "C*log(1 + x**2)", "C/cosh(x)", "C*cos(D1) + C*cos(D2)"):
+    for text in (
+        "C*r",
+        "C/(r + 1)",
+        "C/(D1*D2 - 1)",
+        "C*x",
+        "C/(D1*D2 - 1)**2",
+        "C*log(1 + x**2)",
+        "C/cosh(x)",
+        "C*cos(D1) + C*cos(D2)",
+    ):
         body = formula(text, C=1.0)
         assert body.margin(*q) > 0
         assert body.margin(*outside) > 0
@@ -381,7 +480,9 @@ def test_domains():
     assert hamiltonian("x**2", coordinates="x", domain="1 - x**2").margin(0.5) == 0.75
     with pytest.raises(ValueError, match="where the potential lives"):
         integrate(one, [1.0, 1.0, 3.0, 0, 0, 0], time=1.0)
-    run = integrate(one, [[1.0, 1.0], [1.0, 1.0], [1.0, 1.9], [0, 0], [0, 0], [0, 1.5]], time=0.3, step=0.01, energy_tolerance=1e9)
+    run = integrate(
+        one, [[1.0, 1.0], [1.0, 1.0], [1.0, 1.9], [0, 0], [0, 0], [0, 1.5]], time=0.3, step=0.01, energy_tolerance=1e9
+    )
     assert run.status[0] == Status.OK
     assert run.status[1] in (Status.COLLAPSED, Status.NONFINITE)
 
@@ -411,6 +512,7 @@ def test_anisotropic_inertia_conserves_energy_and_vanishes_where_both_are_one():
     equal = integrate(formula(HYPERELASTIC, C=1.1, mu=(0.8, 0.8)), z0, time=5.0, step=0.02)
     isotropic = integrate(Body(Hyperelastic(1.1), 0.8), z0, time=5.0, step=0.02)
     np.testing.assert_allclose(equal.z, isotropic.z, atol=1e-10)
+
     # p_psi (material) is lost, p_phi (spatial) stays: p_phi = p_eta + p_gamma
     def spin(z):
         return z[0] * z[5] - z[1] * z[4] + z[2] * z[7] - z[3] * z[6]
@@ -424,7 +526,13 @@ def test_anisotropic_inertia_conserves_energy_and_vanishes_where_both_are_one():
 def test_henon_heiles_of_one_line():
     one, other = hamiltonian(HENON_HEILES, lam=0.9), HenonHeiles(0.9)
     z = states(other, 50)
-    for name, rows in {"force": z[:2], "velocity": z[2:], "kinetic_energy": z[2:], "potential_energy": z[:2], "tangent_force": z}.items():
+    for name, rows in {
+        "force": z[:2],
+        "velocity": z[2:],
+        "kinetic_energy": z[2:],
+        "potential_energy": z[:2],
+        "tangent_force": z,
+    }.items():
         np.testing.assert_allclose(getattr(one, name)(*rows), getattr(other, name)(*rows), rtol=1e-14, atol=1e-15)
     assert one.coordinates == ("x", "y")
     assert one.degrees_of_freedom == 2
@@ -444,9 +552,11 @@ def test_toda_keeps_its_third_integral():
         x, y, px, py = z
         s = np.sqrt(3.0)
         return (
-            8 * px * (px**2 - 3 * py**2) + (px + s * py) * np.exp(2 * y - 2 * s * x) + (px - s * py) * np.exp(2 * y + 2 * s * x)
+            8 * px * (px**2 - 3 * py**2)
+            + (px + s * py) * np.exp(2 * y - 2 * s * x)
+            + (px - s * py) * np.exp(2 * y + 2 * s * x)
             - 2 * px * np.exp(-4 * y)
-        )  # fmt: skip
+        )
 
     run = integrate(model, z0, time=100.0, step=0.02, scheme=SOFRONIOU_SPALETTA10)
     run.raise_if_failed()
@@ -456,7 +566,9 @@ def test_toda_keeps_its_third_integral():
 
 @pytest.mark.parametrize("n", [1, 3, 4, 8])
 def test_chains_of_oscillators(n):
-    """A harmonic chain of n with fixed ends: positions by its normal modes, sin(pi j k/(n+1)); frequencies 2 sin(pi k/2(n+1))."""
+    """A harmonic chain of n with fixed ends: positions by its normal modes, sin(pi j k/(n+1)); frequencies 2 sin(pi
+    k/2(n+1)).
+    """
     names = [f"q{i}" for i in range(1, n + 1)]
     text = " + ".join(f"({b} - {a})**2/2" for a, b in zip(["0", *names], [*names, "0"]))
     model = hamiltonian(text, coordinates=names)
@@ -473,7 +585,9 @@ def test_chains_of_oscillators(n):
 
 def test_frequencies_of_three_oscillators():
     """Uncoupled with unequal masses: nu_i = sqrt(k_i/m_i)/2 pi."""
-    model = hamiltonian("(k1*x**2 + k2*y**2 + k3*z**2)/2", coordinates="x y z", masses=(1.0, 2.0, 0.5), k1=1.0, k2=3.1, k3=0.7)
+    model = hamiltonian(
+        "(k1*x**2 + k2*y**2 + k3*z**2)/2", coordinates="x y z", masses=(1.0, 2.0, 0.5), k1=1.0, k2=3.1, k3=0.7
+    )
     z0 = np.random.default_rng(4).uniform(0.3, 1.0, (6, 4))
     found = frequency_map(model, z0, time=400.0, step=0.05)
     assert found.names == ("x", "y", "z")
@@ -484,13 +598,24 @@ def test_frequencies_of_three_oscillators():
 def test_sections_and_grids():
     """A section map of Henon-Heiles and of a body by formula, against those of the hand-written models."""
     grid = {"energy": 0.1, "section": Linear((1, 0, 0, 0)), "axes": (np.linspace(-0.2, 0.3, 4), [0.0, 0.1])}
-    body_grid = {"energy": 3.5, "section": AlphaTurning(+1), "axes": (np.linspace(0.2, 0.7, 3), [0.0]), "p_eta": 0.3, "p_gamma": 0.2}
-    pairs = [(hamiltonian(HENON_HEILES, lam=1.0), HenonHeiles(), grid, 20),
-    (formula(HYPERELASTIC, C=1.0), Body(Hyperelastic()), body_grid, 10)]
+    body_grid = {
+        "energy": 3.5,
+        "section": AlphaTurning(+1),
+        "axes": (np.linspace(0.2, 0.7, 3), [0.0]),
+        "p_eta": 0.3,
+        "p_gamma": 0.2,
+    }
+    pairs = [
+        (hamiltonian(HENON_HEILES, lam=1.0), HenonHeiles(), grid, 20),
+        (formula(HYPERELASTIC, C=1.0), Body(Hyperelastic()), body_grid, 10),
+    ]
     for one, other, options, crossings in pairs:
         z0, z1 = energy_grid(one, **options).z0, energy_grid(other, **options).z0
         np.testing.assert_allclose(z0, z1, atol=1e-12)
-        maps = [poincare_map(m, z1, section=options["section"], crossings=crossings, max_time=400.0, step=0.05) for m in (one, other)]
+        maps = [
+            poincare_map(m, z1, section=options["section"], crossings=crossings, max_time=400.0, step=0.05)
+            for m in (one, other)
+        ]
         np.testing.assert_array_equal(maps[0].counts, maps[1].counts)
         np.testing.assert_allclose(maps[0].points, maps[1].points, atol=1e-8)
     general = formula("C/2*r + C/(D1*D2) - g*y", C=1.0, g=0.2)
@@ -513,7 +638,10 @@ def test_parameters_stay_run_time_values():
     other = body._replace(potential=body.potential._replace(C=2.0), mu=0.5)
     assert type(formula(HYPERELASTIC, C=2.0).potential) is type(body.potential)
     z0 = states(Body(Hyperelastic()), 5)
-    one, two = integrate(other, z0, time=1.0, step=0.05), integrate(Body(Hyperelastic(2.0), 0.5), z0, time=1.0, step=0.05)
+    one, two = (
+        integrate(other, z0, time=1.0, step=0.05),
+        integrate(Body(Hyperelastic(2.0), 0.5), z0, time=1.0, step=0.05),
+    )
     np.testing.assert_allclose(one.z, two.z, atol=1e-12)
     if not _jit.JIT_DISABLED:
         from fastaff.compile.blocks import _compiled
@@ -529,7 +657,8 @@ def test_parameters_stay_run_time_values():
 @pytest.mark.parametrize(
     ("call", "error", "says"),
     [
-        (lambda: formula("C*r"), ValueError, "unknown name 'C'"), (lambda: formula("r", C=1.0), ValueError, "'C' is not used"),
+        (lambda: formula("C*r"), ValueError, "unknown name 'C'"),
+        (lambda: formula("r", C=1.0), ValueError, "'C' is not used"),
         (lambda: formula("C*r", C="1"), TypeError, "C must be a real number"),
         (lambda: formula("C*r", C=np.inf), ValueError, "C must be finite"),
         (lambda: formula("C*r", C=10**400), ValueError, "range of floats"),
@@ -542,11 +671,16 @@ def test_parameters_stay_run_time_values():
         (lambda: formula("r", **{"lambda": 1.0}), ValueError, "identifier"),
         (lambda: formula("r", mu=0.0), ValueError, "mu must be positive"),
         (lambda: formula("r", mu=(1.0, -1.0)), ValueError, r"mu\[1\] must be"),
-        (lambda: formula("r", mu=(1.0,)), ValueError, "a pair"), (lambda: formula("r", mu="1"), TypeError, "mu must be a real number"),
-        (lambda: formula(3), TypeError, "text must be a formula"), (lambda: formula("r", domain=3), TypeError, "domain must be a text"),
-        (lambda: formula("r", domain="q"), ValueError, "domain: unknown name"), (lambda: formula("abs(x)"), ValueError, "not smooth"),
-        (lambda: formula("sqrt(x**2)"), ValueError, "not smooth"), (lambda: formula("sqrt((D1 - D2)**2)"), ValueError, "not smooth"),
-        (lambda: formula("sqrt(-1 - r)"), ValueError, "no finite real value"), (lambda: formula("1/(r - r)"), ValueError, "no finite real"),
+        (lambda: formula("r", mu=(1.0,)), ValueError, "a pair"),
+        (lambda: formula("r", mu="1"), TypeError, "mu must be a real number"),
+        (lambda: formula(3), TypeError, "text must be a formula"),
+        (lambda: formula("r", domain=3), TypeError, "domain must be a text"),
+        (lambda: formula("r", domain="q"), ValueError, "domain: unknown name"),
+        (lambda: formula("abs(x)"), ValueError, "not smooth"),
+        (lambda: formula("sqrt(x**2)"), ValueError, "not smooth"),
+        (lambda: formula("sqrt((D1 - D2)**2)"), ValueError, "not smooth"),
+        (lambda: formula("sqrt(-1 - r)"), ValueError, "no finite real value"),
+        (lambda: formula("1/(r - r)"), ValueError, "no finite real"),
         (lambda: hamiltonian("x", coordinates="x x"), ValueError, "'x' is taken"),
         (lambda: hamiltonian("x", coordinates=""), ValueError, "1 to 8"),
         (lambda: hamiltonian("x", coordinates=3), TypeError, "coordinates must be names"),
@@ -554,12 +688,13 @@ def test_parameters_stay_run_time_values():
         (lambda: hamiltonian("x", coordinates=[f"q{i}" for i in range(9)]), ValueError, "1 to 8 names, got 9"),
         (lambda: hamiltonian("x", masses=(1.0,)), ValueError, "masses must be 2"),
         (lambda: hamiltonian("x", masses=(1, 0)), ValueError, "positive"),
-        (lambda: hamiltonian("x", masses=1.0), TypeError, "masses must be"), (lambda: hamiltonian("D1"), ValueError, "unknown name 'D1'"),
+        (lambda: hamiltonian("x", masses=1.0), TypeError, "masses must be"),
+        (lambda: hamiltonian("D1"), ValueError, "unknown name 'D1'"),
         (lambda: hamiltonian("x*y", y=1.0), ValueError, "'y' is taken"),
         (lambda: hamiltonian("log(-1 - x**2)"), ValueError, "no finite real"),
         (lambda: hamiltonian("sin(x", k=1.0), ValueError, "not one expression"),
     ],
-)  # fmt: skip
+)
 def test_wrong_input(call, error, says):
     with pytest.raises(error, match=says):
         call()
@@ -569,9 +704,10 @@ def test_sympy_numbers_and_names_beyond_the_grammar():
     sympy = pytest.importorskip("sympy")
     r = sympy.Symbol("r")
     for wrong, says in (
-        (sympy.Symbol("D1 + D2") * 2, "no name of the grammar"), (sympy.Float("1e-400") * r, "range of floats"),
+        (sympy.Symbol("D1 + D2") * 2, "no name of the grammar"),
+        (sympy.Float("1e-400") * r, "range of floats"),
         (sympy.Float("1e400") * r, "range of floats"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(ValueError, match=says):
             formula(wrong)
     assert formula(sympy.Float(0) * r + r).force(1.0, 0.0, 0.0, 0.0)[0] == -2.0
@@ -588,7 +724,9 @@ def test_frequency_of_one_degree_of_freedom():
 def test_coordinates_may_be_called_anything():
     """Names that the generated text uses itself: temporaries, differentials, momenta."""
     names = ["t1", "w1", "dt1", "pt1", "s1", "root1"]
-    model = hamiltonian("sqrt(1 + t1**2 + w1**4) + exp(-dt1*pt1) + s1**6*root1**4/(2 + s1**2)**3 + k*t1*dt1", coordinates=names, k=0.3)
+    model = hamiltonian(
+        "sqrt(1 + t1**2 + w1**4) + exp(-dt1*pt1) + s1**6*root1**4/(2 + s1**2)**3 + k*t1*dt1", coordinates=names, k=0.3
+    )
     q = np.random.default_rng(6).uniform(-1, 1, (6, 8))
     for k in range(6):
         step = model.potential_energy(*(q + 1j * H * np.eye(6)[k][:, None])).imag / H
@@ -606,10 +744,23 @@ def test_sympy_expressions():
     body = formula(C / 2 * (D1**2 + D2**2) + C / (D1 * D2), C=1.1)
     np.testing.assert_allclose(body.potential.slopes(2.0, 0.3), Hyperelastic(1.1).slopes(2.0, 0.3), rtol=1e-14)
     x, y = sympy.symbols("x y")
-    model = hamiltonian(sympy.exp(1) * x**2 / 3 + sympy.Float(0.1) * y**2 + sympy.sqrt(2) * x * sympy.pi - sympy.Rational(2, 7) * y)
-    assert model.potential_energy(0.3, 0.7) == pytest.approx(np.e * 0.03 + 0.049 + np.sqrt(2) * 0.3 * np.pi - 0.2, rel=1e-14)
-    for wrong in (sympy.Abs(x), sympy.Function("f")(x), sympy.Integral(x, x), sympy.Symbol("__class__"), sympy.I * x, sympy.oo + x,
-                  sympy.Piecewise((x, x > 0), (y, True)), sympy.Symbol("os.system('x')"), sympy.zeta(x)):  # fmt: skip
+    model = hamiltonian(
+        sympy.exp(1) * x**2 / 3 + sympy.Float(0.1) * y**2 + sympy.sqrt(2) * x * sympy.pi - sympy.Rational(2, 7) * y
+    )
+    assert model.potential_energy(0.3, 0.7) == pytest.approx(
+        np.e * 0.03 + 0.049 + np.sqrt(2) * 0.3 * np.pi - 0.2, rel=1e-14
+    )
+    for wrong in (
+        sympy.Abs(x),
+        sympy.Function("f")(x),
+        sympy.Integral(x, x),
+        sympy.Symbol("__class__"),
+        sympy.I * x,
+        sympy.oo + x,
+        sympy.Piecewise((x, x > 0), (y, True)),
+        sympy.Symbol("os.system('x')"),
+        sympy.zeta(x),
+    ):
         with pytest.raises(ValueError, match="text"):
             hamiltonian(wrong)
     with pytest.raises(TypeError, match="text must be"):
@@ -623,10 +774,12 @@ TREES = st.recursive(
         st.tuples(inner, st.sampled_from("+-*"), inner).map(lambda t: f"({t[0]} {t[1]} {t[2]})"),
         st.tuples(inner, inner).map(lambda t: f"({t[0]}/(2 + ({t[1]})**2))"),
         st.tuples(st.sampled_from(["sin", "cos", "tanh", "atan"]), inner).map(lambda t: f"{t[0]}({t[1]})"),
-        inner.map(lambda t: f"log(3 + sin({t}))"), inner.map(lambda t: f"sqrt(1 + tanh({t})**2)"), inner.map(lambda t: f"({t})**3"),
+        inner.map(lambda t: f"log(3 + sin({t}))"),
+        inner.map(lambda t: f"sqrt(1 + tanh({t})**2)"),
+        inner.map(lambda t: f"({t})**3"),
     ),
     max_leaves=5,
-)  # fmt: skip
+)
 
 
 @settings(max_examples=12)
@@ -671,9 +824,11 @@ print(pickle.dumps((body, system, general)).hex())
 
 
 def test_another_process_needs_no_sympy_and_pickles_travel():
-    models = formula(HYPERELASTIC, C=1.25, mu=0.75), hamiltonian(HENON_HEILES, lam=1.0), formula(
-        "C/2*r + C/(D1*D2) - g*y", C=1.0, g=0.3, mu=(1.0, 2.0)
-    )  # fmt: skip
+    models = (
+        formula(HYPERELASTIC, C=1.25, mu=0.75),
+        hamiltonian(HENON_HEILES, lam=1.0),
+        formula("C/2*r + C/(D1*D2) - g*y", C=1.0, g=0.3, mu=(1.0, 2.0)),
+    )
     if _jit.cache_directory() is None:
         pytest.skip("no cache folder can be written here")
     back = pickle.loads(bytes.fromhex(run(SECOND)))
@@ -707,9 +862,11 @@ def test_compiled_formulas_are_cached_and_never_shared():
     assert run(ORBIT).splitlines() == [first, "0"]
     m = hamiltonian(HENON_HEILES, lam=0.9)
     kinds = [
-        hamiltonian("(x**2 + y**2)/2 + lam*(x**2*y - y**3/2)", lam=0.9), hamiltonian(HENON_HEILES, lam=0.9, domain="1 - lam*y"),
-        hamiltonian(HENON_HEILES, lam=0.9, masses=(1, 1)), hamiltonian(HENON_HEILES, lam=0.9, coordinates="y x"),
-    ]  # fmt: skip
+        hamiltonian("(x**2 + y**2)/2 + lam*(x**2*y - y**3/2)", lam=0.9),
+        hamiltonian(HENON_HEILES, lam=0.9, domain="1 - lam*y"),
+        hamiltonian(HENON_HEILES, lam=0.9, masses=(1, 1)),
+        hamiltonian(HENON_HEILES, lam=0.9, coordinates="y x"),
+    ]
     assert len({type(k) for k in (m, *kinds)}) == 5
     assert m.force(0.3, 0.5) != kinds[0].force(0.3, 0.5)
 
@@ -731,8 +888,10 @@ def test_a_damaged_text_is_written_anew(tmp_path):
 def test_without_a_folder_classes_live_in_memory(tmp_path):
     (tmp_path / "file").write_text("")
     code = (
-        "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff.compile.blocks import class_fingerprint\n"
-        f"b = formula({HYPERELASTIC!r}, C=1.5)\nprint(*b.potential.slopes(2.0, 0.5), class_fingerprint((type(b.potential),)))"
+        "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff.compile.blocks import "
+        "class_fingerprint\n"
+        f"b = formula({HYPERELASTIC!r}, C=1.5)\nprint(*b.potential.slopes(2.0, 0.5), "
+        "class_fingerprint((type(b.potential),)))"
     )
     V_A, V_B, fingerprint = run(code, FASTAFF_CACHE_DIR=str(tmp_path / "file" / "below")).split()
     assert fingerprint == "None"
@@ -784,7 +943,9 @@ def test_large_formulas_end():
     body = formula("((x + y + z + u + a1)**8*(D1 + D2)**20 + 1)**2/(1 + r)**36 + r")
     assert np.isfinite(body.force(1.0, 0.2, 0.1, 0.3)).all()
     names = [f"q{i}" for i in range(8)]
-    text = " + ".join(f"exp(-({a} - {b})**2) + sqrt(1 + ({a} - {b})**2)" for i, a in enumerate(names) for b in names[:i])
+    text = " + ".join(
+        f"exp(-({a} - {b})**2) + sqrt(1 + ({a} - {b})**2)" for i, a in enumerate(names) for b in names[:i]
+    )
     model = hamiltonian(text, coordinates=names)
     assert np.isfinite(model.force(*np.linspace(0, 1, 8))).all()
     assert time.perf_counter() - start < 300  # a hang, not a speed

@@ -1,6 +1,8 @@
-"""Frequency maps against closed forms, dE/dJ by quadrature, and angles unwrapped by hand; error estimates, diffusion, promises.
+"""Frequency maps against closed forms, dE/dJ by quadrature, and angles unwrapped by hand; error estimates, diffusion,
+promises.
 
-The truth of EQ2.2h and the heavy top is `naive.r_vartheta_frequencies`, checked here against the 20-digit reference of the project.
+The truth of EQ2.2h and the heavy top is `naive.r_vartheta_frequencies`, checked here against the 20-digit reference of
+the project.
 """
 
 import subprocess
@@ -67,26 +69,38 @@ POINTS = (
 )
 LIBRATION = 0.31830988618379067154
 REFERENCE = [
-    (Harmonic(), (
-        (LIBRATION, LIBRATION, 0.15915494309189533577, 0.0),
-        (LIBRATION, LIBRATION, -0.15915494309189533577, 0.0),
-        (LIBRATION, LIBRATION, 0.0, -0.15915494309189533577),
-    )),
-    (Anharmonic(), (
-        (LIBRATION, LIBRATION, 0.11573159247222921162, 0.043423350619666124145),
-        (LIBRATION, LIBRATION, -0.11162639216315601897, -0.047528550928739316799),
-        (LIBRATION, LIBRATION, -0.049389496610530005353, -0.10976544648136533042),
-    )),
-    (Hyperelastic(), (
-        (LIBRATION, 0.43310631540450606680, 0.14324822812309199101, 0.072674021217335999060),
-        (LIBRATION, 0.44684892444546547336, -0.13916269262706489412, -0.078587541024214583502),
-        (LIBRATION, 0.48351122512896520210, -0.085055932018638540893, -0.13532404425669438526),
-    )),
-    (HeavyTop(1.0, 0.5), (
-        (LIBRATION, 0.13928719665643554007, 0.084162497813912671869, -0.065656794013653051613),
-        (LIBRATION, 0.27179704981362459310, -0.14476612603601616510, 0.020246313190522229580),
-        (LIBRATION, 0.31569571506030090303, 0.010586928999729569527, -0.15761346039988382364),
-    )),
+    (
+        Harmonic(),
+        (
+            (LIBRATION, LIBRATION, 0.15915494309189533577, 0.0),
+            (LIBRATION, LIBRATION, -0.15915494309189533577, 0.0),
+            (LIBRATION, LIBRATION, 0.0, -0.15915494309189533577),
+        ),
+    ),
+    (
+        Anharmonic(),
+        (
+            (LIBRATION, LIBRATION, 0.11573159247222921162, 0.043423350619666124145),
+            (LIBRATION, LIBRATION, -0.11162639216315601897, -0.047528550928739316799),
+            (LIBRATION, LIBRATION, -0.049389496610530005353, -0.10976544648136533042),
+        ),
+    ),
+    (
+        Hyperelastic(),
+        (
+            (LIBRATION, 0.43310631540450606680, 0.14324822812309199101, 0.072674021217335999060),
+            (LIBRATION, 0.44684892444546547336, -0.13916269262706489412, -0.078587541024214583502),
+            (LIBRATION, 0.48351122512896520210, -0.085055932018638540893, -0.13532404425669438526),
+        ),
+    ),
+    (
+        HeavyTop(1.0, 0.5),
+        (
+            (LIBRATION, 0.13928719665643554007, 0.084162497813912671869, -0.065656794013653051613),
+            (LIBRATION, 0.27179704981362459310, -0.14476612603601616510, 0.020246313190522229580),
+            (LIBRATION, 0.31569571506030090303, 0.010586928999729569527, -0.15761346039988382364),
+        ),
+    ),
 ]
 every_reference = pytest.mark.parametrize(("potential", "expected"), REFERENCE, ids=label)
 
@@ -136,7 +150,9 @@ def test_closed_form_frequencies(body):
 
 
 def population(body, orbits):
-    """95 % at 1e-11 within 200 periods; the others are flagged by their estimate (to a factor of 10). Returns errors and estimates."""
+    """95 % at 1e-11 within 200 periods; the others are flagged by their estimate (to a factor of 10). Returns errors
+    and estimates.
+    """
     z0 = moving(body, orbits, 2)
     truth = frequencies(body, z0)
     f = frequency_map(body, z0, time=PERIODS, fallback=np.inf, **PRECISE)
@@ -174,7 +190,8 @@ def test_naff_agrees(body):
     error = np.abs(rows(f) - truth)
     estimate = np.array([*f.error[:2], f.error[2] * 2, f.error[2] * 2])
     assert np.median(error) < (1e-9 if isinstance(body.potential, HeavyTop) else 1e-12)
-    # In a few per cent of the orbits of r-vartheta bodies another line than the fundamental leads, and no estimate knows.
+    # In a few per cent of the orbits of r-vartheta bodies another line than the fundamental leads, and no estimate
+    # knows.
     assert (error <= 10 * estimate + 1e-12).all(axis=0).mean() >= 0.85
     # Where the lines tell fewer frequencies than there are, as of an isochronous body, its own angles do.
     lines = (f.method == METHODS.index("naff")).all(axis=0)
@@ -191,7 +208,9 @@ def test_adaptive_runs_agree(body):
 
 
 def test_error_falls_with_the_step_by_the_order():
-    """The frequencies of a splitting are those of a modified Hamiltonian: off by h^order, which is known and nearly all taken off."""
+    """The frequencies of a splitting are those of a modified Hamiltonian: off by h^order, which is known and nearly all
+    taken off.
+    """
     z0 = moving(SEPARABLE_AB[1], 20, 5)
     truth = frequencies(SEPARABLE_AB[1], z0)
     steps = 0.2, 0.1, 0.05
@@ -215,12 +234,24 @@ def with_momenta(p_eta, p_gamma):
     return np.array([*a[:2], *b[:2], *a[2:], *b[2:]])
 
 
-MOMENTA = [(0.4, 0.1), (0.4, -0.1), (-0.4, 0.1), (-0.4, -0.1), (0.3, 1e-3), (0.3, -1e-6), (0.3, 1e-9), (0.0, 0.2), (0.3, 0.0), (0.0, 0.0)]
+MOMENTA = [
+    (0.4, 0.1),
+    (0.4, -0.1),
+    (-0.4, 0.1),
+    (-0.4, -0.1),
+    (0.3, 1e-3),
+    (0.3, -1e-6),
+    (0.3, 1e-9),
+    (0.0, 0.2),
+    (0.3, 0.0),
+    (0.0, 0.0),
+]
 
 
 @pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)
 def test_signs_and_smallness_of_angular_momenta(body):
-    """The senses of turning are those of the momenta; p_gamma -> 0 is no singularity of nu_gamma (half a libration a turn).
+    """The senses of turning are those of the momenta; p_gamma -> 0 is no singularity of nu_gamma (half a libration a
+    turn).
 
     Exactly 0 (to rounding of z0) has no sense of turning: there only the size is asked for.
     """
@@ -272,7 +303,9 @@ def test_diffusion_tells_chaos_from_order():
 
 
 def test_diffusion_is_the_change_of_the_frequencies_between_the_halves():
-    """Halves by hand, chaotic orbits: maps over the first half from z0 and over the second from the state in between."""
+    """Halves by hand, chaotic orbits: maps over the first half from z0 and over the second from the state in
+    between.
+    """
     body, z0 = neo_hookean(4.0, 6)
     options = {"fallback": np.inf, "step": 0.005, "scheme": SOFRONIOU_SPALETTA10, "energy_tolerance": 1e-4}
     f = frequency_map(body, z0, time=160.0, **options)
@@ -350,22 +383,30 @@ def test_energy_drift_is_marked():
 # --- promises ----------------------------------------------------------------------------------------------------
 
 RUNS = {
-    "birkhoff": {"step": 0.1, "scheme": KAHAN_LI8}, "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
-    "naff": {"step": 0.1, "method": "naff"}, "adaptive": {"step": 0.06, "scheme": DOP853}, "accuracy": {"accuracy": 1e-6},
-}  # fmt: skip
+    "birkhoff": {"step": 0.1, "scheme": KAHAN_LI8},
+    "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
+    "naff": {"step": 0.1, "method": "naff"},
+    "adaptive": {"step": 0.06, "scheme": DOP853},
+    "accuracy": {"accuracy": 1e-6},
+}
 every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
 
 
 def assert_same(one, other, orbits=slice(None)):
     for name in ("nu", "diffusion", "method", "energy_error", "status", "nu_eta", "nu_gamma"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[..., orbits], err_msg=name)
-    np.testing.assert_allclose(one.error, other.error[..., orbits], rtol=1e-14, atol=0)  # estimates of lines: to the last digit
+    np.testing.assert_allclose(
+        one.error, other.error[..., orbits], rtol=1e-14, atol=0
+    )  # estimates of lines: to the last digit
 
 
 @every_run
 def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
     z0 = states(BODY, 150)
-    assert_same(frequency_map(BODY, z0, time=40.0, threads=1, **options), frequency_map(BODY, z0, time=40.0, threads=2, **options))
+    assert_same(
+        frequency_map(BODY, z0, time=40.0, threads=1, **options),
+        frequency_map(BODY, z0, time=40.0, threads=2, **options),
+    )
 
 
 @every_run

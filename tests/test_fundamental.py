@@ -1,4 +1,6 @@
-"""Independent frequencies of any system: chains against eigenvalues, pendulums against elliptic integrals, tori; errors that cover."""
+"""Independent frequencies of any system: chains against eigenvalues, pendulums against elliptic integrals, tori; errors
+that cover.
+"""
 
 import itertools
 import math
@@ -99,11 +101,16 @@ def test_steps_are_halved_where_the_trial_was_too_hopeful():
     assert (np.abs(f.nu - fine.nu) <= f.error + fine.error)[:, both].mean() >= 0.99
 
 
-@pytest.mark.parametrize(("problem", "options", "says"), [
-    (ValueError, {"accuracy": 1e-9, "step": 0.1}, "accuracy and step"), (ValueError, {"accuracy": 0.0}, "accuracy must be positive"),
-    (ValueError, {"accuracy": 2.0}, "accuracy must be below 1"), (TypeError, {"accuracy": "high"}, "accuracy"),
-    (ValueError, {"accuracy": 1e-9, "scheme": fa.DOP853}, "accuracy takes a scheme of fixed steps"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("problem", "options", "says"),
+    [
+        (ValueError, {"accuracy": 1e-9, "step": 0.1}, "accuracy and step"),
+        (ValueError, {"accuracy": 0.0}, "accuracy must be positive"),
+        (ValueError, {"accuracy": 2.0}, "accuracy must be below 1"),
+        (TypeError, {"accuracy": "high"}, "accuracy"),
+        (ValueError, {"accuracy": 1e-9, "scheme": fa.DOP853}, "accuracy takes a scheme of fixed steps"),
+    ],
+)
 def test_wrong_accuracies_are_named(problem, options, says):
     with pytest.raises(problem, match=says):
         frequency_map(HenonHeiles(), np.full((4, 2), 0.1), time=100.0, **options)
@@ -125,7 +132,9 @@ def test_a_mode_at_rest_and_a_free_one_are_said():
     np.testing.assert_allclose(f.nu[:, 0], np.sqrt(omega2[1]) / (2 * np.pi), atol=1e-11)
     assert f.rank[0] == 1
     assert f.kind[0] == FrequencyKind.DEPENDENT
-    free = frequency_map(hamiltonian("(x - y)**2/2 + 0.4*(y - z)**2", coordinates="x y z"), [0.3, -0.5, 1.1, 0.9, 0.2, -0.1], time=900.0)
+    free = frequency_map(
+        hamiltonian("(x - y)**2/2 + 0.4*(y - z)**2", coordinates="x y z"), [0.3, -0.5, 1.1, 0.9, 0.2, -0.1], time=900.0
+    )
     assert free.rank[0] == 2
     truth = np.sqrt(np.linalg.eigvalsh([[1, -1, 0], [-1, 1.8, -0.8], [0, -0.8, 0.8]])[1:]) / (2 * np.pi)
     np.testing.assert_allclose(np.unique(np.round(free.nu[free.error < 1e-9], 9)), np.round(truth, 9), atol=2e-9)
@@ -178,7 +187,10 @@ def test_lines_of_a_separable_body_are_its_fundamental_ones():
 @pytest.mark.parametrize(
     ("options", "periods"),
     [
-        ({}, 200), ({"step": 0.25}, 200), ({"step": 0.1, "scheme": LEAPFROG}, 60), ({"step": 0.2}, 10),
+        ({}, 200),
+        ({"step": 0.25}, 200),
+        ({"step": 0.1, "scheme": LEAPFROG}, 60),
+        ({"step": 0.2}, 10),
         ({"scheme": DOP853, "rtol": 1e-10}, 60),
     ],
     ids=["chosen steps", "coarse steps", "leapfrog", "short", "adaptive"],
@@ -257,8 +269,10 @@ def unimodular(nu, other, reach=4):
     rows = [k[np.argsort(np.abs(k @ nu - value))[:3]] for value in other]
     return min(
         max(abs(a @ nu - other[0]), abs(b @ nu - other[1]))
-        for a in rows[0] for b in rows[1] if abs(round(a[0] * b[1] - a[1] * b[0])) == 1
-    )  # fmt: skip
+        for a in rows[0]
+        for b in rows[1]
+        if abs(round(a[0] * b[1] - a[1] * b[0])) == 1
+    )
 
 
 def test_regular_orbits_have_the_lattice_of_their_torus():

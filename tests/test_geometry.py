@@ -89,7 +89,7 @@ def test_parametrisations(group):
         np.testing.assert_allclose(phi[..., k], product, rtol=0, atol=1e-13 * np.abs(product).max())
         for row in range(4):
             shift = np.eye(4)[row] * 1e-6
-            difference = (group.matrix(q + shift) - group.matrix(q - shift)) / 2e-6      # error h^2/6 * |phi'''| + eps/h
+            difference = (group.matrix(q + shift) - group.matrix(q - shift)) / 2e-6  # error h^2/6 * |phi'''| + eps/h
             np.testing.assert_allclose(tangents[row, ..., k], difference, rtol=0, atol=1e-9)
     one = group.matrix(POINTS[:, 0])
     if group is AFFINE_BODY:
@@ -102,7 +102,9 @@ def test_parametrisations(group):
 
 
 def test_affine_body_is_the_two_polar_form():
-    """EQ6.20 is EQ2.0 with D1, D2 = e^{(a +- b)/2}, Phi = 2 phi, Psi = -2 psi: the coordinates of DELTA_B and EXPONENTIAL."""
+    """EQ6.20 is EQ2.0 with D1, D2 = e^{(a +- b)/2}, Phi = 2 phi, Psi = -2 psi: the coordinates of DELTA_B and
+    EXPONENTIAL.
+    """
     a, Phi, b, Psi = POINTS
     phi = AFFINE_BODY.matrix(POINTS)
     for chart, q in (
@@ -126,12 +128,16 @@ def test_cartan_forms(group):
             np.testing.assert_allclose(right[row, ..., k], back @ left[row, ..., k] @ phi[..., k], rtol=0, atol=1e-12)
     np.testing.assert_allclose(left[0], np.broadcast_to(group.generators[0][..., None], (2, 2, 12)), rtol=0, atol=1e-14)
     np.testing.assert_allclose(left[1], np.broadcast_to(group.generators[1][..., None], (2, 2, 12)), rtol=0, atol=1e-13)
-    np.testing.assert_allclose(right[3], np.broadcast_to(group.generators[3][..., None], (2, 2, 12)), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        right[3], np.broadcast_to(group.generators[3][..., None], (2, 2, 12)), rtol=0, atol=1e-13
+    )
 
 
 @pytest.mark.parametrize("c", SIGNS)
 def test_breathing_top_metric(c):
-    """EQ6.15 = Tr(dphi^+ dphi)/2 + c ddelta^2 (the factor 2 of EQ6.8), in a, delta and lambda; the same in all Euler angles."""
+    """EQ6.15 = Tr(dphi^+ dphi)/2 + c ddelta^2 (the factor 2 of EQ6.8), in a, delta and lambda; the same in all Euler
+    angles.
+    """
     a, Phi, Theta, Psi = POINTS
     metric = g.breathing_metric(POINTS, c)
     for group in (BREATHING_TOP, BREATHING_TOP_313, BREATHING_TOP_323):
@@ -139,7 +145,10 @@ def test_breathing_top_metric(c):
         pulled[0, 0] += c * np.exp(a) / 4
         np.testing.assert_allclose(metric, pulled, rtol=0, atol=1e-13 * np.abs(metric).max())
     delta, lam = np.exp(a / 2), np.exp(a)
-    by_delta, by_lambda = g.breathing_metric_delta([delta, Phi, Theta, Psi], c), g.breathing_metric_lambda([lam, Phi, Theta, Psi], c)
+    by_delta, by_lambda = (
+        g.breathing_metric_delta([delta, Phi, Theta, Psi], c),
+        g.breathing_metric_lambda([lam, Phi, Theta, Psi], c),
+    )
     for other, rate in ((by_delta, delta / 2), (by_lambda, lam)):
         J = np.ones((4, 12))
         J[0] = rate
@@ -168,7 +177,10 @@ def test_affine_metric(c):
         pulled = g.gram(lambda x, y: g.invariant_form(x, y, main=0.5, dilatation=c / 4), Omega)
         np.testing.assert_allclose(pulled, metric, rtol=0, atol=1e-12 * np.abs(metric).max())
     delta, lam = np.exp(a / 2), np.exp(a)
-    for other, rate in ((g.affine_metric_delta([delta, Phi, b, Psi], c), delta / 2), (g.affine_metric_lambda([lam, Phi, b, Psi], c), lam)):
+    for other, rate in (
+        (g.affine_metric_delta([delta, Phi, b, Psi], c), delta / 2),
+        (g.affine_metric_lambda([lam, Phi, b, Psi], c), lam),
+    ):
         J = np.ones((4, 12))
         J[0] = rate
         np.testing.assert_allclose(J[:, None] * other * J, metric, rtol=0, atol=1e-14 * np.abs(metric).max())
@@ -195,7 +207,9 @@ def coordinates(phi):
 
 
 def euler_angles(phi):
-    """(a, Phi, Theta, Psi) of a matrix of R+SU(2): components on 1, 2 tau_2, 2 tau_3, 2 tau_1 are planes of the chart EULER."""
+    """(a, Phi, Theta, Psi) of a matrix of R+SU(2): components on 1, 2 tau_2, 2 tau_3, 2 tau_1 are planes of the chart
+    EULER.
+    """
     planes = [np.trace(phi).real / 2, *(-np.trace(2 * TAU[k] @ phi).real / 2 for k in (2, 3, 1))]
     rho, Phi, Theta, Psi = EULER.points_from_planes(planes)
     return np.array([2 * np.log(rho), Phi, Theta, Psi])
@@ -207,7 +221,12 @@ def moved(q, there, back):
 
     def near(value, centre):
         """The sheet of Phi, Psi next to the centre's: (Phi + 2 pi, Psi + 2 pi) is the same matrix."""
-        choices = [value + np.array([0, i * 2 * np.pi, 0, j * 2 * np.pi]) for i in range(-3, 4) for j in range(-3, 4) if (i + j) % 2 == 0]
+        choices = [
+            value + np.array([0, i * 2 * np.pi, 0, j * 2 * np.pi])
+            for i in range(-3, 4)
+            for j in range(-3, 4)
+            if (i + j) % 2 == 0
+        ]
         return min(choices, key=lambda c: np.abs(c - centre).max())
 
     centre = back(there(q))
@@ -225,11 +244,13 @@ def test_two_sided_invariance(c):
             np.testing.assert_allclose(J.T @ g.affine_metric(there, c) @ J, g.affine_metric(q, c), rtol=0, atol=1e-7)
         for left, right in ((random_su2(), np.eye(2)), (np.eye(2), random_su2()), (random_su2(), random_su2())):
             there, J = moved(q, lambda p, m=left, n=right: m @ BREATHING_TOP.matrix(p) @ n, euler_angles)
-            np.testing.assert_allclose(J.T @ g.breathing_metric(there, c) @ J, g.breathing_metric(q, c), rtol=0, atol=1e-7)
+            np.testing.assert_allclose(
+                J.T @ g.breathing_metric(there, c) @ J, g.breathing_metric(q, c), rtol=0, atol=1e-7
+            )
     q = POINTS[:, 0]
     left = np.diag([1.5, 0.8])
     there, J = moved(q, lambda p: left @ AFFINE_BODY.matrix(p), coordinates)
-    isotropic = np.exp(q[0]) * g.affine_metric(q, c)                      # the printed EQ6.22 does not survive
+    isotropic = np.exp(q[0]) * g.affine_metric(q, c)  # the printed EQ6.22 does not survive
     assert np.abs(J.T @ g.affine_metric(there, c) @ J * np.exp(there[0]) - isotropic).max() > 0.01
 
 
@@ -239,7 +260,9 @@ def test_two_sided_invariance_of_forms():
     left, right = random_gl(), random_gl()
     there = left @ phi @ right, left @ dphi @ right
     np.testing.assert_allclose(g.omega(*there), left @ g.omega(phi, dphi) @ np.linalg.inv(left), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(g.omega_hat(*there), np.linalg.inv(right) @ g.omega_hat(phi, dphi) @ right, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        g.omega_hat(*there), np.linalg.inv(right) @ g.omega_hat(phi, dphi) @ right, rtol=0, atol=1e-12
+    )
     for main, dilatation in ((1, 0), (0, 1), (4, -2), (0.5, 0.3)):
         before = g.invariant_form(g.omega(phi, dphi), g.omega(phi, dphi), main=main, dilatation=dilatation)
         hat = g.omega_hat(*there)
@@ -253,7 +276,9 @@ def test_two_sided_invariance_of_forms():
 
 
 def test_killing_form():
-    """Tr(ad_X ad_Y) from the matrices of ad; degenerate on the centre only; positive on the two boosts, negative on rotations."""
+    """Tr(ad_X ad_Y) from the matrices of ad; degenerate on the centre only; positive on the two boosts, negative on
+    rotations.
+    """
     basis = TAU_TILDE
     c = g.structure_constants(basis)
     ad = np.einsum("abk->akb", c)
@@ -267,12 +292,14 @@ def test_killing_form():
     np.testing.assert_allclose(pulled / 8, g.affine_metric(POINTS, -1.0), rtol=0, atol=1e-12)
     assert g.signature(g.gram(g.invariant_form, basis)) == (3, 1, 0)
     su2 = g.gram(g.killing_form, TAU[1:])
-    np.testing.assert_allclose(su2, -2 * np.eye(3), rtol=0, atol=1e-15)     # compact: negative
+    np.testing.assert_allclose(su2, -2 * np.eye(3), rtol=0, atol=1e-15)  # compact: negative
 
 
 @pytest.mark.parametrize("c", SIGNS)
 def test_continuation_to_the_compact_form(c):
-    """b = i Theta, a -> i a: minus EQ6.16; b alone: EQ6.23; and the matrices follow, tilde tau_3 Theta i = -tau_3 Theta."""
+    """b = i Theta, a -> i a: minus EQ6.16; b alone: EQ6.23; and the matrices follow, tilde tau_3 Theta i = -tau_3
+    Theta.
+    """
     a, Phi, Theta, Psi = POINTS
     np.testing.assert_allclose(g.continued_affine_metric(POINTS, c), -g.unitary_metric(POINTS, c), rtol=0, atol=1e-15)
     turned = g.affine_metric(np.stack([a, Phi, 1j * Theta, Psi]), c)
@@ -281,7 +308,10 @@ def test_continuation_to_the_compact_form(c):
     assert np.abs(pulled.imag).max() < 1e-15
     np.testing.assert_allclose(4 * pulled.real[1:, 1:], -g.top_metric(POINTS[1:]), rtol=0, atol=1e-15)
     np.testing.assert_allclose(
-        AFFINE_BODY.matrix(np.stack([1j * a, Phi, 1j * Theta, Psi])), UNITARY.matrix(np.stack([a, Phi, -Theta, Psi])), rtol=0, atol=1e-14
+        AFFINE_BODY.matrix(np.stack([1j * a, Phi, 1j * Theta, Psi])),
+        UNITARY.matrix(np.stack([a, Phi, -Theta, Psi])),
+        rtol=0,
+        atol=1e-14,
     )
 
 
@@ -321,14 +351,27 @@ def test_bad_input_is_named():
             form(singular, singular)
         with pytest.raises(ValueError, match=r"phi takes .*\(2, 2, ...\); got shape \(4,\)"):
             form(np.ones(4), np.ones((2, 2)))
-    for metric in (g.breathing_metric, g.breathing_metric_delta, g.breathing_metric_lambda, g.unitary_metric, g.affine_metric,
-                   g.affine_metric_delta, g.affine_metric_lambda, g.continued_affine_metric, BREATHING_TOP.matrix):  # fmt: skip
+    for metric in (
+        g.breathing_metric,
+        g.breathing_metric_delta,
+        g.breathing_metric_lambda,
+        g.unitary_metric,
+        g.affine_metric,
+        g.affine_metric_delta,
+        g.affine_metric_lambda,
+        g.continued_affine_metric,
+        BREATHING_TOP.matrix,
+    ):
         with pytest.raises(ValueError, match=r"q takes .* shape \(4, ...\); got shape \(3,\)"):
             metric(np.ones(3))
         with pytest.raises(ValueError, match=r"q takes .* got nan"):
             metric([np.nan, 0, 0, 0])
         assert metric(POINTS).shape[:2] == metric(POINTS[:, 0]).shape
-    for metric, name in ((g.breathing_metric_lambda, "lambda"), (g.affine_metric_lambda, "lambda"), (g.affine_metric_delta, "delta")):
+    for metric, name in (
+        (g.breathing_metric_lambda, "lambda"),
+        (g.affine_metric_lambda, "lambda"),
+        (g.affine_metric_delta, "delta"),
+    ):
         with pytest.raises(ValueError, match=f"{name} must not be 0 at orbit \\(1,\\)"):
             metric(np.array([[1.0, 0.0]] + [[1.0, 1.0]] * 3))
     with pytest.raises(ValueError, match="metric takes one symmetric matrix"):

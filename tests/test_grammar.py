@@ -1,4 +1,6 @@
-"""The grammar of formulas: what it computes against Python itself, what it refuses, and that it never hangs or runs anything."""
+"""The grammar of formulas: what it computes against Python itself, what it refuses, and that it never hangs or runs
+anything.
+"""
 
 import ast
 import json
@@ -74,12 +76,28 @@ def test_values_are_those_of_python():
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("2 - 3 - 4", -5), ("2/4/2", 0.25), ("2**3**2", 512), ("-x**2", -X * X), ("-2**2", -4), ("2*-x", -2 * X), ("x**-1", 1 / X),
-        ("+x", X), ("1 + 2*x - y/2", 1 + 2 * X - Y / 2), ("(x)", X), ("  x\n + \t y ", X + Y), ("x/y*k", X / Y * K),
-        ("sqrt(x)**3", X**1.5), ("x**(3/2)", X**1.5), ("exp(-k*x)", math.exp(-K * X)), ("--x", X), ("pi", math.pi),
-        ("x**k", X**K), ("2**x", 2**X), ("(x + y)*(x - y)", X * X - Y * Y),
+        ("2 - 3 - 4", -5),
+        ("2/4/2", 0.25),
+        ("2**3**2", 512),
+        ("-x**2", -X * X),
+        ("-2**2", -4),
+        ("2*-x", -2 * X),
+        ("x**-1", 1 / X),
+        ("+x", X),
+        ("1 + 2*x - y/2", 1 + 2 * X - Y / 2),
+        ("(x)", X),
+        ("  x\n + \t y ", X + Y),
+        ("x/y*k", X / Y * K),
+        ("sqrt(x)**3", X**1.5),
+        ("x**(3/2)", X**1.5),
+        ("exp(-k*x)", math.exp(-K * X)),
+        ("--x", X),
+        ("pi", math.pi),
+        ("x**k", X**K),
+        ("2**x", 2**X),
+        ("(x + y)*(x - y)", X * X - Y * Y),
     ],
-)  # fmt: skip
+)
 def test_precedence_is_that_of_python(text, value):
     assert number(read(text)) == pytest.approx(value, rel=1e-15)
 
@@ -97,31 +115,86 @@ def test_long_sums_are_no_deep_nesting():
 
 
 REFUSED = [  # text, what the message says
-    ("x.__class__", "attribute access", 1), ("x.real", "attribute access", 1), ("foo(x)", "a call of 'foo'", 1),
-    ("__import__(x)", "a call of '__import__'", 1), ("x[0]", "subscript", 2), ("'x'", "a string", 1), ('"x"', "a string", 1),
-    ("x < y", "a comparison", 3), ("x == y", "comparison", 3), ("lambda x: x", "lambda", 9), ("[x for x in y]", "list", 1),
-    ("(x for x in y)", "a comprehension", 1), ("(y := x)", "assignment", 4), ("x if y else k", "a condition", 1),
-    ("x and y", "a logical operator", 1), ("not x", "a logical operator", 1), ("x, y", "a comma", 1), ("x; y", "a second statement", 2),
-    ("x # y", "a comment", 3), ("x % 2", "operator %", 3), ("x // 2", "operator //", 3), ("x @ y", "operator @", 3),
-    ("x ^ 2", "^", 3), ("x & y", "operator &", 3), ("~x", "operator ~", 1), ("{x}", "set", 1), ("x\\y", "backslash", 2),
-    ("1j*x", "an imaginary number", 1), ("True*x", "True", 1), ("None", "None", 1), ("...", "Ellipsis", 1), ("x\0", "a null byte", 2),
-    ("αlpha", "greek small letter alpha", 1), ("х + y", "cyrillic", 1), ("x²", "superscript two", 2), ("x·y", "middle dot", 2),
-    ("1e400", "the number 1e400", 1), ("x + 1e-400", "the number 1e-400", 5), ("1" + "0" * 400, "the number", 1),
+    ("x.__class__", "attribute access", 1),
+    ("x.real", "attribute access", 1),
+    ("foo(x)", "a call of 'foo'", 1),
+    ("__import__(x)", "a call of '__import__'", 1),
+    ("x[0]", "subscript", 2),
+    ("'x'", "a string", 1),
+    ('"x"', "a string", 1),
+    ("x < y", "a comparison", 3),
+    ("x == y", "comparison", 3),
+    ("lambda x: x", "lambda", 9),
+    ("[x for x in y]", "list", 1),
+    ("(x for x in y)", "a comprehension", 1),
+    ("(y := x)", "assignment", 4),
+    ("x if y else k", "a condition", 1),
+    ("x and y", "a logical operator", 1),
+    ("not x", "a logical operator", 1),
+    ("x, y", "a comma", 1),
+    ("x; y", "a second statement", 2),
+    ("x # y", "a comment", 3),
+    ("x % 2", "operator %", 3),
+    ("x // 2", "operator //", 3),
+    ("x @ y", "operator @", 3),
+    ("x ^ 2", "^", 3),
+    ("x & y", "operator &", 3),
+    ("~x", "operator ~", 1),
+    ("{x}", "set", 1),
+    ("x\\y", "backslash", 2),
+    ("1j*x", "an imaginary number", 1),
+    ("True*x", "True", 1),
+    ("None", "None", 1),
+    ("...", "Ellipsis", 1),
+    ("x\0", "a null byte", 2),
+    ("αlpha", "greek small letter alpha", 1),
+    ("х + y", "cyrillic", 1),
+    ("x²", "superscript two", 2),
+    ("x·y", "middle dot", 2),
+    ("1e400", "the number 1e400", 1),
+    ("x + 1e-400", "the number 1e-400", 5),
+    ("1" + "0" * 400, "the number", 1),
     ("2**10**9", "exponent", 2),
-    ("x**10**9", "exponent", 2), ("x**65", "exponent 65", 2), ("(x**9)**9", "powers of powers", 7), ("x**1e9", "exponent", 2),
-    ("x/0", "finite real value", 2), ("x + 1/(2 - 2)", "finite real value", 6), ("log(0)*x", "finite real value", 1),
-    ("sqrt(-1)*x", "finite real value", 1), ("(-2)**0.5", "finite real value", 5), ("exp(1000)*x", "finite real value", 1),
-    ("1e300*1e300", "finite real value", 6), ("(1e-300**64)*x", "finite real value", 8), ("(-2)**x", "not positive", 5),
-    ("sin", "sin without an argument", 1), ("sin()", "sin with 0 arguments", 1), ("sin(x, y)", "sin with 2 arguments", 1),
-    ("sin(x=y)", "comparison", 6), ("sin(*x)", "functions take one", 1), ("x(y)", "a call of x", 1), ("2(x)", "no function", 1),
+    ("x**10**9", "exponent", 2),
+    ("x**65", "exponent 65", 2),
+    ("(x**9)**9", "powers of powers", 7),
+    ("x**1e9", "exponent", 2),
+    ("x/0", "finite real value", 2),
+    ("x + 1/(2 - 2)", "finite real value", 6),
+    ("log(0)*x", "finite real value", 1),
+    ("sqrt(-1)*x", "finite real value", 1),
+    ("(-2)**0.5", "finite real value", 5),
+    ("exp(1000)*x", "finite real value", 1),
+    ("1e300*1e300", "finite real value", 6),
+    ("(1e-300**64)*x", "finite real value", 8),
+    ("(-2)**x", "not positive", 5),
+    ("sin", "sin without an argument", 1),
+    ("sin()", "sin with 0 arguments", 1),
+    ("sin(x, y)", "sin with 2 arguments", 1),
+    ("sin(x=y)", "comparison", 6),
+    ("sin(*x)", "functions take one", 1),
+    ("x(y)", "a call of x", 1),
+    ("2(x)", "no function", 1),
     ("x.y(2)", "attribute", 1),
-    ("2x", "not one expression", 1), ("x y", "not one expression", 1), ("x +", "not one expression", 3), ("(x", "not one expression", 1),
-    ("x)", "closing parenthesis", 2), ("x)*(y", "closing parenthesis", 2), ("", "an empty text", None), ("  ", "an empty text", None),
-    ("import os", "not one expression", 1), ("await x", "await", 1), ("yield x", "yield", None), ("abs(x)", "not smooth", 1),
-    ("ln(x)", "natural logarithm is log", 1), ("(" * 5000, "at most 2000 characters", None),
+    ("2x", "not one expression", 1),
+    ("x y", "not one expression", 1),
+    ("x +", "not one expression", 3),
+    ("(x", "not one expression", 1),
+    ("x)", "closing parenthesis", 2),
+    ("x)*(y", "closing parenthesis", 2),
+    ("", "an empty text", None),
+    ("  ", "an empty text", None),
+    ("import os", "not one expression", 1),
+    ("await x", "await", 1),
+    ("yield x", "yield", None),
+    ("abs(x)", "not smooth", 1),
+    ("ln(x)", "natural logarithm is log", 1),
+    ("(" * 5000, "at most 2000 characters", None),
     ("(" * 61 + "x" + ")" * 61, "deeper than 60", 61),
-    ("-" * 1900 + "x", "deeper than 60", 62), ("x**" * 100 + "x", "deeper than 60", None), ("+".join(["x"] * 900), "more than 1000", None),
-]  # fmt: skip
+    ("-" * 1900 + "x", "deeper than 60", 62),
+    ("x**" * 100 + "x", "deeper than 60", None),
+    ("+".join(["x"] * 900), "more than 1000", None),
+]
 
 
 @pytest.mark.parametrize(("text", "found", "column"), REFUSED, ids=[repr(t[:16]) for t, _, _ in REFUSED])
@@ -140,10 +213,18 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
 
 @pytest.mark.parametrize(
     ("text", "hint"),
-    [("alhpa", "did you mean alpha?"), ("D3", "did you mean D1?"), ("Sin(x)", "did you mean sin?"), ("sqr(x)", "did you mean sqrt?"),
-     ("K", "did you mean k?"), ("x^2", "powers are written **"), ("2x", "a product needs *"), ("k(x)", "write k*(...)"),
-     ("zeta", "a parameter needs a value")],
-)  # fmt: skip
+    [
+        ("alhpa", "did you mean alpha?"),
+        ("D3", "did you mean D1?"),
+        ("Sin(x)", "did you mean sin?"),
+        ("sqr(x)", "did you mean sqrt?"),
+        ("K", "did you mean k?"),
+        ("x^2", "powers are written **"),
+        ("2x", "a product needs *"),
+        ("k(x)", "write k*(...)"),
+        ("zeta", "a parameter needs a value"),
+    ],
+)
 def test_hints(text, hint):
     with pytest.raises(ValueError, match="text: ") as refused:
         parse(text, ("x", "alpha", "D1"), ("k",))
@@ -158,7 +239,9 @@ def test_only_texts(wrong):
         read(wrong)
 
 
-@pytest.mark.parametrize("name", ["1x", "x y", "", "_x", "__class__", "lambda", "sin", "pi", "abs", "µ", "х", "a" * 41, "x"])
+@pytest.mark.parametrize(
+    "name", ["1x", "x y", "", "_x", "__class__", "lambda", "sin", "pi", "abs", "µ", "х", "a" * 41, "x"]
+)
 def test_names_that_are_none(name):
     with pytest.raises(ValueError, match="parameter"):
         checked_name(name, "parameter", {"x"})
@@ -169,8 +252,39 @@ def test_names_that_are():
         assert checked_name(name, "parameter", {"x"}) == name
 
 
-PIECES = ["x", "y", "k", "1", "2.5", "1e5", "(", ")", "+", "-", "*", "/", "**", " ", "sin(", "log(", "sqrt", "pi", ".", ",", "^", "=",
-          "__", "import", "lambda", ":", "[", "]", "'", "e", "9"]  # fmt: skip
+PIECES = [
+    "x",
+    "y",
+    "k",
+    "1",
+    "2.5",
+    "1e5",
+    "(",
+    ")",
+    "+",
+    "-",
+    "*",
+    "/",
+    "**",
+    " ",
+    "sin(",
+    "log(",
+    "sqrt",
+    "pi",
+    ".",
+    ",",
+    "^",
+    "=",
+    "__",
+    "import",
+    "lambda",
+    ":",
+    "[",
+    "]",
+    "'",
+    "e",
+    "9",
+]
 
 
 @settings(max_examples=400)

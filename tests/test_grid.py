@@ -29,15 +29,26 @@ from fastaff import (
 ALPHAS = np.linspace(1.0, 2.0, 9), np.linspace(-0.8, 0.8, 7)
 BETAS = np.linspace(0.1, 0.6, 9), np.linspace(-0.8, 0.8, 7)
 SECTIONS = [
-    (AlphaTurning(1), BETAS), (AlphaTurning(-1), BETAS), (AlphaTurning(0), BETAS), (BetaTurning(1), ALPHAS), (BetaTurning(-1), ALPHAS),
-    (AlphaEquals(1.4, 1), BETAS), (AlphaEquals(1.4, -1), BETAS), (BetaEquals(0.3, 1), ALPHAS), (BetaEquals(0.3, 0), ALPHAS),
-    (AreaEquals(1.0, 1), BETAS), (AreaEquals(1.1, -1), BETAS),
-]  # fmt: skip
+    (AlphaTurning(1), BETAS),
+    (AlphaTurning(-1), BETAS),
+    (AlphaTurning(0), BETAS),
+    (BetaTurning(1), ALPHAS),
+    (BetaTurning(-1), ALPHAS),
+    (AlphaEquals(1.4, 1), BETAS),
+    (AlphaEquals(1.4, -1), BETAS),
+    (BetaEquals(0.3, 1), ALPHAS),
+    (BetaEquals(0.3, 0), ALPHAS),
+    (AreaEquals(1.0, 1), BETAS),
+    (AreaEquals(1.1, -1), BETAS),
+]
 every_section = pytest.mark.parametrize(("section", "axes"), SECTIONS, ids=[str(s) for s, _ in SECTIONS])
 BODIES = [
-    (Body(Harmonic(1.3), 0.7), 3.0), (Body(Anharmonic(0.9), 1.4), 3.2), (Body(Hyperelastic(1.1), 0.8), 3.2),
-    (Body(HeavyTop(1.0, 0.5), 1.1), 2.8), (Body(NeoHookean(1.0, 2.0)), 1.5),
-]  # fmt: skip
+    (Body(Harmonic(1.3), 0.7), 3.0),
+    (Body(Anharmonic(0.9), 1.4), 3.2),
+    (Body(Hyperelastic(1.1), 0.8), 3.2),
+    (Body(HeavyTop(1.0, 0.5), 1.1), 2.8),
+    (Body(NeoHookean(1.0, 2.0)), 1.5),
+]
 every_body = pytest.mark.parametrize(("body", "energy"), BODIES, ids=lambda v: label(v) if isinstance(v, Body) else "")
 
 
@@ -138,7 +149,9 @@ def test_henon_heiles(normal, offset, direction):
     axes = np.linspace(-0.4, 0.5, 10), np.linspace(-0.4, 0.4, 9)
     grid = energy_grid(model, energy=0.12, section=section, axes=axes)
     i = int(np.flatnonzero(normal)[0])
-    np.testing.assert_allclose(model.kinetic_energy(*grid.z0[2:]) + model.potential_energy(*grid.z0[:2]), 0.12, rtol=1e-13)
+    np.testing.assert_allclose(
+        model.kinetic_energy(*grid.z0[2:]) + model.potential_energy(*grid.z0[:2]), 0.12, rtol=1e-13
+    )
     np.testing.assert_allclose(grid.z0[i], offset / normal[i], rtol=1e-15)
     u, v = np.meshgrid(*axes, indexing="ij")
     np.testing.assert_array_equal(grid.z0[[1 - i, 3 - i]], [u.ravel()[grid.cell], v.ravel()[grid.cell]])
@@ -164,7 +177,11 @@ def test_a_map_from_a_grid_stays_on_its_section(section, axes):
     ("change", "error", "message"),
     [
         ({"energy": 0.5}, ValueError, r"energy 0.5 reaches no cell .* below the minimum"),
-        ({"section": AlphaEquals(30.0)}, ValueError, r"reaches no cell of the grid beta in \[0.1, 0.6\].*AlphaEquals\(constant=30.0"),
+        (
+            {"section": AlphaEquals(30.0)},
+            ValueError,
+            r"reaches no cell of the grid beta in \[0.1, 0.6\].*AlphaEquals\(constant=30.0",
+        ),
         ({"section": AlphaEquals(0.05)}, ValueError, "reaches no cell"),
         ({"section": Linear((0.0,) * 7 + (1.0,))}, TypeError, "Linear with one non-zero entry"),
         ({"section": "alpha"}, TypeError, "section must be a section such as"),
@@ -204,7 +221,9 @@ def log_uniform(rng, low, high):
 @pytest.mark.parametrize("kind", [Harmonic, Anharmonic])
 @pytest.mark.parametrize("seed", range(4))
 def test_allowed_cells_are_those_of_the_closed_form(kind, direction, seed):
-    """C alpha^2/2 + k/alpha^2 <= e has its minimum sqrt(2 C k): alpha^2 = (e +- sqrt(e^2 - 2 C k))/C; any C, mu, momenta, energy."""
+    """C alpha^2/2 + k/alpha^2 <= e has its minimum sqrt(2 C k): alpha^2 = (e +- sqrt(e^2 - 2 C k))/C; any C, mu,
+    momenta, energy.
+    """
     rng = np.random.default_rng([seed, direction + 1])
     C, mu = log_uniform(rng, 1e-6, 1e6), log_uniform(rng, 1e-3, 1e3)
     barrier = 2 * C if kind is Anharmonic else 0.0
@@ -215,7 +234,9 @@ def test_allowed_cells_are_those_of_the_closed_form(kind, direction, seed):
     left = E - np.sqrt(2 * C * k)
     p_gamma = -left * np.sqrt(mu / C) * log_uniform(rng, 1e-4, 0.5)
     axes = np.sqrt(left / C) * np.geomspace(3e-3, 3, 23), np.sqrt(2 * mu * left) * np.linspace(-1.3, 1.3, 21)
-    grid = energy_grid(Body(kind(C), mu), energy=E, section=AlphaTurning(direction), axes=axes, p_eta=p_eta, p_gamma=p_gamma)
+    grid = energy_grid(
+        Body(kind(C), mu), energy=E, section=AlphaTurning(direction), axes=axes, p_eta=p_eta, p_gamma=p_gamma
+    )
     beta, p_beta = np.meshgrid(*axes, indexing="ij")
     e = E - C * beta**2 / 2 - (p_beta**2 + (p_gamma / beta) ** 2) / (2 * mu)
     clear = np.abs(e - np.sqrt(2 * C * k)) > 1e-9 * E
@@ -232,9 +253,15 @@ SCALED = "k*(D1**2 + D2**2)/2 + c/(D1*D2) + w*(D1 - D2)**4 + v"
 
 
 def scaled(L, T, M, V0=0.0):
-    """One body in units of length L, time T and mass M, its potential above V0; and the units of momentum and energy."""
+    """One body in units of length L, time T and mass M, its potential above V0; and the units of momentum and
+    energy.
+    """
     energy = M * L**2 / T**2
-    return formula(SCALED, k=0.9 * M / T**2, c=1.2 * M * L**4 / T**2, w=0.1 * energy / L**4, v=V0 * energy, mu=0.7 * M), M * L / T, energy
+    return (
+        formula(SCALED, k=0.9 * M / T**2, c=1.2 * M * L**4 / T**2, w=0.1 * energy / L**4, v=V0 * energy, mu=0.7 * M),
+        M * L / T,
+        energy,
+    )
 
 
 @pytest.mark.parametrize("units", [(1e-6, 1, 1), (1e6, 1, 1), (1, 1e-6, 1), (1, 1e6, 1e-6), (1e4, 1e-3, 1e6)], ids=str)
@@ -247,8 +274,15 @@ def test_units_change_nothing(units):
             body, momentum, energy = scaled(length, time, mass, 2.0)
             here = section
             if isinstance(section, (BetaEquals, AreaEquals)):
-                here = section._replace(constant=section.constant * length ** (2 if isinstance(section, AreaEquals) else 1))
-            surface = {"energy": 5.5 * energy, "section": here, "p_eta": 0.3 * length * momentum, "p_gamma": 0.05 * length * momentum}
+                here = section._replace(
+                    constant=section.constant * length ** (2 if isinstance(section, AreaEquals) else 1)
+                )
+            surface = {
+                "energy": 5.5 * energy,
+                "section": here,
+                "p_eta": 0.3 * length * momentum,
+                "p_gamma": 0.05 * length * momentum,
+            }
             axes = np.linspace(0.02, 1.6, 14) * length, np.linspace(-1.5, 1.5, 9) * momentum
             unit = np.repeat([length, momentum], 4)[:, None]
             grid, drawn = energy_grid(body, axes=axes, **surface), energy_sample(body, orbits=20, seed=3, **surface)
@@ -260,7 +294,9 @@ def test_units_change_nothing(units):
 
 @pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1e-5, 0.0), (1e6, 0.0), (1.0, 3e4), (1e-3, -20.0)], ids=str)
 def test_all_wells_of_a_line_are_drawn_from(scale, shift):
-    """V = (x^2 - 1)^2 + x/5 below its barrier, at any place and scale: shares of the wells are those of their areas (by quadrature)."""
+    """V = (x^2 - 1)^2 + x/5 below its barrier, at any place and scale: shares of the wells are those of their areas (by
+    quadrature).
+    """
     x = f"((x - {shift!r})/{scale!r})"
     model, E, section = hamiltonian(f"({x}**2 - 1)**2 + {x}/5 + y**2/2"), 0.6, Linear((0.0, 1.0, 0.0, 0.0))
     drawn = energy_sample(model, energy=E, section=section, orbits=4000, seed=5)
@@ -269,11 +305,16 @@ def test_all_wells_of_a_line_are_drawn_from(scale, shift):
     share = width[s > 0].sum() / width.sum()
     right = (drawn.points[0] > shift).mean()
     assert abs(right - share) < 4.5 * np.sqrt(share * (1 - share) / 4000)
-    assert abs(np.mean((drawn.points[0] - shift) / scale) - (s * width).sum() / width.sum()) < 0.06 + 1e-9 * abs(shift) / scale
+    assert (
+        abs(np.mean((drawn.points[0] - shift) / scale) - (s * width).sum() / width.sum())
+        < 0.06 + 1e-9 * abs(shift) / scale
+    )
 
 
 def test_all_wells_of_the_turning_radius_are_drawn_from():
-    """V has wells at alpha = 2 and 3: where both are reached each inner turning point has the same density of (beta, p_beta)."""
+    """V has wells at alpha = 2 and 3: where both are reached each inner turning point has the same density of (beta,
+    p_beta).
+    """
     body = formula("(alpha**2 - 4)**2*(alpha**2 - 9)**2/50 + g*alpha + beta**2/2", g=0.05)
     surface = {"energy": 0.4, "section": AlphaTurning(1), "p_gamma": 0.02}
     drawn = energy_sample(body, orbits=4000, seed=2, **surface)
@@ -292,10 +333,18 @@ def test_all_wells_of_the_turning_radius_are_drawn_from():
     assert np.hypot(*grid.z0[:2])[0] > 2.5  # the outermost
 
 
-@pytest.mark.parametrize("text", ["1.7*exp(-(alpha - 3)**2) - 2*exp(-(alpha - 5)**2/0.3) + r/40 + 0.3*beta**2*alpha/(1 + r)",
-                                  "cos(4*alpha)/alpha + r/9 + 1/(D1*D2)**2", "sin(r)/(1 + r) + r/30 + 0.2*log(1 + 1/(D1*D2))"])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1.7*exp(-(alpha - 3)**2) - 2*exp(-(alpha - 5)**2/0.3) + r/40 + 0.3*beta**2*alpha/(1 + r)",
+        "cos(4*alpha)/alpha + r/9 + 1/(D1*D2)**2",
+        "sin(r)/(1 + r) + r/30 + 0.2*log(1 + 1/(D1*D2))",
+    ],
+)
 def test_allowed_cells_are_those_of_a_fine_scan(text):
-    """Several wells: 200,000 radii for each beta, the largest rest of the energy decides; nothing is called allowed that is not."""
+    """Several wells: 200,000 radii for each beta, the largest rest of the energy decides; nothing is called allowed
+    that is not.
+    """
     body, rng = formula(text, mu=1.3), np.random.default_rng(9)
     axes = np.sort(rng.uniform(0.05, 1.5, 12)), np.linspace(-1.5, 1.5, 15)
     for E in (0.3, 1.1):

@@ -1,4 +1,6 @@
-"""Whatever is handed in to a public callable is taken, or refused by a ValueError or TypeError that names the argument."""
+"""Whatever is handed in to a public callable is taken, or refused by a ValueError or TypeError that names the
+argument.
+"""
 
 import random
 import signal
@@ -59,7 +61,13 @@ def test_many_inputs(name):
 
 @pytest.mark.parametrize(
     ("name", "argument"),
-    [("integrate", "samples"), ("poincare_map", "crossings"), ("chaos", "history"), ("islands", "max_period"), ("energy_sample", "orbits")],
+    [
+        ("integrate", "samples"),
+        ("poincare_map", "crossings"),
+        ("chaos", "history"),
+        ("islands", "max_period"),
+        ("energy_sample", "orbits"),
+    ],
 )
 @pytest.mark.parametrize("value", [10**10, 10**15])
 def test_sizes_that_cannot_fit_are_refused_with_the_bytes(name, argument, value):
@@ -71,7 +79,9 @@ def test_sizes_that_cannot_fit_are_refused_with_the_bytes(name, argument, value)
 def test_the_least_array_that_does_not_fit(monkeypatch):
     monkeypatch.setattr(numbers, "free_memory", lambda: 8 * 2**20)
     numbers.fits("n", 2**10, 2**10)
-    with pytest.raises(ValueError, match=r"^n asks for 8.008 MiB of memory \(an array of 1024 x 1025\), 8 MiB are free$"):
+    with pytest.raises(
+        ValueError, match=r"^n asks for 8.008 MiB of memory \(an array of 1024 x 1025\), 8 MiB are free$"
+    ):
         numbers.fits("n", 2**10, 2**10 + 1)
     with pytest.raises(ValueError, match="EiB of memory"):
         numbers.fits("n", *[2**53] * 5)
@@ -94,7 +104,9 @@ def test_times_that_no_run_comes_to_the_end_of(name, T):
         function(**{**battery.base(name), argument: T})
 
 
-@pytest.mark.parametrize("name", ["integrate", "poincare_map", "frequency_map", "chaos", "tangent_map", "resonances", "tori"])
+@pytest.mark.parametrize(
+    "name", ["integrate", "poincare_map", "frequency_map", "chaos", "tangent_map", "resonances", "tori"]
+)
 @pytest.mark.parametrize("value", [1, "x", (), {}])
 def test_a_report_is_a_function(name, value):
     function, _ = battery.CALLS[name]
@@ -128,5 +140,10 @@ def test_the_battery_notices_what_it_looks_for(monkeypatch):
     monkeypatch.setattr(battery, "SECONDS", 0.1)
     said = {value: battery.outcome("known", "kind", value) for value in ("1", "7", "2.7", "none", "0")}
     assert said["7"] == "refused"
-    for value, part in {"1": "without the name 'kind'", "2.7": "RuntimeWarning", "none": "took more than", "0": "KeyError"}.items():
+    for value, part in {
+        "1": "without the name 'kind'",
+        "2.7": "RuntimeWarning",
+        "none": "took more than",
+        "0": "KeyError",
+    }.items():
         assert part in said[value]

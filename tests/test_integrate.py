@@ -33,7 +33,9 @@ from fastaff.schemes.catalogue import SCHEMES
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)
 ADAPTIVE = (DOP853, VERNER9)
-FIXED = [replace(s, name=f"{s.name} fixed", errors=(), error_orders=()) if s in ADAPTIVE else s for s in SCHEMES.values()]
+FIXED = [
+    replace(s, name=f"{s.name} fixed", errors=(), error_orders=()) if s in ADAPTIVE else s for s in SCHEMES.values()
+]
 every_adaptive = pytest.mark.parametrize("scheme", ADAPTIVE, ids=label)
 every_fixed = pytest.mark.parametrize("scheme", FIXED, ids=label)
 SPLITTINGS = [s for s in FIXED if isinstance(s, Splitting)]
@@ -99,7 +101,10 @@ def test_dop853_error_follows_the_tolerance():
     """Error per unit step: a hundredth of the tolerance, 30 to 300 times less error."""
     z0 = states(BODY, 8, seed=5)
     truth = integrate(BODY, z0, time=10.0, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
-    error = [np.abs(integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=t, atol=t).z - truth).max() for t in (1e-6, 1e-8, 1e-10)]
+    error = [
+        np.abs(integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=t, atol=t).z - truth).max()
+        for t in (1e-6, 1e-8, 1e-10)
+    ]
     assert 1e-7 < error[0] < 1e-4
     assert 20 < error[0] / error[1] < 500
     assert 20 < error[1] / error[2] < 500
@@ -107,7 +112,9 @@ def test_dop853_error_follows_the_tolerance():
 
 @every_adaptive
 def test_error_is_proportional_to_the_tolerance(scheme):
-    """Global error ~ h^order and estimate ~ h^order (9 for VERNER9, 8 for DOP853's blend): error/rtol = const, 1e-6 to 1e-13."""
+    """Global error ~ h^order and estimate ~ h^order (9 for VERNER9, 8 for DOP853's blend): error/rtol = const, 1e-6 to
+    1e-13.
+    """
     z0, tolerances = states(BALL, 6, seed=8), np.logspace(-6, -13, 8)
     truth = integrate(BALL, z0, time=40.0, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
     errors = [np.abs(integrate(BALL, z0, time=40.0, scheme=scheme, rtol=t, atol=t).z - truth).max() for t in tolerances]
@@ -116,10 +123,15 @@ def test_error_is_proportional_to_the_tolerance(scheme):
 
 
 STEPS = {  # the coarsest of three steps in the ratio sqrt2 for Henon-Heiles and the body: errors between 1e-3 and 1e-12
-    "LEAPFROG": (0.02, 0.02), "YOSHIDA4": (0.05, 0.05), "BLANES_MOAN6": (0.5, 0.2), "KAHAN_LI8": (0.4, 0.28),
-    "SOFRONIOU_SPALETTA10": (0.5, 0.28), "RK4": (0.05, 0.05), "DOP853": (0.28, 0.2),
+    "LEAPFROG": (0.02, 0.02),
+    "YOSHIDA4": (0.05, 0.05),
+    "BLANES_MOAN6": (0.5, 0.2),
+    "KAHAN_LI8": (0.4, 0.28),
+    "SOFRONIOU_SPALETTA10": (0.5, 0.28),
+    "RK4": (0.05, 0.05),
+    "DOP853": (0.28, 0.2),
     "VERNER9": (0.4, 0.28),
-}  # fmt: skip
+}
 
 
 @every_fixed
@@ -133,7 +145,10 @@ def test_order(model, scheme):
     truth = integrate(model, z0, time=time, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
     coarse = STEPS[scheme.name.split()[0]][model is BODY]
     counts = [round(time / coarse * f) for f in (1, np.sqrt(2), 2)]
-    errors = [np.abs(integrate(model, z0, time=time, step=time / n, scheme=scheme, energy_tolerance=1.0).z - truth).max() for n in counts]
+    errors = [
+        np.abs(integrate(model, z0, time=time, step=time / n, scheme=scheme, energy_tolerance=1.0).z - truth).max()
+        for n in counts
+    ]
     assert 1e-14 < errors[-1] < errors[0] < 2e-3
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     allowance = 0.15 if isinstance(scheme, Splitting) else 0.8 if scheme.order == VERNER9.order else 0.3
@@ -230,7 +245,9 @@ def test_angular_momenta_are_kept_to_rounding():
 
 
 def test_energy_error_is_what_it_says():
-    """|E - E0| over the largest kinetic energy at the steps where orbits are looked at, the largest over samples and end."""
+    """|E - E0| over the largest kinetic energy at the steps where orbits are looked at, the largest over samples and
+    end.
+    """
     z0 = states(BODY, 6)
     run = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, samples=10, energy_tolerance=1.0)
     steps = integrate(BODY, z0, time=5.0, step=0.1, scheme=LEAPFROG, samples=50, energy_tolerance=1.0).samples
@@ -375,14 +392,22 @@ def test_an_exponential_escape():
         assert np.isfinite(run.z).all()
 
 
-@pytest.mark.parametrize("options", [{"step": 0.1}, {"step": 0.1, "scheme": RK4}, {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
-                                     {"scheme": DOP853}], ids=["splitting", "runge-kutta", "order ten", "adaptive"])  # fmt: skip
+@pytest.mark.parametrize(
+    "options",
+    [{"step": 0.1}, {"step": 0.1, "scheme": RK4}, {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10}, {"scheme": DOP853}],
+    ids=["splitting", "runge-kutta", "order ten", "adaptive"],
+)
 @pytest.mark.parametrize("scale", [1.0, 3e-7, 2e8])
 def test_orbits_that_leave_the_domain_and_return_have_left_it(options, scale):
-    """x = A cos(t + phase) in a smooth potential with the domain |x| < scale: who goes beyond has collapsed, when it does, at any size."""
+    """x = A cos(t + phase) in a smooth potential with the domain |x| < scale: who goes beyond has collapsed, when it
+    does, at any size.
+    """
     model = hamiltonian("x**2/2 + 1.7*y**2/2", domain="w**2 - x**2", w=scale)
     rng = np.random.default_rng(4)
-    A, phase = scale * np.concatenate([rng.uniform(0.3, 0.999, 30), rng.uniform(1.05, 1.6, 40)]), rng.uniform(0, 2 * np.pi, 70)
+    A, phase = (
+        scale * np.concatenate([rng.uniform(0.3, 0.999, 30), rng.uniform(1.05, 1.6, 40)]),
+        rng.uniform(0, 2 * np.pi, 70),
+    )
     z0 = np.array([A * np.cos(phase), 0.1 * A, -A * np.sin(phase), 0.2 * A])
     z0, A, phase = (entry[..., np.abs(z0[0]) < 0.98 * scale] for entry in (z0, A, phase))
     run = integrate(model, z0, time=7.0, energy_tolerance=1e-3, atol=1e-12 * scale, **options)
@@ -401,7 +426,9 @@ def test_orbits_that_leave_the_domain_and_return_have_left_it(options, scale):
 
 @pytest.mark.parametrize("unit", [1e-6, 1e-3, 1.0, 40.0, 1e6])
 def test_escape_is_the_same_in_any_unit_of_length(unit):
-    """Bound orbits of any size stay OK, also from next to a saddle; unbound ones escape at the same time in every unit."""
+    """Bound orbits of any size stay OK, also from next to a saddle; unbound ones escape at the same time in every
+    unit.
+    """
     well = hamiltonian("-k*x**2/2 + c*x**4/4 + k*y**2", k=1.0, c=1.0 / unit**2)
     z0 = unit * np.array([[1e-9, 0.3, 1.5, 0.0], [0.0, 0.2, 0.1, 0.5], [1e-9, 0.1, 0.0, 1e-9], [0.0, 0.1, -0.4, 0.0]])
     run = integrate(well, z0, time=60.0, step=0.02)
@@ -453,7 +480,9 @@ def test_energy_drift():
 
 @pytest.mark.parametrize("samples", [0, 40])
 def test_neo_hookean_at_high_energy_with_too_long_a_step_is_reported(samples):
-    """E = 8 and step 0.04: fixed steps miss the wall. What is called OK must be right, by energy and by the other scheme."""
+    """E = 8 and step 0.04: fixed steps miss the wall. What is called OK must be right, by energy and by the other
+    scheme.
+    """
     body = Body(NeoHookean(1.0, 2.0))
     axes = np.linspace(0.05, 3, 12), np.linspace(-3, 3, 13)
     z0 = energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3, p_gamma=0.2).z0

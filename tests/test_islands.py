@@ -1,4 +1,6 @@
-"""Rotation numbers and islands against closed forms: circles, ellipses, the area-preserving quadratic and standard maps."""
+"""Rotation numbers and islands against closed forms: circles, ellipses, the area-preserving quadratic and standard
+maps.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ def chain(p, q, inner, crossings, radius=1.0, a=0.1, b=0.05):
 
 
 def quadratic(x, y, cosine, sine, crossings):
-    """Return crossings (orbits, crossings, 2) of Henon's map: a rotation after the shear y - x^2. Source: Henon 1969."""
+    """Return crossings (orbits, crossings, 2) of Henon's map: a rotation after the shear y - x^2. Source: Henon
+    1969.
+    """
     points = np.empty((x.size, crossings, 2))
     for n in range(crossings):
         points[:, n, 0], points[:, n, 1] = x, y
@@ -42,7 +46,9 @@ def quadratic(x, y, cosine, sine, crossings):
 
 
 def standard(K, x, y, crossings, folds=1):
-    """Return x, y (orbits, crossings) of y' = y + K/(2 pi folds) sin(2 pi folds x), x' = x + y'. Source: Chirikov 1979."""
+    """Return x, y (orbits, crossings) of y' = y + K/(2 pi folds) sin(2 pi folds x), x' = x + y'. Source: Chirikov
+    1979.
+    """
     path = np.empty((2, x.size, crossings))
     for n in range(crossings):
         path[:, :, n] = x, y
@@ -59,14 +65,18 @@ def annulus(x, y, radius=3.0):
 @given(st.floats(0.1, 0.4), st.sampled_from([1, -1]), st.floats(0.3, 3.0), st.floats(-0.2, 0.2), st.booleans())
 def test_rotation_of_an_ellipse(rho, sign, b, off, known):
     """Any axes, any centre inside; the error estimate covers the error."""
-    found = rotation_number(ellipse(sign * rho, 1000, b=b, centre=(2.0, 1.0)), centre=(2.0 + off, 1.0 + b * off) if known else None)
+    found = rotation_number(
+        ellipse(sign * rho, 1000, b=b, centre=(2.0, 1.0)), centre=(2.0 + off, 1.0 + b * off) if known else None
+    )
     assert found.status[0] == Status.OK
     assert abs(found.rotation[0] - sign * rho) <= found.error[0]
     assert found.error[0] < 1e-3
 
 
 def test_rotation_reaches_rounding():
-    """A golden ellipse: from 1000 crossings on all digits, whatever the branch of the rotation number; 2000 from another centre."""
+    """A golden ellipse: from 1000 crossings on all digits, whatever the branch of the rotation number; 2000 from
+    another centre.
+    """
     for rho in (GOLDEN - 1, 1 - GOLDEN, 0.5 - 0.02 * GOLDEN, GOLDEN / 2):
         found = rotation_number(np.stack([ellipse(rho, 2000), ellipse(rho, 2000, b=2.0)]))
         assert found.rotation == pytest.approx(rho, abs=1e-13)
@@ -76,7 +86,9 @@ def test_rotation_reaches_rounding():
 
 
 def test_rotation_converges_faster_than_any_power():
-    """Four times the crossings, an error 2^12 times smaller at least: order 6 and more, where a plain mean has order 1."""
+    """Four times the crossings, an error 2^12 times smaller at least: order 6 and more, where a plain mean has
+    order 1.
+    """
     errors = []
     for crossings in (100, 200, 400):
         found = rotation_number(ellipse(GOLDEN - 1, crossings), centre=(0.3, 0.1))
@@ -110,7 +122,8 @@ def test_chain_of_ellipses(p, q):
     place = 2 * np.pi * p * np.arange(q) / q
     direction = np.stack([np.cos(place), np.sin(place)], axis=-1)
     assert found.centres[0] == pytest.approx(direction, abs=1e-5)
-    # Half-extents of an ellipse turned by `place`; 200 points of a golden rotation miss an end by at most (pi/200)^2 of it or so.
+    # Half-extents of an ellipse turned by `place`; 200 points of a golden rotation miss an end by at most (pi/200)^2 of
+    # it or so.
     size = 2 * np.hypot(0.1 * direction, 0.05 * direction[:, ::-1])
     assert found.extents[0] == pytest.approx(size, rel=2e-3)
     # The second half-window of 100 visits resolves the inner rotation number to a few digits.
@@ -127,7 +140,9 @@ def test_a_periodic_orbit_is_islands_without_size():
 
 
 def test_width_of_the_main_island_of_the_standard_map():
-    """Half-width sqrt(K)/pi in y at the elliptic point (pendulum; next order K^(3/2)): seen from the middle of the ring."""
+    """Half-width sqrt(K)/pi in y at the elliptic point (pendulum; next order K^(3/2)): seen from the middle of the
+    ring.
+    """
     K = 0.02
     half = math.sqrt(K) / math.pi
     y = half * np.array([0.2, 0.5, 0.9, 0.97, 1.03, 1.1, 1.5])
@@ -142,7 +157,9 @@ def test_width_of_the_main_island_of_the_standard_map():
 
 @pytest.mark.parametrize(("p", "folds"), [(1, 3), (2, 5)])
 def test_width_of_a_chain_by_the_pendulum(p, folds):
-    """m-fold kicks make m islands at y = p/m with half-width sqrt(K)/(pi m): the standard map of (m x, m y), turned by p/m."""
+    """m-fold kicks make m islands at y = p/m with half-width sqrt(K)/(pi m): the standard map of (m x, m y), turned by
+    p/m.
+    """
     K = 0.02
     half = math.sqrt(K) / (math.pi * folds)
     offset = half * np.array([0.1, 0.6, 0.95, 1.05, 1.4])
@@ -157,7 +174,9 @@ def test_width_of_a_chain_by_the_pendulum(p, folds):
 
 
 def test_libration_inside_the_island_is_the_pendulum():
-    """Small librations of the standard map about (1/2, 0): arccos(1 - K/2)/2 pi; seen from the ring it is the inner number."""
+    """Small librations of the standard map about (1/2, 0): arccos(1 - K/2)/2 pi; seen from the ring it is the inner
+    number.
+    """
     K = 0.3
     x, y = standard(K, np.array([0.5 + 1e-4]), np.zeros(1), 3000)
     plane = np.stack([x - 0.5, y], axis=-1)
@@ -169,7 +188,9 @@ def test_libration_inside_the_island_is_the_pendulum():
 
 
 def test_chaos_does_not_converge():
-    """Standard map at K = 8: two or so digits at most, like N^(-1/2); at K = 0.3 all but the orbits beside a separatrix do."""
+    """Standard map at K = 8: two or so digits at most, like N^(-1/2); at K = 0.3 all but the orbits beside a separatrix
+    do.
+    """
     y = np.linspace(0.013, 0.49, 60)
     x, height = standard(8.0, np.full(y.shape, 0.5), y, 2000)
     found = islands(np.stack([x % 1 - 0.5, (height + 0.5) % 1 - 0.5], axis=-1), centre=(0.0, 0.0))
@@ -182,17 +203,23 @@ def test_chaos_does_not_converge():
 
 
 SMOOTH = {
-    "ellipses": lambda rng, n: np.stack([ellipse(rng.uniform(-0.5, 0.5), n, b=10 ** rng.uniform(-3, 0)) for _ in range(40)]),
+    "ellipses": lambda rng, n: np.stack(
+        [ellipse(rng.uniform(-0.5, 0.5), n, b=10 ** rng.uniform(-3, 0)) for _ in range(40)]
+    ),
     "Henon": lambda rng, n: quadratic(rng.uniform(0.02, 0.25, 40), np.zeros(40), math.cos(1.28), math.sin(1.28), n),
     "standard": lambda rng, n: annulus(*standard(0.2, rng.random(40), rng.uniform(0, 0.5, 40), n)),
-    "chains": lambda rng, n: np.stack([chain(1, q, rng.random(), n, a=0.2 * rng.random(), b=0.1 * rng.random()) for q in range(2, 32)]),
+    "chains": lambda rng, n: np.stack(
+        [chain(1, q, rng.random(), n, a=0.2 * rng.random(), b=0.1 * rng.random()) for q in range(2, 32)]
+    ),
 }
 
 
 @pytest.mark.parametrize("make", SMOOTH.values(), ids=SMOOTH)
 @pytest.mark.parametrize("crossings", [64, 130, 260, 520])
 def test_few_crossings_of_smooth_curves_are_no_chaos(make, crossings):
-    """Their rotation numbers have few digits yet, close to rationals above all: undecided, and decided by more crossings."""
+    """Their rotation numbers have few digits yet, close to rationals above all: undecided, and decided by more
+    crossings.
+    """
     points = make(np.random.default_rng(7), crossings)
     found = islands(points)
     assert (found.turning.digits < 4).mean() > 0.02, "the test can fail"
@@ -220,7 +247,9 @@ def test_a_curve_close_to_a_rational_is_not_islands():
 
 
 def test_islands_that_have_not_turned_yet_are_undecided():
-    """A quarter of a turn in islands of size 1e-5 around 1/3: p/q within its error, and nobody knows whether they come back."""
+    """A quarter of a turn in islands of size 1e-5 around 1/3: p/q within its error, and nobody knows whether they come
+    back.
+    """
     found = islands(chain(1, 3, 0.00245, 300, a=1e-5, b=1e-5))
     assert found.kind[0] == Kind.UNDECIDED
     assert (found.p[0], found.q[0]) == (1, 3)
@@ -269,7 +298,9 @@ def test_henon_heiles_section():
         return np.array([0 * y, y, p_x, p_y])
 
     def returned(y, p_y, crossings=1):
-        found = fastaff.poincare_map(model, lift(y, p_y), section=section, crossings=crossings, max_time=20.0 * crossings + 20, step=0.02)
+        found = fastaff.poincare_map(
+            model, lift(y, p_y), section=section, crossings=crossings, max_time=20.0 * crossings + 20, step=0.02
+        )
         return found.points[..., [1, 3]]
 
     # The fixed point on p_y = 0 by secants for p_y' = 0, on the side y > 0.

@@ -17,7 +17,17 @@ import pytest
 from naive import states
 
 import fastaff
-from fastaff import DOP853, KAHAN_LI8, RK4, SOFRONIOU_SPALETTA10, HenonHeiles, Linear, frequency_map, integrate, poincare_map
+from fastaff import (
+    DOP853,
+    KAHAN_LI8,
+    RK4,
+    SOFRONIOU_SPALETTA10,
+    HenonHeiles,
+    Linear,
+    frequency_map,
+    integrate,
+    poincare_map,
+)
 from fastaff.compile import jit as _jit
 from fastaff.flows import flow as engine
 
@@ -50,9 +60,19 @@ def cache(seed, tmp_path):
 def python(code, cache, *, path=(), stdin=False, **env):
     """Run a fresh process; return its standard output and error."""
     places = os.pathsep.join(map(str, (*path, TESTS, PACKAGE.parent)))
-    environment = os.environ | {"FASTAFF_CACHE_DIR": str(cache), "PYTHONPATH": places, "PYTHONDONTWRITEBYTECODE": "1"} | env
-    command = [sys.executable, "-P", "-W", "always", *(["-"] if stdin else ["-c", code])]  # -P: not from the current folder
-    done = subprocess.run(command, input=code if stdin else None, env=environment, capture_output=True, text=True, timeout=300)
+    environment = (
+        os.environ | {"FASTAFF_CACHE_DIR": str(cache), "PYTHONPATH": places, "PYTHONDONTWRITEBYTECODE": "1"} | env
+    )
+    command = [
+        sys.executable,
+        "-P",
+        "-W",
+        "always",
+        *(["-"] if stdin else ["-c", code]),
+    ]  # -P: not from the current folder
+    done = subprocess.run(
+        command, input=code if stdin else None, env=environment, capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout, done.stderr
 
@@ -127,7 +147,6 @@ def test_a_scheme_compiles_only_what_it_steps_by(monkeypatch, scheme, orbits, bl
     z = states(HenonHeiles(), orbits, seed=1)
     assert np.isfinite(integrate(HenonHeiles(), z, time=1.0, step=0.1, scheme=scheme).z).all()
     assert used == blocks
-
 
 
 # --- a user's model ----------------------------------------------------------------------------------------------
@@ -207,16 +226,38 @@ def test_an_edited_model_gives_new_numbers(cache, tmp_path):
         ("from constants import RATE", "RATE*self.k", "", "RATE = CONSTANT"),
         ("import constants", "constants.RATE*self.k", "", "RATE = CONSTANT"),
         ("from constants import RATES", "RATES[1]*self.k", "", "RATES = (0.0, CONSTANT)"),
-        ("from constants import rate", "rate(self.k)", "", "from numba import njit\n@njit\ndef rate(k):\n    return CONSTANT*k"),
-        ("from constants import rate", "rate(self.k)", "", "from numba import njit\nR = CONSTANT\n@njit\ndef rate(k):\n    return R*k"),
         (
-            "from constants import rate", "rate(self.k)", "",
-            "from numba import njit\ndef make(r):\n    @njit\n    def rate(k):\n        return r*k\n    return rate\nrate = make(CONSTANT)",
+            "from constants import rate",
+            "rate(self.k)",
+            "",
+            "from numba import njit\n@njit\ndef rate(k):\n    return CONSTANT*k",
+        ),
+        (
+            "from constants import rate",
+            "rate(self.k)",
+            "",
+            "from numba import njit\nR = CONSTANT\n@njit\ndef rate(k):\n    return R*k",
+        ),
+        (
+            "from constants import rate",
+            "rate(self.k)",
+            "",
+            "from numba import njit\ndef make(r):\n    @njit\n    def rate(k):\n        return r*k\n    return "
+            "rate\nrate = make(CONSTANT)",
         ),
         ("from constants import RATE", "rate*self.k", ", rate=RATE", "RATE = CONSTANT"),
     ],
-    ids=["own-global", "imported-number", "module", "tuple", "function", "function-global", "closure", "default-argument"],
-)  # fmt: skip
+    ids=[
+        "own-global",
+        "imported-number",
+        "module",
+        "tuple",
+        "function",
+        "function-global",
+        "closure",
+        "default-argument",
+    ],
+)
 def test_a_changed_constant_gives_new_numbers(cache, tmp_path, header, stiffness, default, other):
     """Whatever way the number takes into the method, in whatever file it is."""
     folder = tmp_path / "user"
@@ -322,7 +363,9 @@ class SpinSpeed(NamedTuple):
 @pytest.mark.slow
 @pytest.mark.slow
 def test_models_potentials_and_sections_of_ones_own(cache, tmp_path):
-    """No fields, tuple fields, a potential with a helper method, sections: against the twins, compiled and from the cache."""
+    """No fields, tuple fields, a potential with a helper method, sections: against the twins, compiled and from the
+    cache.
+    """
     folder = tmp_path / "user"
     folder.mkdir()
     (folder / "variety.py").write_text(VARIETY_FILE)
@@ -378,7 +421,9 @@ def test_a_folder_that_others_can_write_is_refused(private, tmp_path, mode, part
     folder = private(tmp_path / "cache")
     open_to_all = {"root": folder.parent, "hash": folder}.get(part, folder / part)
     open_to_all.chmod(mode)
-    with pytest.warns(RuntimeWarning, match=r"can be written by others \(mode \d+\); kernels are compiled.*chmod -R go-w") as caught:
+    with pytest.warns(
+        RuntimeWarning, match=r"can be written by others \(mode \d+\); kernels are compiled.*chmod -R go-w"
+    ) as caught:
         assert private(tmp_path / "cache") is None
     assert len(caught) == 1
     assert str(open_to_all) in str(caught[0].message)

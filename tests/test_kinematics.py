@@ -1,4 +1,6 @@
-"""Section 2: placements, inertia, kinetic energy and deformation tensors, against sums over material points and singular values."""
+"""Section 2: placements, inertia, kinetic energy and deformation tensors, against sums over material points and
+singular values.
+"""
 
 import numpy as np
 import pytest
@@ -26,7 +28,9 @@ def test_kinetic_energy_is_the_sum_over_points():
     body = inertia(LABELS, MASSES)
     labels = LABELS - body.centre[:, None]
     speed = placement(RATE, labels)
-    np.testing.assert_allclose(kinetic_energy(RATE, body.moments), np.einsum("p,ipn->n", MASSES, speed**2) / 2, rtol=1e-13)
+    np.testing.assert_allclose(
+        kinetic_energy(RATE, body.moments), np.einsum("p,ipn->n", MASSES, speed**2) / 2, rtol=1e-13
+    )
     assert body.mass == pytest.approx(MASSES.sum())
     np.testing.assert_allclose(inertia(labels, MASSES).centre, 0, atol=1e-15)
     np.testing.assert_allclose(kinetic_energy(RATE, 1.3), 0.65 * np.sum(RATE**2, axis=(0, 1)), rtol=1e-14)
@@ -35,7 +39,9 @@ def test_kinetic_energy_is_the_sum_over_points():
 
 
 def test_deformation_tensors():
-    """G = O(psi) D^2 O(psi)^T, Cauchy = O(phi) D^-2 O(phi)^T; invariants from singular values; rotations leave what they must."""
+    """G = O(psi) D^2 O(psi)^T, Cauchy = O(phi) D^-2 O(phi)^T; invariants from singular values; rotations leave what
+    they must.
+    """
     z = np.concatenate([RNG.normal(size=(4, 6)), np.zeros((4, 6))])
     phi, D = to_matrix(z)[0], deformation(z)
     G, C = green_tensor(phi), cauchy_tensor(phi)
@@ -45,7 +51,9 @@ def test_deformation_tensors():
         D1, D2, left, right = TWO_POLAR.from_planes(z[:, n])[:4]
         for tensor, angle, values in ((G, right, (D1**2, D2**2)), (C, left, (D1**-2, D2**-2))):
             turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-            np.testing.assert_allclose(tensor[..., n], turn @ np.diag(values) @ turn.T, rtol=0, atol=1e-12 * max(values))
+            np.testing.assert_allclose(
+                tensor[..., n], turn @ np.diag(values) @ turn.T, rtol=0, atol=1e-12 * max(values)
+            )
     invariants = tensor_invariants(G)
     np.testing.assert_allclose(invariants.trace, D.r, rtol=1e-13)
     np.testing.assert_allclose(invariants.determinant, D.area**2, rtol=0, atol=1e-13 * D.r.max() ** 2)
@@ -54,7 +62,9 @@ def test_deformation_tensors():
     np.testing.assert_allclose(tensor_invariants(C).first, D.D2**-2.0, rtol=1e-10)
     turn = np.array([[0.6, -0.8], [0.8, 0.6]])
     np.testing.assert_allclose(green_tensor(np.einsum("ij,jkn->ikn", turn, phi)), G, rtol=0, atol=1e-14 * 10)
-    np.testing.assert_allclose(cauchy_tensor(np.einsum("ijn,jk->ikn", phi, turn)), C, rtol=0, atol=1e-12 * np.abs(C).max())
+    np.testing.assert_allclose(
+        cauchy_tensor(np.einsum("ijn,jk->ikn", phi, turn)), C, rtol=0, atol=1e-12 * np.abs(C).max()
+    )
 
 
 def test_eigenvalues_of_any_symmetric_tensor():

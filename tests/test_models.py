@@ -55,7 +55,10 @@ def test_force_by_plain_differences_of_the_energy(model):
     force = np.array(model.force(*q))
     for k in range(model.degrees_of_freedom):
         e = h * np.eye(len(q))[k][:, None]
-        slope = sum(w * (model.potential_energy(*(q + j * e)) - model.potential_energy(*(q - j * e))) / h for j, w in weights.items())
+        slope = sum(
+            w * (model.potential_energy(*(q + j * e)) - model.potential_energy(*(q - j * e))) / h
+            for j, w in weights.items()
+        )
         np.testing.assert_allclose(-slope, force[k], rtol=0, atol=1e-9 * (1 + np.abs(force).max()))
 
 
@@ -79,9 +82,13 @@ def test_floats_and_arrays_give_the_same(model):
     """log of NumPy may differ by a unit of rounding between scalars and arrays, hence 4 eps."""
     z, n = states(model, 7), model.degrees_of_freedom
     calls = {
-        "velocity": z[n:], "force": z[:n], "kinetic_energy": z[n:], "potential_energy": z[:n], "margin": z[:n],
+        "velocity": z[n:],
+        "force": z[:n],
+        "kinetic_energy": z[n:],
+        "potential_energy": z[:n],
+        "margin": z[:n],
         "tangent_force": z,
-    }  # fmt: skip
+    }
     for name, rows in calls.items():
         whole = np.array(getattr(model, name)(*rows))
         assert whole.shape[-1:] == (7,), name
@@ -154,9 +161,17 @@ def test_potential_does_not_feel_rotations_and_transposition(body):
     z, rng = states(body, 30), np.random.default_rng(6)
     V = body.potential_energy(*z[:4])
     x, y = rng.uniform(0, 6, 2)
-    turned = np.array(
-        [[np.cos(x), -np.sin(x), 0, 0], [np.sin(x), np.cos(x), 0, 0], [0, 0, np.cos(y), -np.sin(y)], [0, 0, np.sin(y), np.cos(y)]]
-    ) @ z[:4]
+    turned = (
+        np.array(
+            [
+                [np.cos(x), -np.sin(x), 0, 0],
+                [np.sin(x), np.cos(x), 0, 0],
+                [0, 0, np.cos(y), -np.sin(y)],
+                [0, 0, np.sin(y), np.cos(y)],
+            ]
+        )
+        @ z[:4]
+    )
     np.testing.assert_allclose(body.potential_energy(*turned), V, rtol=1e-13)
     transposed = z[:4] * np.array([[1], [-1], [1], [1]])
     np.testing.assert_allclose(body.potential_energy(*transposed), V, rtol=1e-15)
@@ -242,7 +257,9 @@ def test_henon_heiles_formula_and_escape_energy():
         for q in ((0.0, 1 / lam), (np.sqrt(0.75) / lam, -0.5 / lam), (-np.sqrt(0.75) / lam, -0.5 / lam)):
             np.testing.assert_allclose(model.force(*q), 0.0, atol=1e-15)
             assert model.potential_energy(*q) == pytest.approx(1 / (6 * lam**2), rel=1e-14)
-    assert HenonHeiles(1.0).potential_energy(0.3, 0.2) == pytest.approx((0.09 + 0.04) / 2 + 0.09 * 0.2 - 0.008 / 3, rel=1e-15)
+    assert HenonHeiles(1.0).potential_energy(0.3, 0.2) == pytest.approx(
+        (0.09 + 0.04) / 2 + 0.09 * 0.2 - 0.008 / 3, rel=1e-15
+    )
     assert HenonHeiles().kinetic_energy(3.0, 4.0) == 12.5
 
 

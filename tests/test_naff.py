@@ -242,8 +242,10 @@ def test_shift_of_frequency_is_a_phase(shift, start, bins, ratio, order):
     nu = np.array([start, start + bins / 256])
     signal = signal_of(nu, [1.0, ratio * 1j], 256)
     moved = signal * np.exp(2j * np.pi * shift * np.arange(256))
-    for found, true in ((naff(signal, 1.0, lines=2, window_order=order), nu),
-                        (naff(moved, 1.0, lines=2, window_order=order), nu + shift)):  # fmt: skip
+    for found, true in (
+        (naff(signal, 1.0, lines=2, window_order=order), nu),
+        (naff(moved, 1.0, lines=2, window_order=order), nu + shift),
+    ):
         true = true - np.rint(true)
         error, _ = nearest(found.nu, true)
         assert np.all(error <= 200 * EPS / ratio)
@@ -268,7 +270,7 @@ def test_shift_of_frequency_is_a_phase(shift, start, bins, ratio, order):
         (TypeError, "window_order must be an integer, got 2.0", {"window_order": 2.0}),
         (TypeError, "window_order must be an integer, got True", {"window_order": True}),
     ],
-)  # fmt: skip
+)
 def test_bad_input(kind, words, change):
     arguments = {"signal": np.ones(64), "dt": 1.0, "lines": 1, "window_order": 2} | change
     with pytest.raises(kind, match=words):

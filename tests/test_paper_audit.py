@@ -1,4 +1,6 @@
-"""The audit of the paper: every corrected formula holds, every known erratum is found, and none is lost without a word."""
+"""The audit of the paper: every corrected formula holds, every known erratum is found, and none is lost without a
+word.
+"""
 
 from __future__ import annotations
 
@@ -69,12 +71,25 @@ ERRATA = {
     "section 7, D1 and D2": ["sec. 7, D1 and D2"],
     "EQ6.4a": ["EQ6.4a"],
     "EQ6.10-6.12, EQ6.16": ["EQ6.10", "EQ6.11", "EQ6.12", "EQ6.16"],
-    "EQ6.22": ["EQ6.22, delta form", "EQ6.22, lambda form", "EQ6.22, a form", "EQ6.22, any combination", "EQ6.22, a -> ia"],
+    "EQ6.22": [
+        "EQ6.22, delta form",
+        "EQ6.22, lambda form",
+        "EQ6.22, a form",
+        "EQ6.22, any combination",
+        "EQ6.22, a -> ia",
+    ],
 }
 NEW = (
-    "EQ2.0", "sec. 3, pi/4-rotation", "EQ2.2h, no collapse", "EQb, level labels", "sec. 4, bounded r", "sec. 5, nabla_i skew",
-    "sec. 7, generators of GL(2,R)", "sec. 7, two-side invariant", "sec. 7, complex a",
-)  # fmt: skip
+    "EQ2.0",
+    "sec. 3, pi/4-rotation",
+    "EQ2.2h, no collapse",
+    "EQb, level labels",
+    "sec. 4, bounded r",
+    "sec. 5, nabla_i skew",
+    "sec. 7, generators of GL(2,R)",
+    "sec. 7, two-side invariant",
+    "sec. 7, complex a",
+)
 """What this audit added to the known errata."""
 
 
@@ -191,7 +206,8 @@ def test_levels_of_the_plane_oscillator():
 
 
 def test_printed_form_of_the_linear_group_metric_is_minus_det_for_c_minus_2():
-    # A remark on EQ6.22: the printed element is conformal to the corrected one, and flat for c = -2, where it is -det(dphi).
+    # A remark on EQ6.22: the printed element is conformal to the corrected one, and flat for c = -2, where it is
+    # -det(dphi).
     from audit.affine import LINEAR, linear_forms
     from audit.charts import determinant
 

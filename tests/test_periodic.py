@@ -1,4 +1,6 @@
-"""Periodic orbits: exact orbits of Henon-Heiles, Hill's equation, symplectic structure, resonant tori, relative periodic orbits."""
+"""Periodic orbits: exact orbits of Henon-Heiles, Hill's equation, symplectic structure, resonant tori, relative
+periodic orbits.
+"""
 
 import sys
 from functools import cache, partial
@@ -32,7 +34,9 @@ def straight(E):
 
 
 def turning_points(E):
-    """The roots of 2E - q^2 + 2 q^3/3: the motion on a straight line (towards a saddle) is that of a cubic potential."""
+    """The roots of 2E - q^2 + 2 q^3/3: the motion on a straight line (towards a saddle) is that of a cubic
+    potential.
+    """
     return np.sort(np.roots([2 / 3, -1, 0, 2 * E]).real)
 
 
@@ -67,14 +71,21 @@ def all_periodic(period):
 def radial_orbits():
     model = fa.reduced(BODY, p_eta=0.3, p_gamma=0.2)
     grid = fa.energy_grid(
-        BODY, energy=1.5, p_eta=0.3, p_gamma=0.2, section=fa.AlphaTurning(), axes=(np.linspace(0.1, 1.2, 22), np.linspace(-1.4, 1.4, 22))
+        BODY,
+        energy=1.5,
+        p_eta=0.3,
+        p_gamma=0.2,
+        section=fa.AlphaTurning(),
+        axes=(np.linspace(0.1, 1.2, 22), np.linspace(-1.4, 1.4, 22)),
     )
     return model, fa.find_periodic_orbits(model, model.from_planes(grid.z0), section=RADIAL, max_period=3, energy=1.5)
 
 
 def test_the_period_formula_is_the_quadrature():
     q1, q2, q3 = turning_points(0.11)
-    half = quad(lambda a: 1 / np.sqrt(2 / 3 * (q3 - (q1 + q2) / 2 - (q2 - q1) / 2 * np.sin(a))), -np.pi / 2, np.pi / 2)[0]
+    half = quad(lambda a: 1 / np.sqrt(2 / 3 * (q3 - (q1 + q2) / 2 - (q2 - q1) / 2 * np.sin(a))), -np.pi / 2, np.pi / 2)[
+        0
+    ]
     assert straight_period(0.11) == pytest.approx(2 * half, rel=1e-12)
 
 
@@ -89,7 +100,9 @@ def test_straight_orbits_have_their_period_and_hills_trace(E):
     assert orbit.indices[0, 0].real == pytest.approx(trace, abs=1e-9)
     assert np.trace(orbit.monodromy[0]) - 2 == pytest.approx(trace, abs=1e-8)
     assert orbit.residue[0] == pytest.approx((2 - trace) / 4, abs=1e-9)
-    expected = Stability.ELLIPTIC if abs(trace) < 2 else Stability.HYPERBOLIC if trace > 2 else Stability.INVERSE_HYPERBOLIC
+    expected = (
+        Stability.ELLIPTIC if abs(trace) < 2 else Stability.HYPERBOLIC if trace > 2 else Stability.INVERSE_HYPERBOLIC
+    )
     assert orbit.stability[0] == expected
 
 
@@ -101,7 +114,9 @@ def test_small_oscillations_have_the_linear_period():
 
 
 def test_seven_simple_orbits_of_henon_heiles():
-    """Churchill, Pecelli & Rod 1979: with x = 0 itself, the section's rim, eight at E < 1/6; three-fold symmetry makes them alike."""
+    """Churchill, Pecelli & Rod 1979: with x = 0 itself, the section's rim, eight at E < 1/6; three-fold symmetry makes
+    them alike.
+    """
     found = all_periodic(1)
     assert found.period.tolist() == [1] * 7
     assert found.residual.max() < 1e-13
@@ -120,13 +135,17 @@ def test_seven_simple_orbits_of_henon_heiles():
     c, s = -0.5, np.sqrt(3) / 2
     turn = np.kron(np.eye(2), [[c, -s], [s, c]])
     hyperbolic = found.z[:, ~elliptic]
-    images = fa.poincare_map(fa.HenonHeiles(), turn @ hyperbolic, section=X, crossings=1, max_time=20.0, step=0.02).points[:, 0]
+    images = fa.poincare_map(
+        fa.HenonHeiles(), turn @ hyperbolic, section=X, crossings=1, max_time=20.0, step=0.02
+    ).points[:, 0]
     distance = np.linalg.norm(images[:, None] - hyperbolic.T, axis=2).min(axis=1)
     assert distance.max() < 1e-9
 
 
 def test_structure_of_monodromy_matrices():
-    """Symplectic, with pairs of multipliers; the reduced one has determinant 1 and the trace less 2; f and grad H are eigenvectors."""
+    """Symplectic, with pairs of multipliers; the reduced one has determinant 1 and the trace less 2; f and grad H are
+    eigenvectors.
+    """
     found = all_periodic(1)
     M, S = found.monodromy, found.reduced
     assert np.abs(M.transpose(0, 2, 1) @ OMEGA @ M - OMEGA).max() < 1e-11
@@ -159,7 +178,9 @@ def test_convergence_is_quadratic():
 
 
 def test_longer_orbits_come_in_pairs():
-    """Poincare and Birkhoff: chains of islands have as many orbits with R > 0 as with R < 0; all that is found is prime and once."""
+    """Poincare and Birkhoff: chains of islands have as many orbits with R > 0 as with R < 0; all that is found is prime
+    and once.
+    """
     _, found = radial_orbits()
     assert found.period.tolist() == sorted(found.period)
     np.testing.assert_array_equal(found.prime, found.period)
@@ -206,7 +227,9 @@ def test_resonant_torus_of_the_hyperelastic_body():
     model = fa.reduced(body, p_eta=0.5, p_gamma=0.3)
     axes = np.linspace(0.15, 1.3, 14), np.linspace(-1.2, 1.2, 14)
     grid = fa.energy_grid(body, energy=4.0, p_eta=0.5, p_gamma=0.3, section=fa.AlphaTurning(), axes=axes)
-    found = fa.find_periodic_orbits(model, model.from_planes(grid.z0), section=RADIAL, max_period=5, energy=4.0, most=20)
+    found = fa.find_periodic_orbits(
+        model, model.from_planes(grid.z0), section=RADIAL, max_period=5, energy=4.0, most=20
+    )
     tori = fa.tori(body, model.to_planes(found.z))
     longer = found.period > 1
     assert longer.sum() > 3
@@ -243,7 +266,9 @@ def _check_alone(threads):
 @pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.DOP853, fa.SOFRONIOU_SPALETTA10], ids=naive.label)
 def test_schemes_agree(scheme):
     step = None if isinstance(scheme, fa.RungeKutta) else 0.02
-    found = fa.periodic_orbits(fa.HenonHeiles(), straight(0.1) + np.array([0, 0.01, 0, 0]), section=X, energy=0.1, scheme=scheme, step=step)
+    found = fa.periodic_orbits(
+        fa.HenonHeiles(), straight(0.1) + np.array([0, 0.01, 0, 0]), section=X, energy=0.1, scheme=scheme, step=step
+    )
     found.raise_if_failed()
     assert found.indices[0, 0].real == pytest.approx(hill_trace(0.1), abs=1e-8)
 
@@ -269,7 +294,9 @@ def test_files_keep_a_branch(tmp_path):
 
 
 def test_reduced_body_is_the_body():
-    """Energy, force, tangent force and motion of the reduced model are those of the body; both ways of the conversion."""
+    """Energy, force, tangent force and motion of the reduced model are those of the body; both ways of the
+    conversion.
+    """
     z = naive.states(BODY, 20, seed=8)
     E, p_eta, p_gamma = naive.constants(BODY, z)
     for o in range(z.shape[1]):
@@ -300,10 +327,20 @@ def test_without_angular_momentum_beta_runs_through_zero():
     np.testing.assert_allclose(lifted.samples[:, 2, 0], run.samples[:, 1, 0], atol=1e-9)
 
 
-UNITS = [HenonHeilesInUnits(**units) for units in (
-    {"length": 1e-6}, {"length": 3e5}, {"time": 1e-6}, {"time": 1e6}, {"mass": 1e-6}, {"mass": 1e6},
-    {"length": 2e-4, "time": 3e3, "mass": 1e5, "zero": -7.0}, {"origin": 3.0}, {"zero": 40.0},
-)]  # fmt: skip
+UNITS = [
+    HenonHeilesInUnits(**units)
+    for units in (
+        {"length": 1e-6},
+        {"length": 3e5},
+        {"time": 1e-6},
+        {"time": 1e6},
+        {"mass": 1e-6},
+        {"mass": 1e6},
+        {"length": 2e-4, "time": 3e3, "mass": 1e5, "zero": -7.0},
+        {"origin": 3.0},
+        {"zero": 40.0},
+    )
+]
 
 
 @pytest.mark.parametrize("model", UNITS, ids=str)
@@ -350,10 +387,14 @@ def test_branches_are_the_same_in_any_units(model):
 
 
 def test_each_orbit_has_its_own_step_and_no_neighbour():
-    """With the defaults, bitwise: alone, among others, in another order; a guess that needs short steps beside one that does not."""
+    """With the defaults, bitwise: alone, among others, in another order; a guess that needs short steps beside one that
+    does not.
+    """
     model = fa.reduced(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.0), p_eta=0.3, p_gamma=0.002)
     section = fa.Linear(normal=(0, 0, 1, 0), direction=0)
-    guesses = np.array([[1.06, 0.135, 0.0, 0.1], [1.33, 0.94, 0.0, 0.02], [1.1, 0.02, 0.0, 1.5], [1.2, 0.5, 0.0, 0.4]]).T
+    guesses = np.array(
+        [[1.06, 0.135, 0.0, 0.1], [1.33, 0.94, 0.0, 0.02], [1.1, 0.02, 0.0, 1.5], [1.2, 0.5, 0.0, 0.4]]
+    ).T
     together = fa.periodic_orbits(model, guesses, section=section, period=2)
     order = [2, 0, 3, 1]
     shuffled = fa.periodic_orbits(model, guesses[:, order], section=section, period=2)
@@ -383,7 +424,9 @@ def test_errors_cover_the_truth_from_coarse_to_fine_steps(scheme):
 
 
 def test_a_branch_goes_on_where_its_orbits_need_other_steps():
-    """From gentle orbits into the wall of the logarithm: each point has a step that suits it, and the orbits are closed."""
+    """From gentle orbits into the wall of the logarithm: each point has a step that suits it, and the orbits are
+    closed.
+    """
     model = fa.reduced(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.3), p_eta=0.25, p_gamma=0.15)
     start = fa.periodic_orbits(model, [1.33, 0.94, 0.0, 0.0], section=RADIAL, energy=1.5)
     start.raise_if_failed()
@@ -395,7 +438,9 @@ def test_a_branch_goes_on_where_its_orbits_need_other_steps():
     end = up.orbits.take(-1)
     z, T = end.z[:, 0], end.time[0]
     np.testing.assert_allclose(naive.solve(model, z, T)[0], z, atol=1e-9 * np.linalg.norm(end.monodromy[0]))
-    down = fa.continuation(model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.0, 7.0), direction=-1, longest=0.3, steps=200)
+    down = fa.continuation(
+        model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.0, 7.0), direction=-1, longest=0.3, steps=200
+    )
     assert down.status == Status.ACTION_ZERO
     bottom = minimize(lambda q: float(model.potential_energy(*q)), down.orbits.z[:2, -1], tol=1e-15).fun
     assert down.value[-1] == pytest.approx(bottom, rel=1e-4)
@@ -425,8 +470,12 @@ def test_relative_periodic_orbits_return_in_all_invariants_of_the_body():
     for o in range(found.period.size):
         z = model.to_planes(found.z[:, o], eta=0.4, gamma=-1.1)
         end = fa.integrate(BODY, z, time=found.time[o], step=0.005).z[:, 0]
-        np.testing.assert_allclose(model.from_planes(end), found.z[:, o], atol=1e-10 * np.linalg.norm(found.monodromy[o]))
-        crossings = fa.poincare_map(BODY, z, section=fa.AlphaTurning(), crossings=int(found.period[o]), max_time=100.0, step=0.005)
+        np.testing.assert_allclose(
+            model.from_planes(end), found.z[:, o], atol=1e-10 * np.linalg.norm(found.monodromy[o])
+        )
+        crossings = fa.poincare_map(
+            BODY, z, section=fa.AlphaTurning(), crossings=int(found.period[o]), max_time=100.0, step=0.005
+        )
         assert crossings.times[0, -1] == pytest.approx(found.time[o], rel=1e-9)
 
 
@@ -453,7 +502,9 @@ def test_branch_of_the_straight_orbit_changes_stability_where_hills_equation_say
     assert 6 * events[3][1] == pytest.approx(0.986709, abs=1e-6)
     for event, E in events[1:3]:
         target = -2.0 if event == Event.DOUBLING else 2.0
-        assert brentq(lambda e, target=target: hill_trace(e) - target, E - 1e-4, E + 1e-4, xtol=1e-12) == pytest.approx(E, abs=1e-9)
+        assert brentq(lambda e, target=target: hill_trace(e) - target, E - 1e-4, E + 1e-4, xtol=1e-12) == pytest.approx(
+            E, abs=1e-9
+        )
     for bifurcation in branch.bifurcations:
         assert bifurcation.time == pytest.approx(straight_period(bifurcation.value), rel=1e-9)
     np.testing.assert_allclose(branch.orbits.time, [straight_period(E) for E in branch.value], rtol=1e-9)
@@ -463,18 +514,26 @@ def test_branch_of_the_straight_orbit_changes_stability_where_hills_equation_say
 def test_branch_in_a_parameter_is_the_scaled_branch_in_the_energy():
     """H of lam at energy E is H of 1 at energy lam^2 E with z scaled by lam: same period, same residue."""
     E = 0.08
-    branch = fa.continuation(fa.HenonHeiles, straight(E), section=X, parameter=1.0, energy=E, bounds=(0.5, 1.3), longest=0.1)
+    branch = fa.continuation(
+        fa.HenonHeiles, straight(E), section=X, parameter=1.0, energy=E, bounds=(0.5, 1.3), longest=0.1
+    )
     assert branch.value[-1] == 1.3
     assert (branch.orbits.energy == E).all()
     np.testing.assert_allclose(branch.orbits.time, [straight_period(lam**2 * E) for lam in branch.value], rtol=1e-9)
-    np.testing.assert_allclose(branch.orbits.indices[0].real, [hill_trace(lam**2 * E) for lam in branch.value], atol=1e-8)
+    np.testing.assert_allclose(
+        branch.orbits.indices[0].real, [hill_trace(lam**2 * E) for lam in branch.value], atol=1e-8
+    )
 
 
 def test_branch_passes_a_fold():
-    """Going down in energy, the chain of period 3 of the body is born with its partner: the residue passes 0 at the fold."""
+    """Going down in energy, the chain of period 3 of the body is born with its partner: the residue passes 0 at the
+    fold.
+    """
     model, found = radial_orbits()
     chain = found.take((found.period == 3) & (found.stability == Stability.ELLIPTIC)).take([0])
-    branch = fa.continuation(model, chain.z, section=RADIAL, period=3, energy=1.5, direction=-1, bounds=(0.3, 1.6), longest=0.1, steps=150)
+    branch = fa.continuation(
+        model, chain.z, section=RADIAL, period=3, energy=1.5, direction=-1, bounds=(0.3, 1.6), longest=0.1, steps=150
+    )
     folds = [b for b in branch.bifurcations if b.event == Event.FOLD]
     assert folds
     assert branch.value.min() >= folds[0].value - 1e-9

@@ -31,9 +31,16 @@ def section_map(orbits=3, crossings=5):
     counts[-1] = 0
     points[-1] = np.nan
     return fastaff.SectionMap(
-        points, np.where(np.isnan(points[..., 0]), np.nan, 1.0), counts, np.zeros(orbits), np.zeros(orbits),
-        np.array([0] * (orbits - 1) + [5]), fastaff.AlphaTurning(), fastaff.KAHAN_LI8, 0.01,
-    )  # fmt: skip
+        points,
+        np.where(np.isnan(points[..., 0]), np.nan, 1.0),
+        counts,
+        np.zeros(orbits),
+        np.zeros(orbits),
+        np.array([0] * (orbits - 1) + [5]),
+        fastaff.AlphaTurning(),
+        fastaff.KAHAN_LI8,
+        0.01,
+    )
 
 
 def frequency_map(ratio, gamma):
@@ -41,15 +48,33 @@ def frequency_map(ratio, gamma):
     nu = np.array([np.ones_like(ratio), ratio, gamma / 2, gamma / 2])
     zero = np.zeros(ratio.size)
     return fastaff.FrequencyMap(
-        ("alpha", "beta", "phi", "psi"), nu, 0 * nu, np.linspace(-9, -2, ratio.size), np.zeros(nu.shape, np.int8), zero,
-        zero.astype(int), zero, gamma, 100.0, fastaff.KAHAN_LI8, 0.01, zero.astype(int), zero.astype(int) + 4, nu, 0 * nu,
+        ("alpha", "beta", "phi", "psi"),
+        nu,
+        0 * nu,
+        np.linspace(-9, -2, ratio.size),
+        np.zeros(nu.shape, np.int8),
+        zero,
+        zero.astype(int),
+        zero,
+        gamma,
+        100.0,
+        fastaff.KAHAN_LI8,
+        0.01,
+        zero.astype(int),
+        zero.astype(int) + 4,
+        nu,
+        0 * nu,
         np.zeros((4, 4, ratio.size), int),
-    )  # fmt: skip
+    )
 
 
 SECTIONS = [
-    fastaff.AlphaTurning(+1), fastaff.BetaTurning(-1), fastaff.AlphaEquals(1.4), fastaff.BetaEquals(0.5), fastaff.AreaEquals(1.0),
-]  # fmt: skip
+    fastaff.AlphaTurning(+1),
+    fastaff.BetaTurning(-1),
+    fastaff.AlphaEquals(1.4),
+    fastaff.BetaEquals(0.5),
+    fastaff.AreaEquals(1.0),
+]
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=repr)
@@ -77,7 +102,9 @@ def test_edge_of_henon_heiles_is_the_well_not_the_valleys():
 
 def test_plot_section(ax):
     found = section_map()
-    drawn = plot.plot_section(found, ax=ax, values=[-8.0, -2.0, -5.0], boundary=plot.edge(NEO, fastaff.AlphaTurning(), **SURFACE))
+    drawn = plot.plot_section(
+        found, ax=ax, values=[-8.0, -2.0, -5.0], boundary=plot.edge(NEO, fastaff.AlphaTurning(), **SURFACE)
+    )
     assert drawn.missing == 1
     assert len(drawn.points.get_offsets()) == 10
     assert drawn.points.get_rasterized()
@@ -118,7 +145,9 @@ def test_plot_frequency_map_labels_the_line_that_orbits_stand_on(ax):
 
 def test_labels_do_not_overlap(ax):
     ratio = np.linspace(1.1, 1.9, 200)
-    drawn = plot.plot_frequency_map(frequency_map(ratio, 0.6 + 0 * ratio), ax=ax, lines=plot.resonances_between(1.1, 1.9, 25))
+    drawn = plot.plot_frequency_map(
+        frequency_map(ratio, 0.6 + 0 * ratio), ax=ax, lines=plot.resonances_between(1.1, 1.9, 25)
+    )
     ax.figure.canvas.draw()
     boxes = sorted((t.get_window_extent() for t in drawn.labels), key=lambda box: box.x0)
     assert len(boxes) > 5
@@ -133,7 +162,9 @@ def test_frequency_names():
 
 
 def test_plot_diffusion_grid(ax):
-    grid = fastaff.energy_grid(NEO, section=fastaff.AlphaTurning(), axes=(np.linspace(0.1, 1.2, 9), np.linspace(-1.6, 1.6, 7)), **SURFACE)
+    grid = fastaff.energy_grid(
+        NEO, section=fastaff.AlphaTurning(), axes=(np.linspace(0.1, 1.2, 9), np.linspace(-1.6, 1.6, 7)), **SURFACE
+    )
     values = np.linspace(-9, -2, grid.cell.size)
     values[0] = np.nan
     drawn = plot.plot_diffusion_grid(grid, values, ax=ax)

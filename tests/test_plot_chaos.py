@@ -44,9 +44,24 @@ def chaos_map(orbits, slots=0):
     times = np.geomspace(1.0, 1000.0, slots)[:, None] * np.ones(orbits)
     history = np.array([np.full((slots, orbits), 2.0), -2 * np.log10(times)])
     return fastaff.ChaosMap(
-        ("megno", "sali"), values, limits, by, verdict, np.full(orbits, np.nan), np.full((2, orbits), np.nan), None, None, history, times,
-        np.full(orbits, 100.0), np.zeros(orbits), status, 100.0, fastaff.KAHAN_LI8, 0.01,
-    )  # fmt: skip
+        ("megno", "sali"),
+        values,
+        limits,
+        by,
+        verdict,
+        np.full(orbits, np.nan),
+        np.full((2, orbits), np.nan),
+        None,
+        None,
+        history,
+        times,
+        np.full(orbits, 100.0),
+        np.zeros(orbits),
+        status,
+        100.0,
+        fastaff.KAHAN_LI8,
+        0.01,
+    )
 
 
 def scan(*axes):
@@ -60,9 +75,23 @@ def scan(*axes):
     statuses[0] = orbits
     rows = np.zeros((2, *shape))
     return fastaff.ChaosScan(
-        ("energy", "K")[: len(axes)], tuple(np.asarray(axis, float) for axis in axes), orbits, chaotic, orbits - chaotic - doubt, doubt,
-        zero.astype(int), statuses, ("megno", "sali"), rows, rows, rows, zero + 10, zero, zero, zero == 0,
-    )  # fmt: skip
+        ("energy", "K")[: len(axes)],
+        tuple(np.asarray(axis, float) for axis in axes),
+        orbits,
+        chaotic,
+        orbits - chaotic - doubt,
+        doubt,
+        zero.astype(int),
+        statuses,
+        ("megno", "sali"),
+        rows,
+        rows,
+        rows,
+        zero + 10,
+        zero,
+        zero,
+        zero == 0,
+    )
 
 
 @pytest.mark.parametrize("name", ["megno", "sali"])
@@ -74,7 +103,9 @@ def test_map_of_an_indicator(grid, ax, name):
     assert drawn.points.norm.vcenter == found.limits[found.names.index(name), 0]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\beta$", r"$p_{\beta}$")
     crosses = [c for c in ax.collections if isinstance(c, PathCollection)]
-    np.testing.assert_allclose(crosses[0].get_offsets()[0], [grid.axes[0][grid.cell[-1] // 7], grid.axes[1][grid.cell[-1] % 7]])
+    np.testing.assert_allclose(
+        crosses[0].get_offsets()[0], [grid.axes[0][grid.cell[-1] // 7], grid.axes[1][grid.cell[-1] % 7]]
+    )
     ticks = [text.get_text() for text in drawn.colorbar.ax.get_yticklabels()]
     assert ticks[-1] == {"megno": "limit 5", "sali": "limit \N{MINUS SIGN}7"}[name]
     # Chaos is bright, and at the top of the bar, whichever way the indicator goes.

@@ -25,7 +25,9 @@ def ax():
 
 @pytest.fixture(scope="module")
 def diagram():
-    return fastaff.level_diagram(lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [0.5, 1.0, 30.0], m=0, l=0, levels=12, name="C")
+    return fastaff.level_diagram(
+        lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [0.5, 1.0, 30.0], m=0, l=0, levels=12, name="C"
+    )
 
 
 def test_levels_against_a_parameter(diagram, ax):
@@ -49,7 +51,9 @@ def test_levels_against_a_parameter(diagram, ax):
 
 
 def test_classes_differ_in_colour_and_style(ax):
-    found = fastaff.level_diagram(lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [1.0, 2.0], m=[0, 1], l=[0, -1], levels=3)
+    found = fastaff.level_diagram(
+        lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [1.0, 2.0], m=[0, 1], l=[0, -1], levels=3
+    )
     drawn = plot_quantum.plot_levels(found, ax=ax, numbers=False)
     looks = {(line.get_color(), line.get_linestyle()) for line in drawn.points}
     assert len(looks) == 2

@@ -1,4 +1,6 @@
-"""Section crossings against slow twins; every section, pairs inside a step, orders, outcomes, bitwise promises, Ctrl-C."""
+"""Section crossings against slow twins; every section, pairs inside a step, orders, outcomes, bitwise promises,
+Ctrl-C.
+"""
 
 import subprocess
 import sys
@@ -39,10 +41,18 @@ from fastaff.flows import flow as engine
 BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
 ON_X = Linear((1.0, 0.0, 0.0, 0.0))
 SECTIONS = [
-    AlphaTurning(1), AlphaTurning(-1), BetaTurning(1), BetaTurning(0), AlphaEquals(1.45, 1), AlphaEquals(1.5, 0),
-    BetaEquals(0.3, -1), AreaEquals(1.05, 1), AreaEquals(0.95, -1),
-    Linear((0.0, 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.1), 0.05, 1), Linear((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0), 0.0, -1),
-]  # fmt: skip
+    AlphaTurning(1),
+    AlphaTurning(-1),
+    BetaTurning(1),
+    BetaTurning(0),
+    AlphaEquals(1.45, 1),
+    AlphaEquals(1.5, 0),
+    BetaEquals(0.3, -1),
+    AreaEquals(1.05, 1),
+    AreaEquals(0.95, -1),
+    Linear((0.0, 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.1), 0.05, 1),
+    Linear((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0), 0.0, -1),
+]
 every_section = pytest.mark.parametrize("section", SECTIONS, ids=[str(s) for s in SECTIONS])
 
 
@@ -103,7 +113,9 @@ def test_a_closed_form():
     """Harmonic body: a1 = sqrt2 cos(t) crosses 0.7 downwards once a turn, at t = arccos(0.7/sqrt2) + 2 pi k."""
     z0 = np.array([np.sqrt(2), 0, 0.1, 0, 0, 0.1, 0, 0.2])
     section = Linear((1, 0, 0, 0, 0, 0, 0, 0), 0.7, -1)
-    cut = poincare_map(Body(Harmonic()), z0, section=section, crossings=5, max_time=100.0, step=0.1, scheme=SOFRONIOU_SPALETTA10)
+    cut = poincare_map(
+        Body(Harmonic()), z0, section=section, crossings=5, max_time=100.0, step=0.1, scheme=SOFRONIOU_SPALETTA10
+    )
     np.testing.assert_allclose(cut.times[0], np.arccos(0.7 / np.sqrt(2)) + 2 * np.pi * np.arange(5), rtol=0, atol=1e-12)
 
 
@@ -141,13 +153,17 @@ def test_crossings_go_the_right_way(section):
         assert 0.3 < (rate > 0).mean() < 0.7
 
 
-@pytest.mark.parametrize(("scheme", "steps"), [(LEAPFROG, (40, 80, 160)), (KAHAN_LI8, (14, 20, 28)), (RK4, (40, 80, 160))], ids=label)
+@pytest.mark.parametrize(
+    ("scheme", "steps"), [(LEAPFROG, (40, 80, 160)), (KAHAN_LI8, (14, 20, 28)), (RK4, (40, 80, 160))], ids=label
+)
 def test_crossing_times_converge_with_the_order_of_the_scheme(scheme, steps):
     """Fractional steps add no error of their own (linear interpolation would show order 2)."""
     z0, section = states(BODY, 5, seed=7, spread=0.1), Linear((0, 0, 1, 0, 0, 0, 0, 0), 0.01, 1)
 
     def times(scheme, step):
-        cut = poincare_map(BODY, z0, section=section, crossings=2, max_time=60.0, step=step, scheme=scheme, energy_tolerance=1.0)
+        cut = poincare_map(
+            BODY, z0, section=section, crossings=2, max_time=60.0, step=step, scheme=scheme, energy_tolerance=1.0
+        )
         assert (cut.counts == 2).all()
         return cut.times
 
@@ -269,44 +285,66 @@ def test_many_crossings_beyond_the_spare_records():
 
 
 def harmonic_crossings(S, time, direction):
-    """Zeros in (0, time) of a function by a fine scan with its extrema; and how near to zero an extremum or an end comes."""
+    """Zeros in (0, time) of a function by a fine scan with its extrema; and how near to zero an extremum or an end
+    comes.
+    """
     t = np.linspace(0, time, 801)
     v = S(t)
     turns = np.flatnonzero((v[1:-1] - v[:-2]) * (v[2:] - v[1:-1]) <= 0) + 1
     extrema = [
-        optimize.minimize_scalar(lambda x, s=s: s * S(x), bounds=(t[k - 1], t[k + 1]), method="bounded", options={"xatol": 1e-11 * time}).x
-        for k in turns for s in [1.0 if v[k] <= v[k - 1] else -1.0]
-    ]  # fmt: skip
+        optimize.minimize_scalar(
+            lambda x, s=s: s * S(x), bounds=(t[k - 1], t[k + 1]), method="bounded", options={"xatol": 1e-11 * time}
+        ).x
+        for k in turns
+        for s in [1.0 if v[k] <= v[k - 1] else -1.0]
+    ]
     t = np.sort(np.concatenate([t, extrema]))
     v = S(t)
     found = [
-        optimize.brentq(S, t[k], t[k + 1], xtol=1e-16 * time, rtol=1e-14) for k in np.flatnonzero(v[1:] * v[:-1] < 0)
+        optimize.brentq(S, t[k], t[k + 1], xtol=1e-16 * time, rtol=1e-14)
+        for k in np.flatnonzero(v[1:] * v[:-1] < 0)
         if direction * (v[k + 1] - v[k]) >= 0
-    ]  # fmt: skip
+    ]
     return np.array(found), np.abs(S(np.array([0.0, time, *extrema]))).min()
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_nothing_is_lost_at_the_ends_of_short_runs(seed):
-    """Two oscillators, known for all times: runs of half a step to six steps, any units, slanting sections, pairs at both ends."""
+    """Two oscillators, known for all times: runs of half a step to six steps, any units, slanting sections, pairs at
+    both ends.
+    """
     rng = np.random.default_rng(seed)
     L, U = 10 ** rng.uniform(-6, 6, 2)
-    w, c, offset, direction = rng.uniform(0.5, 2, 2) / U, rng.uniform(-0.3, 0.3), L * rng.choice([-1, 1]), int(rng.integers(-1, 2))
+    w, c, offset, direction = (
+        rng.uniform(0.5, 2, 2) / U,
+        rng.uniform(-0.3, 0.3),
+        L * rng.choice([-1, 1]),
+        int(rng.integers(-1, 2)),
+    )
     step = U * (0.05, 0.2, 0.4, 0.6)[seed % 4]
     time = step * rng.uniform(0.7, 6)
     model = hamiltonian("(a*x)**2/2 + (b*y)**2/2", a=w[0], b=w[1])
     A, phase = L * rng.uniform(0.8, 1.4, (2, 150)), rng.uniform(0, 2 * np.pi, (2, 150))
-    phase[0, :100] = rng.uniform(-1.2, 0.3, 100) + (0.0 if offset > 0 else np.pi)  # through the extremum that the section is near
+    phase[0, :100] = rng.uniform(-1.2, 0.3, 100) + (
+        0.0 if offset > 0 else np.pi
+    )  # through the extremum that the section is near
     z0 = np.concatenate([A * np.cos(phase), -A * w[:, None] * np.sin(phase)])
     section = Linear((1.0, c, 0.0, 0.0), offset, direction)
     cuts = [
         poincare_map(model, z0, section=section, crossings=9, max_time=time, energy_tolerance=1.0, **options)
-        for options in ({"step": step, "scheme": SOFRONIOU_SPALETTA10}, {"scheme": DOP853, "rtol": 1e-13, "atol": 1e-13 * min(L, L / U)})
+        for options in (
+            {"step": step, "scheme": SOFRONIOU_SPALETTA10},
+            {"scheme": DOP853, "rtol": 1e-13, "atol": 1e-13 * min(L, L / U)},
+        )
     ]
     tried = crossed = 0
     for i in range(150):
         truth, near = harmonic_crossings(
-            lambda t, i=i: A[0, i] * np.cos(w[0] * t + phase[0, i]) + c * A[1, i] * np.cos(w[1] * t + phase[1, i]) - offset, time, direction
+            lambda t, i=i: (
+                A[0, i] * np.cos(w[0] * t + phase[0, i]) + c * A[1, i] * np.cos(w[1] * t + phase[1, i]) - offset
+            ),
+            time,
+            direction,
         )
         if near < 1e-5 * L:
             continue
@@ -319,9 +357,13 @@ def test_nothing_is_lost_at_the_ends_of_short_runs(seed):
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
-@pytest.mark.parametrize("options", [{"step": 0.3}, {"step": 0.3, "scheme": SOFRONIOU_SPALETTA10}, {"scheme": DOP853}], ids=str)
+@pytest.mark.parametrize(
+    "options", [{"step": 0.3}, {"step": 0.3, "scheme": SOFRONIOU_SPALETTA10}, {"scheme": DOP853}], ids=str
+)
 def test_an_orbit_that_starts_on_its_section_and_returns_within_a_step(scale, options):
-    """x = A sin(t + phase) from x = A cos(d) upwards comes back down after 2 d; from a little below it also crosses at once."""
+    """x = A sin(t + phase) from x = A cos(d) upwards comes back down after 2 d; from a little below it also crosses at
+    once.
+    """
     model, d = hamiltonian("(x**2 + y**2)/2"), np.array([0.0447, 0.01, 0.1, 1e-3])
     A = scale * np.array([1.0, 0.7, 1.9, 1.3])
     x, v = A * np.cos(d), A * np.sin(d)
@@ -329,7 +371,9 @@ def test_an_orbit_that_starts_on_its_section_and_returns_within_a_step(scale, op
     options = options | ({"atol": 1e-12 * scale} if options.get("scheme") is DOP853 else {})
     for i in range(4):
         for direction, expected in ((0, [2 * d[i]]), (-1, [2 * d[i]]), (1, [])):
-            cut = poincare_map(model, z0[:, i], section=Linear((1, 0, 0, 0), x[i], direction), crossings=3, max_time=2.0, **options)
+            cut = poincare_map(
+                model, z0[:, i], section=Linear((1, 0, 0, 0), x[i], direction), crossings=3, max_time=2.0, **options
+            )
             np.testing.assert_allclose(found(cut), expected, rtol=0, atol=1e-7)
         below = z0[:, i].copy()
         below[0] -= 1e-7 * scale
@@ -402,23 +446,34 @@ def test_escape_is_noticed():
     cut = poincare_map(HenonHeiles(), z0, section=ON_X, crossings=5, max_time=200.0, step=0.01)
     assert cut.status[0] in (Status.ESCAPED, Status.NONFINITE)
     assert cut.status[1] == Status.OK
-    far = poincare_map(Body(Harmonic(C=-1.0)), [1.0, 0, 0, 0, 1, 0, 0, 0], section=AlphaTurning(), crossings=1, max_time=1e3, step=0.1,
-                       energy_tolerance=1e15)  # fmt: skip
+    far = poincare_map(
+        Body(Harmonic(C=-1.0)),
+        [1.0, 0, 0, 0, 1, 0, 0, 0],
+        section=AlphaTurning(),
+        crossings=1,
+        max_time=1e3,
+        step=0.1,
+        energy_tolerance=1e15,
+    )
     assert far.status[0] == Status.ESCAPED
 
 
 def test_collapse_is_noticed():
     z0 = np.array([1.5, 0.0, 1.45, 0.0, -3.0, 0.0, 3.0, 0.0])
-    cut = poincare_map(Body(Hyperelastic()), z0, section=AlphaTurning(), crossings=5, max_time=50.0, step=0.1, scheme=LEAPFROG)
+    cut = poincare_map(
+        Body(Hyperelastic()), z0, section=AlphaTurning(), crossings=5, max_time=50.0, step=0.1, scheme=LEAPFROG
+    )
     assert cut.status[0] == Status.COLLAPSED
 
 
 # --- bitwise promises --------------------------------------------------------------------------------------------
 
 RUNS = {
-    "fixed": {"step": 0.1}, "runge-kutta": {"step": 0.1, "scheme": RK4, "energy_tolerance": 1.0},
-    "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10}, "adaptive": {"scheme": DOP853},
-}  # fmt: skip
+    "fixed": {"step": 0.1},
+    "runge-kutta": {"step": 0.1, "scheme": RK4, "energy_tolerance": 1.0},
+    "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
+    "adaptive": {"scheme": DOP853},
+}
 every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
 CUT = {"section": BetaEquals(0.3, 0), "crossings": 6, "max_time": 12.0}
 
@@ -426,7 +481,9 @@ CUT = {"section": BetaEquals(0.3, 0), "crossings": 6, "max_time": 12.0}
 @every_run
 def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
     z0 = states(BODY, 300)
-    assert_same(poincare_map(BODY, z0, threads=1, **CUT, **options), poincare_map(BODY, z0, threads=2, **CUT, **options))
+    assert_same(
+        poincare_map(BODY, z0, threads=1, **CUT, **options), poincare_map(BODY, z0, threads=2, **CUT, **options)
+    )
 
 
 @every_run
@@ -476,7 +533,9 @@ def test_coordinates_in_charts(chart):
 def test_sections_are_callable_values():
     z = states(BODY, 4)
     assert AlphaTurning()(z).shape == (4,)
-    assert AreaEquals(1.0)(z[:, 0]) == pytest.approx((z[0, 0] ** 2 + z[1, 0] ** 2 - z[2, 0] ** 2 - z[3, 0] ** 2) / 2 - 1.0)
+    assert AreaEquals(1.0)(z[:, 0]) == pytest.approx(
+        (z[0, 0] ** 2 + z[1, 0] ** 2 - z[2, 0] ** 2 - z[3, 0] ** 2) / 2 - 1.0
+    )
     assert AlphaEquals(1.0)(z)[1] == pytest.approx(np.hypot(z[0, 1], z[1, 1]) - 1.0)
     assert Linear((0, 0, 0, 0, 0, 0, 0, 3.0), 0.5)(z)[2] == pytest.approx(3 * z[7, 2] - 0.5)
     assert AlphaTurning(1) == AlphaTurning(direction=1) != AlphaTurning(-1)

@@ -1,4 +1,6 @@
-"""Exactly solvable bodies: energies, multiplets, quasiclassical levels beside them, matrices of the constants of motion, tops."""
+"""Exactly solvable bodies: energies, multiplets, quasiclassical levels beside them, matrices of the constants of
+motion, tops.
+"""
 
 from itertools import product
 from math import comb, sqrt
@@ -37,28 +39,72 @@ every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.n
 WALLS = Body(SeparableAlphaBeta(Oscillator(1.3, 0.4), Oscillator(0.7, 1.1)), mu=0.6)
 CORE = Body(SeparableRVartheta(Spring(1.2, 0.5), Barriers(0.3, 0.9)), mu=0.8)
 
-# E and degeneracy of the 30 lowest levels of Anharmonic, mu = C = hbar = 1: exact algebraic grouping of EQ5.2 at 50 digits, and
-# E_alpha + E_beta by a power-series root search of EQ4.1 and EQ4.2, which agree to 1e-49.
+# E and degeneracy of the 30 lowest levels of Anharmonic, mu = C = hbar = 1: exact algebraic grouping of EQ5.2 at 50
+# digits, and E_alpha + E_beta by a power-series root search of EQ4.1 and EQ4.2, which agree to 1e-49.
 EVEN = [
-    ("4.0000000000000000000", 1), ("4.2360679774997896964", 2), ("4.8284271247461900976", 2), ("5.0000000000000000000", 2),
-    ("5.2360679774997896964", 4), ("5.6055512754639892931", 2), ("5.8284271247461900976", 4), ("6.0000000000000000000", 4),
-    ("6.2360679774997896964", 8), ("6.4721359549995793928", 2), ("6.6055512754639892931", 4), ("6.8284271247461900976", 8),
-    ("7.0000000000000000000", 6), ("7.2360679774997896964", 12), ("7.3851648071345040313", 2), ("7.4721359549995793928", 4),
-    ("7.6055512754639892931", 8), ("7.8284271247461900976", 12), ("8.0000000000000000000", 9), ("8.2360679774997896964", 18),
-    ("8.3245553203367586640", 2), ("8.3851648071345040313", 4), ("8.4721359549995793928", 8), ("8.6055512754639892931", 12),
-    ("8.8284271247461900976", 18), ("9.0000000000000000000", 12), ("9.2360679774997896964", 24), ("9.2801098892805182711", 2),
-    ("9.3245553203367586640", 4), ("9.3851648071345040313", 8),
-]  # fmt: skip
+    ("4.0000000000000000000", 1),
+    ("4.2360679774997896964", 2),
+    ("4.8284271247461900976", 2),
+    ("5.0000000000000000000", 2),
+    ("5.2360679774997896964", 4),
+    ("5.6055512754639892931", 2),
+    ("5.8284271247461900976", 4),
+    ("6.0000000000000000000", 4),
+    ("6.2360679774997896964", 8),
+    ("6.4721359549995793928", 2),
+    ("6.6055512754639892931", 4),
+    ("6.8284271247461900976", 8),
+    ("7.0000000000000000000", 6),
+    ("7.2360679774997896964", 12),
+    ("7.3851648071345040313", 2),
+    ("7.4721359549995793928", 4),
+    ("7.6055512754639892931", 8),
+    ("7.8284271247461900976", 12),
+    ("8.0000000000000000000", 9),
+    ("8.2360679774997896964", 18),
+    ("8.3245553203367586640", 2),
+    ("8.3851648071345040313", 4),
+    ("8.4721359549995793928", 8),
+    ("8.6055512754639892931", 12),
+    ("8.8284271247461900976", 18),
+    ("9.0000000000000000000", 12),
+    ("9.2360679774997896964", 24),
+    ("9.2801098892805182711", 2),
+    ("9.3245553203367586640", 4),
+    ("9.3851648071345040313", 8),
+]
 COVERING = [
-    ("4.0000000000000000000", 1), ("4.2360679774997896964", 2), ("4.5615528128088302749", 4), ("4.8284271247461900976", 2),
-    ("5.0000000000000000000", 6), ("5.2360679774997896964", 4), ("5.5615528128088302749", 4), ("5.6055512754639892931", 2),
-    ("5.7015621187164243432", 4), ("5.8284271247461900976", 4), ("6.0000000000000000000", 8), ("6.2360679774997896964", 8),
-    ("6.4721359549995793928", 2), ("6.5311288741492748262", 4), ("6.5615528128088302749", 12), ("6.6055512754639892931", 4),
-    ("6.7015621187164243432", 4), ("6.8284271247461900976", 8), ("7.0000000000000000000", 18), ("7.2360679774997896964", 12),
-    ("7.3851648071345040313", 2), ("7.4244289008980523609", 4), ("7.4721359549995793928", 4), ("7.5311288741492748262", 4),
-    ("7.5615528128088302749", 12), ("7.6055512754639892931", 8), ("7.7015621187164243432", 12), ("7.8284271247461900976", 12),
-    ("8.0000000000000000000", 21), ("8.2360679774997896964", 18),
-]  # fmt: skip
+    ("4.0000000000000000000", 1),
+    ("4.2360679774997896964", 2),
+    ("4.5615528128088302749", 4),
+    ("4.8284271247461900976", 2),
+    ("5.0000000000000000000", 6),
+    ("5.2360679774997896964", 4),
+    ("5.5615528128088302749", 4),
+    ("5.6055512754639892931", 2),
+    ("5.7015621187164243432", 4),
+    ("5.8284271247461900976", 4),
+    ("6.0000000000000000000", 8),
+    ("6.2360679774997896964", 8),
+    ("6.4721359549995793928", 2),
+    ("6.5311288741492748262", 4),
+    ("6.5615528128088302749", 12),
+    ("6.6055512754639892931", 4),
+    ("6.7015621187164243432", 4),
+    ("6.8284271247461900976", 8),
+    ("7.0000000000000000000", 18),
+    ("7.2360679774997896964", 12),
+    ("7.3851648071345040313", 2),
+    ("7.4244289008980523609", 4),
+    ("7.4721359549995793928", 4),
+    ("7.5311288741492748262", 4),
+    ("7.5615528128088302749", 12),
+    ("7.6055512754639892931", 8),
+    ("7.7015621187164243432", 12),
+    ("7.8284271247461900976", 12),
+    ("8.0000000000000000000", 21),
+    ("8.2360679774997896964", 18),
+]
 
 
 @every_chart
@@ -92,9 +138,14 @@ def test_harmonic_multiplets_are_those_of_the_oscillator_of_R4(chart, C, mu, hba
 
 
 @given(
-    n1=st.integers(0, 50), n2=st.integers(0, 50), m=st.integers(-60, 60), half=st.integers(-60, 60),
-    C=st.floats(0.1, 10), mu=st.floats(0.1, 10), hbar=st.floats(0.05, 3),
-)  # fmt: skip
+    n1=st.integers(0, 50),
+    n2=st.integers(0, 50),
+    m=st.integers(-60, 60),
+    half=st.integers(-60, 60),
+    C=st.floats(0.1, 10),
+    mu=st.floats(0.1, 10),
+    hbar=st.floats(0.05, 3),
+)
 def test_formulas_of_the_paper(n1, n2, m, half, C, mu, hbar):
     """EQ5.1 with its cases (i)-(iii), EQ5.2, and the separation constants, in both charts."""
     l, n, omega = 2 * half - m, n1 + n2, sqrt(C / mu)
@@ -106,7 +157,9 @@ def test_formulas_of_the_paper(n1, n2, m, half, C, mu, hbar):
             levels = exact_levels(body, n=(n1, n2), m=m, l=l, hbar=hbar, chart=chart)
             np.testing.assert_allclose(levels.E, [E], rtol=1e-13)
         Q = 4 * n2 + 2 + abs(m + l) + eta
-        np.testing.assert_allclose(levels.constants[1], hbar**2 / (8 * mu) * (Q * Q - 4), rtol=1e-12, atol=1e-14 * hbar**2 / mu)
+        np.testing.assert_allclose(
+            levels.constants[1], hbar**2 / (8 * mu) * (Q * Q - 4), rtol=1e-12, atol=1e-14 * hbar**2 / mu
+        )
         planes = exact_levels(body, n=(n1, n2), m=m, l=l, hbar=hbar)
         np.testing.assert_allclose(planes.constants[0], hbar * omega / 2 * (4 * n1 + 2 + eta), rtol=1e-13)
         np.testing.assert_allclose(planes.constants[1], hbar * omega / 2 * (4 * n2 + 2 + abs(m + l)), rtol=1e-13)
@@ -124,7 +177,9 @@ def test_formulas_of_the_paper(n1, n2, m, half, C, mu, hbar):
 def test_EBK_is_exact_and_Bohr_Sommerfeld_misses_the_zero_point(body, chart):
     n, m, l, hbar = [[0, 1, 4, 0], [0, 3, 2, 5]], [0, 2, -5, 3], [0, 4, 1, 3], 0.7
     found = quantizations(body, n=n, m=m, l=l, hbar=hbar, chart=chart)
-    np.testing.assert_allclose(found.ebk.E, found.exact.E, rtol=1e-11)  # quadratures of the classical actions where walls are general
+    np.testing.assert_allclose(
+        found.ebk.E, found.exact.E, rtol=1e-11
+    )  # quadratures of the classical actions where walls are general
     np.testing.assert_array_equal(found.E, [found.bohr_sommerfeld.E, found.ebk.E, found.exact.E])
     if body not in (WALLS, CORE):
         zero_point = 2 * hbar * sqrt(body.potential.C / body.mu)
@@ -211,10 +266,14 @@ def test_bad_input(change, error, words):
 @pytest.mark.parametrize(
     ("change", "error"),
     [
-        ({}, ValueError), ({"below": 3.0, "count": 2}, ValueError), ({"count": 0}, ValueError), ({"count": 1.5}, TypeError),
-        ({"below": np.inf}, ValueError), ({"count": 2, "tolerance": -1.0}, ValueError),
+        ({}, ValueError),
+        ({"below": 3.0, "count": 2}, ValueError),
+        ({"count": 0}, ValueError),
+        ({"count": 1.5}, TypeError),
+        ({"below": np.inf}, ValueError),
+        ({"count": 2, "tolerance": -1.0}, ValueError),
     ],
-)  # fmt: skip
+)
 def test_bad_multiplets(change, error):
     with pytest.raises(error, match=r"below|count|tolerance|energy"):
         multiplets(Body(Harmonic()), **change)
@@ -235,7 +294,13 @@ def test_constants_of_motion_of_a_class(body, m, l):
     """[H, K] = [H, L] = [K, L] = 0; each chart's own constants commute with H, not with those of the others."""
     shells, hbar = 7, 0.6
     found = class_matrices(body, m=m, l=l, shells=shells, hbar=hbar)
-    for A, B in ((found.H, found.K), (found.H, found.L), (found.K, found.L), (found.H, found.h_vartheta), (found.H, found.H_alpha)):
+    for A, B in (
+        (found.H, found.K),
+        (found.H, found.L),
+        (found.K, found.L),
+        (found.H, found.h_vartheta),
+        (found.H, found.H_alpha),
+    ):
         assert commutator(A, B) < 1e-15
     assert commutator(found.H_alpha, found.h_vartheta) > 1e-3
     assert commutator(found.K, found.h_vartheta) > 1e-3

@@ -17,7 +17,12 @@ def plane_share(body, hbar, n, M, q, p):
     momentum = (q[0] * p[1] - q[1] * p[0]) / hbar
     plus, minus = (energy + momentum) / 2, (energy - momentum) / 2
     quanta = (n + M, n) if M >= 0 else (n, n - M)
-    return np.exp(-energy) * plus ** quanta[0] * minus ** quanta[1] / (math.factorial(quanta[0]) * math.factorial(quanta[1]))
+    return (
+        np.exp(-energy)
+        * plus ** quanta[0]
+        * minus ** quanta[1]
+        / (math.factorial(quanta[0]) * math.factorial(quanta[1]))
+    )
 
 
 @pytest.mark.parametrize(("m", "l", "n"), [(0, 0, (0, 0)), (2, 0, (1, 2)), (-3, 1, (4, 0)), (1, -5, (2, 3))])
@@ -26,7 +31,9 @@ def test_oscillator_in_closed_form(m, l, n):
     width = (hbar / np.sqrt(1.4 * 1.3)) ** 0.5
     Q = husimi(wavefunction(body, m=m, l=l, n=n, hbar=hbar), widths=(width, width))
     z = np.random.default_rng(1).normal(size=(8, 5, 4))
-    truth = plane_share(body, hbar, n[0], (m - l) // 2, z[0:2], z[4:6]) * plane_share(body, hbar, n[1], (m + l) // 2, z[2:4], z[6:8])
+    truth = plane_share(body, hbar, n[0], (m - l) // 2, z[0:2], z[4:6]) * plane_share(
+        body, hbar, n[1], (m + l) // 2, z[2:4], z[6:8]
+    )
     np.testing.assert_allclose(Q(z), truth, rtol=1e-9, atol=1e-13)
     assert Q(z[:, 0, 0]) == pytest.approx(truth[0, 0], rel=1e-9)
     assert Q.norm == pytest.approx(1, abs=1e-12)
@@ -36,7 +43,9 @@ def by_quadrature(state, z, widths, order=24):
     """|<z|Psi>|^2 by Gauss-Hermite quadrature of Psi times the coherent state in the four planes' coordinates."""
     x, w = np.polynomial.hermite.hermgauss(order)
     sigma = np.repeat(widths, 2)
-    points = np.array(np.meshgrid(*(z[i] + math.sqrt(2) * sigma[i] * x for i in range(4)), indexing="ij")).reshape(4, -1)
+    points = np.array(np.meshgrid(*(z[i] + math.sqrt(2) * sigma[i] * x for i in range(4)), indexing="ij")).reshape(
+        4, -1
+    )
     weights = np.einsum("i,j,k,l->ijkl", w, w, w, w).ravel()
     wave = np.exp(-1j / state.hbar * (z[4:, None] * points).sum(axis=0))
     front = np.prod(np.sqrt(2) * sigma / (np.pi * sigma**2) ** 0.25)
@@ -56,12 +65,16 @@ def test_solved_states_against_quadrature():
     Q = husimi(state, widths=(0.4, 0.4), tolerance=1e-5)
     z = np.array([2.0, 0.1, 0.5, 0.2, 0.1, 0.4, -0.3, 0.6])
     assert Q(z) == pytest.approx(by_quadrature(state, z, (0.4, 0.4)), rel=2e-2)
-    turned = z * np.array([1, -1, 1, -1, -1, 1, -1, 1])  # both reflected and reversed in time: eta, gamma, p_alpha, p_beta -> -
+    turned = z * np.array(
+        [1, -1, 1, -1, -1, 1, -1, 1]
+    )  # both reflected and reversed in time: eta, gamma, p_alpha, p_beta -> -
     assert Q(turned) == pytest.approx(Q(z), rel=1e-12)
 
 
 def test_norm_over_phase_space():
-    """Of a product state Q is a product too: the integral over one plane at a fixed point of the other, times the other way round."""
+    """Of a product state Q is a product too: the integral over one plane at a fixed point of the other, times the other
+    way round.
+    """
     hbar, widths = 0.5, (0.6, 0.8)
     Q = husimi(wavefunction(Body(Harmonic(1.4), 1.3), m=2, l=0, n=(1, 2), hbar=hbar), widths=widths)
     t, w = np.polynomial.laguerre.laggauss(24)
@@ -86,14 +99,21 @@ def test_norm_over_phase_space():
 
 
 def test_states_lie_on_their_tori():
-    """Same actions I = hbar (n + 1/2) and angular momenta at hbar and hbar/3: the section curve gets narrower as sqrt(hbar)."""
+    """Same actions I = hbar (n + 1/2) and angular momenta at hbar and hbar/3: the section curve gets narrower as
+    sqrt(hbar).
+    """
     body, spread = Body(Anharmonic(1.0)), []
     for k in (1, 3):
         hbar, n = 0.1 / k, ((11 * k - 1) // 2, (9 * k - 1) // 2)
         state = wavefunction(body, m=6 * k, l=-2 * k, n=n, hbar=hbar)  # p_eta = 0.4, p_gamma = 0.2
         E = state.energy
         grid = energy_grid(
-            body, energy=E, section=AlphaTurning(1), axes=(np.linspace(0.02, 2.5, 120), np.linspace(-2.2, 2.2, 121)), p_eta=0.4, p_gamma=0.2
+            body,
+            energy=E,
+            section=AlphaTurning(1),
+            axes=(np.linspace(0.02, 2.5, 120), np.linspace(-2.2, 2.2, 121)),
+            p_eta=0.4,
+            p_gamma=0.2,
         )
         values = husimi(state)(grid.z0)
         beta, p_beta = grid.z0[2], grid.z0[6]
@@ -101,7 +121,9 @@ def test_states_lie_on_their_tori():
         mean = np.sum(values * H_beta) / np.sum(values)
         spread.append(np.sqrt(np.sum(values * (H_beta - state.constants["E_beta"]) ** 2) / np.sum(values)))
         assert abs(mean - state.constants["E_beta"]) < 0.8 * hbar
-        assert np.sum(grid.spread(values)[:, ::-1] - grid.spread(values)) == pytest.approx(0, abs=1e-9)  # p_beta -> -p_beta
+        assert np.sum(grid.spread(values)[:, ::-1] - grid.spread(values)) == pytest.approx(
+            0, abs=1e-9
+        )  # p_beta -> -p_beta
     assert spread[1] / spread[0] == pytest.approx(3**-0.5, abs=0.06)
 
 
@@ -132,7 +154,9 @@ def test_figures_of_husimi_functions_and_spacings():
     grid = energy_grid(body, axes=(np.linspace(0.1, 2, 20), np.linspace(-2, 2, 21)), **surface)
     starts = fastaff.energy_sample(body, orbits=20, **surface).z0.T.reshape(4, 5, 8)
     fine = np.zeros(4)
-    crossings = fastaff.SectionMap(starts, np.ones((4, 5)), fine + 5, fine, fine, fine, AlphaTurning(1), fastaff.KAHAN_LI8, 0.1)
+    crossings = fastaff.SectionMap(
+        starts, np.ones((4, 5)), fine + 5, fine, fine, fine, AlphaTurning(1), fastaff.KAHAN_LI8, 0.1
+    )
     left, right = Figure().subplots(1, 2)
     drawn = plot_husimi(grid, husimi(state)(grid.z0), ax=left, section_map=crossings, colorbar=True)
     assert drawn.lines[0].get_offsets().shape == (20, 2)

@@ -1,4 +1,6 @@
-"""Spectra of whole bodies and level diagrams: against closed forms, brute force over classes, and the order of levels."""
+"""Spectra of whole bodies and level diagrams: against closed forms, brute force over classes, and the order of
+levels.
+"""
 
 import math
 from typing import NamedTuple
@@ -8,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fastaff import (  # fmt: skip
+from fastaff import (
     Anharmonic,
     Body,
     Harmonic,
@@ -60,9 +62,13 @@ def test_harmonic_degeneracies(chart):
 
 @settings(max_examples=8, deadline=None)
 @given(
-    C=st.floats(0.1, 5), mu=st.floats(0.2, 4), hbar=st.floats(0.3, 2), single_valued=st.booleans(), quanta=st.floats(3, 7),
+    C=st.floats(0.1, 5),
+    mu=st.floats(0.2, 4),
+    hbar=st.floats(0.3, 2),
+    single_valued=st.booleans(),
+    quanta=st.floats(3, 7),
     wall=st.booleans(),
-)  # fmt: skip
+)
 def test_whole_bodies_are_complete(C, mu, hbar, single_valued, quanta, wall):
     """The exact list of EQ5.1 and EQ5.2, on GL(2,R) and on its covering."""
     body = Body(Anharmonic(C) if wall else Harmonic(C), mu)
@@ -71,13 +77,17 @@ def test_whole_bodies_are_complete(C, mu, hbar, single_valued, quanta, wall):
     found = all_levels(body, below=top, hbar=hbar, single_valued=single_valued)
     if np.abs(truth.levels.E - top).min(initial=1.0) > 1e-9:
         np.testing.assert_allclose(found.E, truth.levels.E, rtol=1e-12)
-        assert sorted(zip(found.m, found.l, *found.labels.T)) == sorted(zip(truth.levels.m, truth.levels.l, *truth.levels.n))
+        assert sorted(zip(found.m, found.l, *found.labels.T)) == sorted(
+            zip(truth.levels.m, truth.levels.l, *truth.levels.n)
+        )
         assert found.degeneracy.tolist() == truth.degeneracy.tolist()
         assert found.complete_below == top
 
 
 def test_elementary_states_of_the_hyperelastic_body():
-    """2 mu C/hbar^2 = 2 = |m - l| - |m + l|: E = 2 n_r + 4 + a + b with a = b + 1, so E = 5 + 2 k comes 2 + 4 k times, others 4 at most."""
+    """2 mu C/hbar^2 = 2 = |m - l| - |m + l|: E = 2 n_r + 4 + a + b with a = b + 1, so E = 5 + 2 k comes 2 + 4 k times,
+    others 4 at most.
+    """
     found = all_levels(Body(Hyperelastic(1.0)), below=12.0)
     special = np.isclose(found.energies % 2, 1.0, atol=1e-12)
     np.testing.assert_allclose(found.energies[special], [5, 7, 9, 11], rtol=1e-14)
@@ -178,7 +188,9 @@ def test_nothing_below_the_ground_state():
 def test_curves_follow_quantum_numbers_through_crossings():
     """E = sqrt(k) (2 n_alpha + 1 + a) + 2 n_beta + 1 + b of two oscillators crosses itself as k grows."""
     k = np.linspace(0.3, 3.0, 40)
-    found = level_diagram(lambda value: Body(SeparableAlphaBeta(Oscillator(value), Oscillator(1.0))), k, m=3, l=1, levels=15, name="k")
+    found = level_diagram(
+        lambda value: Body(SeparableAlphaBeta(Oscillator(value), Oscillator(1.0))), k, m=3, l=1, levels=15, name="k"
+    )
     assert found.names == ("alpha", "beta")
     curves = {curve.label: curve.E for curve in found.curves()}
     for (first, second), E in curves.items():
@@ -194,7 +206,14 @@ def test_curves_follow_quantum_numbers_through_crossings():
 def test_classes_and_values_are_kept_apart():
     shares = []
     found = level_diagram(
-        lambda C: Body(Hyperelastic(C)), [0.5, 2.0], m=[0, 1, 2], l=[0, -1, 0], levels=4, hbar=0.8, name="C", report=shares.append
+        lambda C: Body(Hyperelastic(C)),
+        [0.5, 2.0],
+        m=[0, 1, 2],
+        l=[0, -1, 0],
+        levels=4,
+        hbar=0.8,
+        name="C",
+        report=shares.append,
     )
     assert shares == [0.5, 1.0]
     for i, C in enumerate(found.values):

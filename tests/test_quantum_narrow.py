@@ -1,4 +1,6 @@
-"""Levels of potentials with narrow features, against finite elements that know where the features are; sizes and flags that are refused."""
+"""Levels of potentials with narrow features, against finite elements that know where the features are; sizes and flags
+that are refused.
+"""
 
 import os
 import signal
@@ -42,7 +44,9 @@ def mesh(lo, hi, features, base):
     edges = list(np.linspace(lo, hi, base + 1))
     for place, width in features:
         edges += list(place + width * np.linspace(-5, 5, 11))
-        edges += [place + sign * width * 5 * 2.0**k for k in range(60) for sign in (-1, 1) if width * 5 * 2.0**k < hi - lo]
+        edges += [
+            place + sign * width * 5 * 2.0**k for k in range(60) for sign in (-1, 1) if width * 5 * 2.0**k < hi - lo
+        ]
     edges = np.array(sorted(edge for edge in edges if lo <= edge <= hi))
     least = 0.3 * min([width for _, width in features] + [(hi - lo) / base])
     edges = edges[np.append(True, np.diff(edges) > least)]
@@ -63,7 +67,9 @@ def lagrange(edges, degree):
     row = np.broadcast_to(np.arange(h.size * t.size).reshape(h.size, t.size, 1), shape)
 
     def sparse(table):
-        return csr_matrix((np.broadcast_to(table, shape).ravel(), (row.ravel(), column.ravel())), (row.max() + 1, column.max() + 1))
+        return csr_matrix(
+            (np.broadcast_to(table, shape).ravel(), (row.ravel(), column.ravel())), (row.max() + 1, column.max() + 1)
+        )
 
     x = edges[:-1, None] + h[:, None] * (1 + t) / 2
     return sparse(values), sparse(slopes * (2 / h)[:, None, None]), x.ravel(), (w * h[:, None] / 2).ravel()
@@ -125,23 +131,34 @@ def test_radial_equations_with_narrow_features(seed):
         return 0.5 * q**2 + 0.1 * q**4 + bump(q)
 
     K = float(a * a if dimension == 2 else a * (a + 2))
-    found = radial("V", Plain(V if dimension == 2 else lambda r: V(np.sqrt(r))), dimension, np.array([K]), 8, hbar, mu, 1e-10)
+    found = radial(
+        "V", Plain(V if dimension == 2 else lambda r: V(np.sqrt(r))), dimension, np.array([K]), 8, hbar, mu, 1e-10
+    )
     E, error = found.values[0], found.change[0]
     power = dimension - 1 + 2 * a  # f = q^a g
     guess = (E[0] - 0.3 * (E[-1] - E[0])) / unit
     # the wider one needs no more than equal elements; both see the truth to their rounding
     truth = unit * on_a_line(
-        lambda q: q**power, lambda q: q**power * V(q) / unit, lambda q: q**power, mesh(0, 7.0, [(place, width)], 120), 8, guess
+        lambda q: q**power,
+        lambda q: q**power * V(q) / unit,
+        lambda q: q**power,
+        mesh(0, 7.0, [(place, width)], 120),
+        8,
+        guess,
     )
     assert np.all(np.abs(E - truth) <= 3 * error + 3e-9 * np.abs(E).max())
     assert np.all(error <= 1e-9 * np.abs(E).max())
-    tight = radial("V", Plain(V if dimension == 2 else lambda r: V(np.sqrt(r))), dimension, np.array([K]), 9, hbar, mu, 1e-12)
+    tight = radial(
+        "V", Plain(V if dimension == 2 else lambda r: V(np.sqrt(r))), dimension, np.array([K]), 9, hbar, mu, 1e-12
+    )
     assert np.all(np.abs(E - tight.values[0, :8]) <= error + tight.change[0, :8])
 
 
 @pytest.mark.parametrize(("width", "c"), [(0.3, 0.2), (0.012, -0.35), (0.002, 0.81)])
 def test_angles_with_narrow_features(width, c):
-    """In x = cos(vartheta), m = l = 0: -((1 - x^2) f')' + V f/4 = e f/4 for hbar = mu = 2 ... in units hbar = mu = 1."""
+    """In x = cos(vartheta), m = l = 0: -((1 - x^2) f')' + V f/4 = e f/4 for hbar = mu = 2 ... in units hbar = mu =
+    1.
+    """
 
     def V(x):
         return 40 * np.exp(-(((x - c) / width) ** 2)) + 3 * x
@@ -196,9 +213,12 @@ VALLEY = "rho**2/2 + h/(1 + ((cos(vartheta) - c)/w)**2) + g*D1*D2"
 
 @pytest.mark.parametrize(
     ("h", "c", "w", "g"),
-    [(70.0, 3.1, 0.05, 0.2), pytest.param(300.0, 2.3, 0.006, -0.15, marks=pytest.mark.slow),
-     pytest.param(-30.0, 5.0, 0.03, 0.3, marks=pytest.mark.slow)],
-)  # fmt: skip
+    [
+        (70.0, 3.1, 0.05, 0.2),
+        pytest.param(300.0, 2.3, 0.006, -0.15, marks=pytest.mark.slow),
+        pytest.param(-30.0, 5.0, 0.03, 0.3, marks=pytest.mark.slow),
+    ],
+)
 def test_ridges_of_bodies_that_do_not_separate(h, c, w, g):
     found = spectrum(formula(RIDGE, h=h, c=c, w=w, g=g), m=0, l=0, levels=6, tolerance=1e-7)
     rho = np.sqrt(c)
@@ -236,9 +256,13 @@ BUMP = "(D1**2 + D2**2)/2 + g*D1*D2 + h*exp(-((D1**2 + D2**2 - c)/w)**2 - ((D1*D
 
 @pytest.mark.parametrize(
     ("h", "c", "d", "w"),
-    [(90.0, 4.0, 0.7, 0.06), pytest.param(400.0, 3.3, -0.45, 0.012, marks=pytest.mark.slow),
-     pytest.param(-60.0, 5.1, 1.3, 0.03, marks=pytest.mark.slow), pytest.param(700.0, 2.2, 0.1, 0.006, marks=pytest.mark.slow)],
-)  # fmt: skip
+    [
+        (90.0, 4.0, 0.7, 0.06),
+        pytest.param(400.0, 3.3, -0.45, 0.012, marks=pytest.mark.slow),
+        pytest.param(-60.0, 5.1, 1.3, 0.03, marks=pytest.mark.slow),
+        pytest.param(700.0, 2.2, 0.1, 0.006, marks=pytest.mark.slow),
+    ],
+)
 def test_isolated_bumps(h, c, d, w):
     """Narrow in both coordinates: no line of a grid need cross them."""
     found = spectrum(formula(BUMP, h=h, c=c, d=d, w=w, g=0.1), m=0, l=0, levels=6, tolerance=1e-7)
@@ -248,7 +272,10 @@ def test_isolated_bumps(h, c, d, w):
         return r / 2 + 0.1 * s + h * np.exp(-(((r - c) / w) ** 2) - ((s - d) / w) ** 2)
 
     half = np.arccos(2 * d / c) / 2
-    edges = mesh(0, 9, [(np.sqrt(c), w / (2 * np.sqrt(c)))], 14), mesh(0, np.pi / 2, [(half, w / (c * np.sin(2 * half)))], 5)
+    edges = (
+        mesh(0, 9, [(np.sqrt(c), w / (2 * np.sqrt(c)))], 14),
+        mesh(0, np.pi / 2, [(half, w / (c * np.sin(2 * half)))], 5),
+    )
     truth = in_polar_coordinates(V, edges, 6, found.E[0] - 0.3, degree=6)
     without = spectrum(formula(BUMP, h=0.0, c=c, d=d, w=w, g=0.1), m=0, l=0, levels=6, tolerance=1e-9).E
     assert found.converged.all()
@@ -257,7 +284,9 @@ def test_isolated_bumps(h, c, d, w):
 
 
 def test_what_cannot_be_resolved_counts_as_error():
-    """Waves of V of length 3e-4, far more than panels: their part of V is in the error, and no level is called converged."""
+    """Waves of V of length 3e-4, far more than panels: their part of V is in the error, and no level is called
+    converged.
+    """
 
     def V(q):
         return q * q / 2 + 0.3 * np.sin(2e4 * q)
@@ -337,7 +366,10 @@ def test_flags_are_true_or_false(call, value):
         (lambda: coherent_packet(OSCILLATOR, Z0, width=1e6, levels=20), "width"),
         (lambda: coherent_packet(OSCILLATOR, Z0, width=1e-9, levels=20), "width"),
         (lambda: coherent_packet(OSCILLATOR, Z0, width=1e300, levels=20), "width must lie between"),
-        (lambda: wavefunction(OSCILLATOR, m=0, l=0, n=(0, 0)).expectation(lambda x, y: x, order=10**9), "order asks for .*iB of memory"),
+        (
+            lambda: wavefunction(OSCILLATOR, m=0, l=0, n=(0, 0)).expectation(lambda x, y: x, order=10**9),
+            "order asks for .*iB of memory",
+        ),
     ],
 )
 def test_numbers_out_of_reach(call, words):

@@ -1,4 +1,6 @@
-"""Spectra of bodies that do not separate: against separable ones solved as if they did not, and an independent plain basis."""
+"""Spectra of bodies that do not separate: against separable ones solved as if they did not, and an independent plain
+basis.
+"""
 
 import os
 import signal
@@ -16,7 +18,9 @@ from fastaff.quantum.spectrum import spectrum
 from fastaff.quantum.symmetry import SymmetryClass
 
 
-@pytest.mark.parametrize("potential", [Harmonic(1.4), Anharmonic(0.6), Hyperelastic(0.8)], ids=lambda p: type(p).__name__)
+@pytest.mark.parametrize(
+    "potential", [Harmonic(1.4), Anharmonic(0.6), Hyperelastic(0.8)], ids=lambda p: type(p).__name__
+)
 @pytest.mark.parametrize(("m", "l"), [(0, 0), (1, -1), (3, 1), (2, 4)])
 def test_separable_bodies_as_if_they_were_not(potential, m, l):
     body = Body(potential, 1.3)
@@ -29,7 +33,9 @@ def test_separable_bodies_as_if_they_were_not(potential, m, l):
 
 
 def plain_levels(potential, a, b, hbar, n, k, scale):
-    """Lowest levels in products r^i-Laguerre x P_j(2 x - 1), by Gauss quadrature and the generalised eigenproblem: upper bounds."""
+    """Lowest levels in products r^i-Laguerre x P_j(2 x - 1), by Gauss quadrature and the generalised eigenproblem:
+    upper bounds.
+    """
     from numpy.polynomial import laguerre, legendre
     from scipy.linalg import eigh
 
@@ -41,7 +47,9 @@ def plain_levels(potential, a, b, hbar, n, k, scale):
     y, v = legendre.leggauss(100)
     x, v = ((y + 1) / 2) ** 2, v * (y + 1) / 2  # x = s^2: nodes crowd at the wall
     P = legendre.legvander(2 * x - 1, k - 1)
-    dP = np.stack([2 * legendre.legval(2 * x - 1, legendre.legder(np.eye(k)[j])) if j else 0 * x for j in range(k)], axis=1)
+    dP = np.stack(
+        [2 * legendre.legval(2 * x - 1, legendre.legder(np.eye(k)[j])) if j else 0 * x for j in range(k)], axis=1
+    )
     side = (1 - x) ** (b / 2) * (1 + x) ** (a / 2)
     X = (side * x)[:, None] * P
     slope = side * (1 + x * (a / 2 / (1 + x) - b / 2 / (1 - x)))
@@ -51,9 +59,14 @@ def plain_levels(potential, a, b, hbar, n, k, scale):
         return (f * weight[:, None]).T @ g
 
     wr = w / scale
-    X2, K = gram(X, X, v), gram(dX, dX, v * (1 - x**2)) + gram(X, X, v * (b * b / (2 * (1 - x)) + a * a / (2 * (1 + x))))
+    X2, K = (
+        gram(X, X, v),
+        gram(dX, dX, v * (1 - x**2)) + gram(X, X, v * (b * b / (2 * (1 - x)) + a * a / (2 * (1 + x)))),
+    )
     V = potential.value(np.outer(r, 1 + x) / 2, np.outer(r, 1 - x) / 2)
-    potential_part = np.einsum("pi,pj,pq,qk,ql->ikjl", R, R, V * np.outer(wr * r, v), X, X, optimize=True).reshape(n * k, n * k)
+    potential_part = np.einsum("pi,pj,pq,qk,ql->ikjl", R, R, V * np.outer(wr * r, v), X, X, optimize=True).reshape(
+        n * k, n * k
+    )
     H = hbar**2 / 2 * 4 * (np.kron(gram(dR, dR, wr * r * r), X2) + np.kron(gram(R, R, wr), K)) + potential_part
     return eigh(H, np.kron(gram(R, R, wr * r), X2), eigvals_only=True)
 
@@ -86,7 +99,12 @@ def test_states_are_orthonormal_and_vanish_at_the_wall():
     v = np.arccos(s**2)
     Q, ANGLE = np.meshgrid(q, v, indexing="ij")
     weight = np.outer(4 * w * q**3, w / 2 * 2 * s) / 4  # alpha beta dalpha dbeta = rho^3 drho dx/4
-    f = np.array([2 * np.pi * found.state(k).amplitude(Q * np.cos(ANGLE / 2), Q * np.sin(ANGLE / 2), ALPHA_BETA) for k in range(8)])
+    f = np.array(
+        [
+            2 * np.pi * found.state(k).amplitude(Q * np.cos(ANGLE / 2), Q * np.sin(ANGLE / 2), ALPHA_BETA)
+            for k in range(8)
+        ]
+    )
     assert np.einsum("kij,lij,ij->kl", f, f, weight) == pytest.approx(np.eye(8), abs=1e-9)
     assert np.all(np.abs(found.state(0).amplitude([1.0, 0.5, 0.0], [1.0, 1.5, 0.0], ALPHA_BETA)) <= [1e-15, 0, 0])
     for k in range(8):
@@ -98,7 +116,8 @@ def test_states_are_orthonormal_and_vanish_at_the_wall():
 
 
 def test_formulas_and_the_whole_of_the_group():
-    """V = C (D1^2 + D2^2)/2 + g (D1 D2)^2 lives on all of R^4; at g -> 0 first-order perturbation of the lowest state of (0, 0).
+    """V = C (D1^2 + D2^2)/2 + g (D1 D2)^2 lives on all of R^4; at g -> 0 first-order perturbation of the lowest state
+    of (0, 0).
 
     <(alpha^2 - beta^2)^2/4> = (2 + 2 - 2)/4 = 1/2 there, for hbar = mu = C = 1: <alpha^2> = 1, <alpha^4> = 2.
     """
@@ -128,7 +147,9 @@ def test_weak_attraction_to_the_origin(c):
 
 
 def test_errors_where_convergence_is_algebraic():
-    """-c/rho is a cone at rho = 0, which weights of rho do not take: the truth is that of the radial equation alone, by `radial`."""
+    """-c/rho is a cone at rho = 0, which weights of rho do not take: the truth is that of the radial equation alone, by
+    `radial`.
+    """
     found = spectrum(formula("rho**2/2 - c/rho", c=0.5), m=0, l=0, levels=2, tolerance=1e-6)
     V = one_variable(lambda r: r / 2 - 0.5 / np.sqrt(r))
     truth = radial("V", V, 4, np.zeros(1), 2, 1.0, 1.0, 1e-11).values[0]

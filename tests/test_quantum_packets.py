@@ -1,4 +1,6 @@
-"""Wave packets against closed forms, classical orbits, propagation by matrix exponentials, and the frequencies dE/dJ, d2E/dJ2."""
+"""Wave packets against closed forms, classical orbits, propagation by matrix exponentials, and the frequencies dE/dJ,
+d2E/dJ2.
+"""
 
 import numpy as np
 import pytest
@@ -63,28 +65,38 @@ def test_a_harmonic_coherent_state_is_the_moving_gaussian(coherent):
     exact = np.exp(-(steps**2).sum(axis=0) / (4 * width**2)) / (2 * np.pi * width**2)
     psi = coherent.planes(points, t)
     assert coherent.missing < 1e-7
-    assert np.abs(np.abs(psi) - exact).max() < 10 * np.sqrt(coherent.missing) * exact.max()  # what is missing may add up at a point
+    assert (
+        np.abs(np.abs(psi) - exact).max() < 10 * np.sqrt(coherent.missing) * exact.max()
+    )  # what is missing may add up at a point
     # its phase at first: the momentum of the orbit
     phase = np.exp(1j * np.tensordot(Z0[4:], steps[:, 0], axes=1) / 0.6)
     assert np.abs(psi[0] - exact[0] * phase).max() < 10 * np.sqrt(coherent.missing) * exact.max()
-    matrices = np.array([[points[0] + points[2], points[3] - points[1]], [points[3] + points[1], points[0] - points[2]]]) / np.sqrt(2)
+    matrices = np.array(
+        [[points[0] + points[2], points[3] - points[1]], [points[3] + points[1], points[0] - points[2]]]
+    ) / np.sqrt(2)
     np.testing.assert_allclose(coherent(matrices[..., :3]), psi[0, :3], atol=1e-12)
 
 
 def test_means_follow_the_orbit_exactly_where_the_body_is_harmonic(coherent):
-    """<alpha^2> = |a(t)|^2 + 2 width^2, <r> likewise; E = classical energy + 2 hbar omega; full return after pi/omega and 2 pi/omega."""
+    """<alpha^2> = |a(t)|^2 + 2 width^2, <r> likewise; E = classical energy + 2 hbar omega; full return after pi/omega
+    and 2 pi/omega.
+    """
     t = np.linspace(0, 4, 9)
     orbit, width = harmonic_orbit(t), np.sqrt(0.6 / (2 * 0.7 * OMEGA))
     A = coherent.expectation(lambda alpha, beta: alpha**2, time=t)
     r = coherent.expectation(lambda r, vartheta: r, chart=R_VARTHETA, time=t)
     assert pytest.approx((orbit[:2] ** 2).sum(axis=0) + 2 * width**2, abs=1e-5) == A
     assert r == pytest.approx((orbit**2).sum(axis=0) + 4 * width**2, abs=1e-5)
-    assert coherent.energy == pytest.approx(HARMONIC.kinetic_energy(*Z0[4:]) + HARMONIC.potential_energy(*Z0[:4]) + 1.2 * OMEGA, abs=1e-5)
+    assert coherent.energy == pytest.approx(
+        HARMONIC.kinetic_energy(*Z0[4:]) + HARMONIC.potential_energy(*Z0[:4]) + 1.2 * OMEGA, abs=1e-5
+    )
     back = coherent.autocorrelation(2 * np.pi / OMEGA * np.arange(4))
     assert np.abs(back) == pytest.approx(np.full(4, coherent.norm() ** 2), abs=1e-12)
     assert abs(coherent.autocorrelation(np.pi / OMEGA)) < 0.1
     expected = np.exp(-((harmonic_orbit(np.array([np.pi / OMEGA]))[:, 0] - Z0[:4]) ** 2).sum() / (8 * width**2))
-    expected *= np.exp(-(width**2) * (4 * (Z0[4:] ** 2).sum()) / (2 * 0.6**2))  # overlap of two Gaussians: distance, and momenta
+    expected *= np.exp(
+        -(width**2) * (4 * (Z0[4:] ** 2).sum()) / (2 * 0.6**2)
+    )  # overlap of two Gaussians: distance, and momenta
     assert abs(coherent.autocorrelation(np.pi / OMEGA)) == pytest.approx(expected, abs=1e-5)
 
 
@@ -111,7 +123,9 @@ def test_the_plane_gaussian_by_bessel_functions():
     radius, k = np.linspace(0, 1.8, 25), [-9, -2, 0, 1, 7]
     v = gaussian.centre / (2 * 0.09) + 1j * gaussian.momentum / 0.5
     z = np.sqrt(v @ v)
-    front = np.exp(-(radius**2 + 0.45) / 0.36 - 1j * (gaussian.momentum @ gaussian.centre) / 0.5) / np.sqrt(2 * np.pi * 0.09)
+    front = np.exp(-(radius**2 + 0.45) / 0.36 - 1j * (gaussian.momentum @ gaussian.centre) / 0.5) / np.sqrt(
+        2 * np.pi * 0.09
+    )
     exact = [front * iv(j, radius * z) * ((v[0] - 1j * v[1]) / z) ** j for j in k]
     np.testing.assert_allclose(gaussian.harmonics(radius, k), exact, atol=1e-14)
     share = gaussian.probabilities()
@@ -133,25 +147,37 @@ def test_the_centre_of_a_class_follows_the_orbit_to_order_hbar():
             QUARTIC, z0, width=np.sqrt(hbar / 3), levels=levels, hbar=hbar, m=k // 2 + k, l=k // 2 - k, missing=1e-4
         )
         A, B = (packet.expectation(f, time=time) for f in (lambda a, b: a * a, lambda a, b: b * b))
-        away.append(max(np.abs(A - (orbit[:, :2] ** 2).sum(axis=1)).max(), np.abs(B - (orbit[:, 2:4] ** 2).sum(axis=1)).max()))
+        away.append(
+            max(np.abs(A - (orbit[:, :2] ** 2).sum(axis=1)).max(), np.abs(B - (orbit[:, 2:4] ** 2).sum(axis=1)).max())
+        )
     orders = np.log2(np.array(away[:-1]) / away[1:])
     assert orders[-1] == pytest.approx(1, abs=0.25), (away, orders)
 
 
 def test_autocorrelation_against_a_matrix_exponential():
-    """Class m = 1, l = 0 of the covering: u = sqrt(alpha beta) f has no centrifugal term, so a sine basis propagates it by expm."""
+    """Class m = 1, l = 0 of the covering: u = sqrt(alpha beta) f has no centrifugal term, so a sine basis propagates it
+    by expm.
+    """
     hbar, mu, size, length = 0.4, 1.3, 64, 4.2
     x = length * np.arange(1, size + 1) / (size + 1)
-    sines = np.sqrt(2 / (size + 1)) * np.sin(np.outer(np.arange(1, size + 1), np.arange(1, size + 1)) * np.pi / (size + 1))
+    sines = np.sqrt(2 / (size + 1)) * np.sin(
+        np.outer(np.arange(1, size + 1), np.arange(1, size + 1)) * np.pi / (size + 1)
+    )
     kinetic = sines @ np.diag(hbar**2 / (2 * mu) * (np.arange(1, size + 1) * np.pi / length) ** 2) @ sines
 
     def start(x, centre, momentum):
         return x * np.exp(-((x - centre) ** 2) / 0.16 + 1j * momentum * x / hbar)
 
     packet = projected_packet(
-        QUARTIC, lambda alpha, beta: start(alpha, 1.0, 0.5) * start(beta, 1.4, -0.3) / np.sqrt(alpha * beta), m=1, l=0, levels=400,
-        hbar=hbar, missing=1e-9, single_valued=False,
-    )  # fmt: skip
+        QUARTIC,
+        lambda alpha, beta: start(alpha, 1.0, 0.5) * start(beta, 1.4, -0.3) / np.sqrt(alpha * beta),
+        m=1,
+        l=0,
+        levels=400,
+        hbar=hbar,
+        missing=1e-9,
+        single_valued=False,
+    )
     time, product = np.array([0.3, 1.1, 4.7]), np.ones(3, complex)
     for V, centre, momentum in ((QUARTIC.potential.V_alpha, 1.0, 0.5), (QUARTIC.potential.V_beta, 1.4, -0.3)):
         u = start(x, centre, momentum)
@@ -163,7 +189,14 @@ def test_autocorrelation_against_a_matrix_exponential():
 def test_bodies_that_do_not_separate_take_the_same_way():
     """An oscillator given as a formula is solved without separation: the same packet as in closed form."""
     plain = formula("(D1**2 + D2**2)/2")
-    taken = {"z0": np.array([0.8, 0.1, 0.5, 0.2, 0.1, 0.5, -0.2, 0.2]), "width": 0.6, "levels": 40, "m": 2, "l": 0, "missing": 1e-6}
+    taken = {
+        "z0": np.array([0.8, 0.1, 0.5, 0.2, 0.1, 0.5, -0.2, 0.2]),
+        "width": 0.6,
+        "levels": 40,
+        "m": 2,
+        "l": 0,
+        "missing": 1e-6,
+    }
     one, other = coherent_packet(plain, **taken), coherent_packet(Body(Harmonic()), **taken)
     assert one.states[0].numbers.keys() == {"level"}
     t = np.linspace(0, 5, 11)
@@ -197,9 +230,12 @@ def test_norm_is_conserved_and_densities_integrate_to_it():
 
 @settings(max_examples=30, deadline=None)
 @given(
-    E=st.lists(st.floats(-50, 50), min_size=1, max_size=12), hbar=st.floats(0.1, 3), t=st.floats(-1e3, 1e3), s=st.floats(-1e3, 1e3),
+    E=st.lists(st.floats(-50, 50), min_size=1, max_size=12),
+    hbar=st.floats(0.1, 3),
+    t=st.floats(-1e3, 1e3),
+    s=st.floats(-1e3, 1e3),
     seed=st.integers(0, 99),
-)  # fmt: skip
+)
 def test_autocorrelation_is_the_sum_and_a_group(E, hbar, t, s, seed):
     rng = np.random.default_rng(seed)
     c = rng.normal(size=len(E)) + 1j * rng.normal(size=len(E))
@@ -224,7 +260,9 @@ def test_many_times_in_blocks():
     assert np.abs(found[:, ::1000].ravel() - some).max() < 1e-10
 
 
-@pytest.mark.parametrize(("body", "n"), [(QUARTIC, (4, 3)), (CORED, (3, 4)), (WALLED, (2, 4))], ids=["quartic", "heavy top", "EQ2.2h"])
+@pytest.mark.parametrize(
+    ("body", "n"), [(QUARTIC, (4, 3)), (CORED, (3, 4)), (WALLED, (2, 4))], ids=["quartic", "heavy top", "EQ2.2h"]
+)
 def test_time_scales_agree_with_frequencies_to_order_hbar_squared(body, n):
     """The same actions at hbar and hbar/3: n + 1/2 and m, l three times as large; differences fall ninefold."""
     away = []
@@ -244,7 +282,9 @@ def test_time_scales_agree_with_frequencies_to_order_hbar_squared(body, n):
 
 
 def test_time_scales_in_closed_form():
-    """Harmonic: T = pi/omega, revivals never; Anharmonic: only eta, from sqrt(16 C mu/hbar^2 + (m - l)^2); a core: from the square root."""
+    """Harmonic: T = pi/omega, revivals never; Anharmonic: only eta, from sqrt(16 C mu/hbar^2 + (m - l)^2); a core: from
+    the square root.
+    """
     scales = revivals(HARMONIC, n=(9, 4), m=5, l=1, hbar=0.3)
     for found in scales:
         np.testing.assert_allclose(found.period, np.pi / OMEGA * np.array([1, 1, 2, 2]), rtol=1e-11)
@@ -265,27 +305,36 @@ def test_time_scales_in_closed_form():
     q = 0.2 * 25
     assert found.classical.names == ("r", "vartheta")
     assert found.classical.period[1] == pytest.approx(2 * np.pi * 0.2 / (2 * 0.2 * q / np.sqrt(q * q + 6)), rel=1e-12)
-    assert found.classical.revival[1, 1] == pytest.approx(4 * np.pi * 0.2 / (4 * 0.04 * 6 / (q * q + 6) ** 1.5), rel=1e-8)
+    assert found.classical.revival[1, 1] == pytest.approx(
+        4 * np.pi * 0.2 / (4 * 0.04 * 6 / (q * q + 6) ** 1.5), rel=1e-8
+    )
     assert np.isinf(found.classical.revival[0]).all()
 
 
 def test_a_rigid_rotor_revives_fully():
-    """The stiffer the core, the nearer E to a constant and (2 hbar^2/mu r0) j (j + 1), r0 = sqrt(2 c/k): whole with all j.
+    """The stiffer the core, the nearer E to a constant and (2 hbar^2/mu r0) j (j + 1), r0 = sqrt(2 c/k): whole with all
+    j.
 
-    E = hbar omega (2 n_r + 1 + sqrt((2 j + 1)^2 + 2 mu c/hbar^2)) in closed form; terms beyond j (j + 1) fall as 1/c^(3/2).
+    E = hbar omega (2 n_r + 1 + sqrt((2 j + 1)^2 + 2 mu c/hbar^2)) in closed form; terms beyond j (j + 1) fall as
+    1/c^(3/2).
     """
     lost = []
     for c in (1e8, 1e10):
         body = Body(SeparableRVartheta(Spring(2.0, c), Barriers()))
         packet = number_packet(body, n=(0, 8), m=0, l=0, width=(0.0, 1.5))
-        # hbar = mu = 1: E_j = const + 2 j (j + 1)/r0, r0 = sqrt(2 c/k): the period of all j (j + 1), which are even, is 2 pi r0/4
+        # hbar = mu = 1: E_j = const + 2 j (j + 1)/r0, r0 = sqrt(2 c/k): the period of all j (j + 1), which are even, is
+        # 2 pi r0/4
         lost.append(1 - abs(packet.autocorrelation(2 * np.pi * np.sqrt(c) / 4)))
-        assert revivals(body, n=(1, 8), m=0, l=0).quantum.revival[1, 1] == pytest.approx(2 * np.pi * np.sqrt(c) / 2, rel=1e-3)
+        assert revivals(body, n=(1, 8), m=0, l=0).quantum.revival[1, 1] == pytest.approx(
+            2 * np.pi * np.sqrt(c) / 2, rel=1e-3
+        )
     assert lost[0] < 0.01
     assert lost[1] < 0.05 * lost[0] + 1e-9
 
 
-@pytest.mark.parametrize(("body", "n"), [(WALLED, (1, 40)), (CORED, (1, 36)), (QUARTIC, (36, 1))], ids=["EQ2.2h", "top", "quartic"])
+@pytest.mark.parametrize(
+    ("body", "n"), [(WALLED, (1, 40)), (CORED, (1, 36)), (QUARTIC, (36, 1))], ids=["EQ2.2h", "top", "quartic"]
+)
 def test_a_packet_revives_when_the_actions_say(body, n):
     """|A| has peaks within a period of the classical revival time and of its half, and has collapsed between.
 
@@ -306,18 +355,24 @@ def test_a_packet_revives_when_the_actions_say(body, n):
 
 
 @pytest.mark.parametrize(
-    ("body", "n", "theta"), [(HARMONIC, (20, 14), (0.0, 0.3)), (WALLED, (14, 18), (0.6, 0.8)), (QUARTIC, (18, 12), (0.3, 0.55))],
+    ("body", "n", "theta"),
+    [(HARMONIC, (20, 14), (0.0, 0.3)), (WALLED, (14, 18), (0.6, 0.8)), (QUARTIC, (18, 12), (0.3, 0.55))],
     ids=["harmonic", "EQ2.2h", "quartic"],
-)  # fmt: skip
+)
 def test_number_packets_are_where_their_angles_say(body, n, theta):
-    """<alpha^2> and <beta^2> are those of a cloud of phase points on the torus, of angles spread by 1/(4 pi width); and later."""
+    """<alpha^2> and <beta^2> are those of a cloud of phase points on the torus, of angles spread by 1/(4 pi width); and
+    later.
+    """
     hbar, width = 0.05, 1.4
     packet = number_packet(body, n=n, m=12, l=-4, width=(width, width), theta=(*theta, 0.0, 0.0), hbar=hbar)
     J = 2 * np.pi * hbar * np.array([n[0] + 0.5, n[1] + 0.5, 12, -4])
     nu, time = energy_of_actions(body, J).nu, np.array([0.0, 0.9])
     means = [packet.expectation(f, time=time) for f in (lambda a, b: a * a, lambda a, b: b * b)]
     rng = np.random.default_rng(2)
-    spread, everywhere = rng.normal(0, 1 / (4 * np.pi * width), (4, 4000)), from_action_angle(body, J, rng.uniform(size=(4, 4000)))
+    spread, everywhere = (
+        rng.normal(0, 1 / (4 * np.pi * width), (4, 4000)),
+        from_action_angle(body, J, rng.uniform(size=(4, 4000))),
+    )
     for i, moment in enumerate(time):
         cloud = from_action_angle(body, J, (np.array([*theta, 0.0, 0.0]) + moment * nu)[:, None] + spread)
         for plane, mean in enumerate(means):
@@ -330,13 +385,21 @@ def test_a_state_is_its_own_packet():
     state = spectrum(QUARTIC, m=2, l=0, levels=12, hbar=0.5).state(7)
     for chart in (ALPHA_BETA, R_VARTHETA, TWO_POLAR):
         packet = projected_packet(
-            QUARTIC, lambda x, y, chart=chart: 3 * state.amplitude(x, y, chart), m=2, l=0, levels=12, hbar=0.5, chart=chart
+            QUARTIC,
+            lambda x, y, chart=chart: 3 * state.amplitude(x, y, chart),
+            m=2,
+            l=0,
+            levels=12,
+            hbar=0.5,
+            chart=chart,
         )
         assert packet.weights.max() == pytest.approx(1, abs=1e-9)
         assert packet.energy == pytest.approx(state.energy, abs=1e-8)
         assert packet.spread < 1e-3
     x = np.linspace(0.3, 1.5, 4)
-    np.testing.assert_allclose(packet.amplitude(x, x, time=2.0), state.amplitude(x, x, ALPHA_BETA) * np.exp(-4j * state.energy), atol=1e-7)
+    np.testing.assert_allclose(
+        packet.amplitude(x, x, time=2.0), state.amplitude(x, x, ALPHA_BETA) * np.exp(-4j * state.energy), atol=1e-7
+    )
     walled = spectrum(WALLED, m=2, l=0, levels=9).state(6)  # ends at det phi = 0
     packet = projected_packet(WALLED, lambda r, v: walled.amplitude(r, v), m=2, l=0, levels=9, chart=R_VARTHETA)
     assert packet.weights.max() == pytest.approx(1, abs=1e-9)
@@ -369,9 +432,12 @@ def test_wrong_input():
         packet.expectation(lambda a, b: 1j * a)
     states = packet.states[:2]
     for energies, c, hbar, wrong in (
-        ([1.0], [1.0, 1.0], 1.0, "energies"), ([1.0, 2.0], [1.0], 1.0, "coefficients"), ([1.0, np.nan], [1, 1], 1.0, "energies"),
-        ([1.0, 2.0], [1.0, np.inf], 1.0, "coefficients"), ([1.0, 2.0], [1.0, 1.0], -1.0, "hbar"),
-    ):  # fmt: skip
+        ([1.0], [1.0, 1.0], 1.0, "energies"),
+        ([1.0, 2.0], [1.0], 1.0, "coefficients"),
+        ([1.0, np.nan], [1, 1], 1.0, "energies"),
+        ([1.0, 2.0], [1.0, np.inf], 1.0, "coefficients"),
+        ([1.0, 2.0], [1.0, 1.0], -1.0, "hbar"),
+    ):
         with pytest.raises(ValueError, match=wrong):
             Packet(states, energies, c, hbar)
     outside = np.array([0.5, 0, 0.9, 0, 0, 0, 0, 0.0])  # det phi < 0
@@ -379,9 +445,15 @@ def test_wrong_input():
         coherent_packet(WALLED, outside, width=0.1, levels=20)
     good = np.array([1.2, 0, 0.3, 0, 0, 0, 0, 0.0])
     for changed, wrong in (
-        ({"width": 0.0}, "width"), ({"width": [1, 2, 3]}, "width"), ({"hbar": np.nan}, "hbar"), ({"m": 2}, "m and l"),
-        ({"m": 1, "l": 0}, "even"), ({"missing": 0.0}, "missing"), ({"levels": 0}, "levels"), ({"m": 90, "l": 0}, "hold"),
-    ):  # fmt: skip
+        ({"width": 0.0}, "width"),
+        ({"width": [1, 2, 3]}, "width"),
+        ({"hbar": np.nan}, "hbar"),
+        ({"m": 2}, "m and l"),
+        ({"m": 1, "l": 0}, "even"),
+        ({"missing": 0.0}, "missing"),
+        ({"levels": 0}, "levels"),
+        ({"m": 90, "l": 0}, "hold"),
+    ):
         with pytest.raises(ValueError, match=wrong):
             coherent_packet(HARMONIC, good, **{"width": 0.5, "levels": 20} | changed)
     with pytest.raises(ValueError, match="shape"):
@@ -396,12 +468,22 @@ def test_wrong_input():
         projected_packet(HARMONIC, lambda a, b: 0 * a, m=0, l=0, levels=3)
     number = {"n": (3, 2), "m": 0, "l": 0, "width": (1, 0)}
     for changed, wrong in (
-        ({"n": (3, -1)}, "n must"), ({"width": (1, -1)}, "width"), ({"width": (1,)}, "width"), ({"theta": (0, 0)}, "theta"),
-        ({"m": 1}, "even"), ({"theta": (0, 0, 0, np.nan)}, "theta"), ({"hbar": 0}, "hbar"),
-    ):  # fmt: skip
+        ({"n": (3, -1)}, "n must"),
+        ({"width": (1, -1)}, "width"),
+        ({"width": (1,)}, "width"),
+        ({"theta": (0, 0)}, "theta"),
+        ({"m": 1}, "even"),
+        ({"theta": (0, 0, 0, np.nan)}, "theta"),
+        ({"hbar": 0}, "hbar"),
+    ):
         with pytest.raises(ValueError, match=wrong):
             number_packet(HARMONIC, **number | changed)
-    for changed, wrong in (({"n": (0, 3)}, "at least 1"), ({"maslov": (1,)}, "maslov"), ({"hbar": -1.0}, "hbar"), ({"n": (1, 2, 3)}, "n")):
+    for changed, wrong in (
+        ({"n": (0, 3)}, "at least 1"),
+        ({"maslov": (1,)}, "maslov"),
+        ({"hbar": -1.0}, "hbar"),
+        ({"n": (1, 2, 3)}, "n"),
+    ):
         with pytest.raises(ValueError, match=wrong):
             revivals(HARMONIC, **{"n": (3, 2), "m": 0, "l": 0} | changed)
     with pytest.raises(ValueError, match="separate"):
@@ -421,7 +503,9 @@ def test_a_packet_of_several_classes_has_no_one_amplitude():
 
 
 def test_walls_in_alpha_and_heavy_tops_have_packets():
-    """Bodies of all kinds hold coherent states: what they hold has the mean energy of the phase point, up to O(hbar)."""
+    """Bodies of all kinds hold coherent states: what they hold has the mean energy of the phase point, up to
+    O(hbar).
+    """
     z0 = np.array([1.3, 0.0, 0.5, 0.0, 0.0, 0.4 / 1.3, 0.2, 0.4 / 0.5])  # p_eta = p_gamma = 0.4
     walled = Body(SeparableAlphaBeta(Oscillator(1.0, 0.2), Oscillator(1.0)))
     secant = Body(SeparableRVartheta(Spring(1.0, 1.0), Secant(0.1)))

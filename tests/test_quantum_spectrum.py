@@ -1,4 +1,6 @@
-"""Spectra of separable bodies against closed forms, reference numbers of 20 digits, scaling laws and finite differences."""
+"""Spectra of separable bodies against closed forms, reference numbers of 20 digits, scaling laws and finite
+differences.
+"""
 
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import jn_zeros
 
-from fastaff import (  # fmt: skip
+from fastaff import (
     Anharmonic,
     Body,
     Harmonic,
@@ -26,23 +28,36 @@ from fastaff.quantum.separable import angular, radial
 from fastaff.quantum.singular_ends import NoGroundState
 from fastaff.quantum.spectrum import spectrum, spectrum_table
 
-# mu = C = hbar = 1; (m, l, n_vartheta): e_vartheta. Two methods each, agreed to 30 digits: Frobenius series matched inside, and Galerkin
-# in 40-digit arithmetic.
+# mu = C = hbar = 1; (m, l, n_vartheta): e_vartheta. Two methods each, agreed to 30 digits: Frobenius series matched
+# inside, and Galerkin in 40-digit arithmetic.
 EQ22H = {
-    (0, 0, 0): 6.9283665548532502203, (0, 0, 1): 28.020341308083547668, (0, 0, 2): 64.621986716763465379,
-    (0, 0, 3): 117.03169092428746265, (1, 1, 0): 15.035365122067779735, (1, 1, 3): 148.57777461706187430,
-    (2, 0, 0): 15.652106622436395063, (2, 0, 3): 149.21382032275343460, (1, -1, 0): 7.5, (1, -1, 1): 28.641095738648536310,
-}  # fmt: skip
+    (0, 0, 0): 6.9283665548532502203,
+    (0, 0, 1): 28.020341308083547668,
+    (0, 0, 2): 64.621986716763465379,
+    (0, 0, 3): 117.03169092428746265,
+    (1, 1, 0): 15.035365122067779735,
+    (1, 1, 3): 148.57777461706187430,
+    (2, 0, 0): 15.652106622436395063,
+    (2, 0, 3): 149.21382032275343460,
+    (1, -1, 0): 7.5,
+    (1, -1, 1): 28.641095738648536310,
+}
 TOP = {
-    (0, 0, 0): -0.082101586964610200954, (0, 0, 1): 4.0487380565091985963, (0, 0, 3): 24.005556977352969811,
-    (1, 1, 0): 1.1313221385884104089, (2, 0, 2): 24.004165782724398543, (1, -1, 0): 1.7947307970083132269,
+    (0, 0, 0): -0.082101586964610200954,
+    (0, 0, 1): 4.0487380565091985963,
+    (0, 0, 3): 24.005556977352969811,
+    (1, 1, 0): 1.1313221385884104089,
+    (2, 0, 2): 24.004165782724398543,
+    (1, -1, 0): 1.7947307970083132269,
     (1, -1, 2): 17.535155006622446063,
-}  # fmt: skip
+}
 CRITICAL_A = 2.5572595087999248905
 QUARTIC = one_variable(lambda x: x**4)
 
 
-@pytest.mark.parametrize(("potential", "table"), [(Hyperelastic(), EQ22H), (HeavyTop(), TOP)], ids=["EQ2.2h", "heavy top"])
+@pytest.mark.parametrize(
+    ("potential", "table"), [(Hyperelastic(), EQ22H), (HeavyTop(), TOP)], ids=["EQ2.2h", "heavy top"]
+)
 def test_reference_numbers(potential, table):
     for (m, l, n), e in table.items():
         found = spectrum(Body(potential), m=m, l=l, levels=40, tolerance=1e-12)
@@ -81,9 +96,14 @@ def test_the_critical_heavy_top():
 
 @settings(max_examples=15, deadline=None)
 @given(
-    m=st.integers(-6, 6), half=st.integers(-5, 5), C=st.floats(0.05, 20), mu=st.floats(0.1, 10), hbar=st.floats(0.05, 3),
-    wall=st.booleans(), chart=st.sampled_from(["alpha-beta", "r-vartheta"]),
-)  # fmt: skip
+    m=st.integers(-6, 6),
+    half=st.integers(-5, 5),
+    C=st.floats(0.05, 20),
+    mu=st.floats(0.1, 10),
+    hbar=st.floats(0.05, 3),
+    wall=st.booleans(),
+    chart=st.sampled_from(["alpha-beta", "r-vartheta"]),
+)
 def test_harmonic_and_anharmonic_closed_forms(m, half, C, mu, hbar, wall, chart):
     """EQ5.1 and EQ5.2, in both charts: level n = n_1 + n_2 with multiplicity n + 1."""
     l = m + 2 * half
@@ -117,7 +137,9 @@ def test_numerical_angles_meet_closed_ones():
     twin = SeparableRVartheta(Spring(1.0), Barriers(0.7, 0.2))
     for m, l in ((0, 0), (3, -1)):
         E = spectrum(Body(body), m=m, l=l, levels=12).E
-        s = np.sqrt(((m - l) / 2) ** 2 + 1.4) + np.sqrt(((m + l) / 2) ** 2 + 0.4)  # e = (2 hbar^2/mu)(n + s/2)(n + s/2 + 1), E from it
+        s = np.sqrt(((m - l) / 2) ** 2 + 1.4) + np.sqrt(
+            ((m + l) / 2) ** 2 + 0.4
+        )  # e = (2 hbar^2/mu)(n + s/2)(n + s/2 + 1), E from it
         n = np.repeat(np.arange(5), np.arange(1, 6))[:12]
         np.testing.assert_allclose(E, 2 * n + 2 + s, rtol=1e-11)
         np.testing.assert_allclose(spectrum(Body(twin), m=m, l=l, levels=12).E, E, rtol=1e-11)
@@ -144,7 +166,8 @@ def test_quartic_scaling_and_finite_differences():
 
 
 @pytest.mark.parametrize(
-    ("potential", "chart"), [(Hyperelastic(), None), (HeavyTop(), None), (SeparableAlphaBeta(QUARTIC, Oscillator(1.0, 0.3)), None)]
+    ("potential", "chart"),
+    [(Hyperelastic(), None), (HeavyTop(), None), (SeparableAlphaBeta(QUARTIC, Oscillator(1.0, 0.3)), None)],
 )
 def test_states_are_orthonormal_with_nodes_of_their_labels(potential, chart):
     found = spectrum(Body(potential), m=3, l=1, levels=6, chart=chart)
@@ -179,7 +202,9 @@ def test_states_are_orthonormal_with_nodes_of_their_labels(potential, chart):
     ids=["disk", "Coulomb", "Coulomb, a = 2"],
 )
 def test_textbook_planes(V, m, E):
-    """A particle in a hard disk, E = j^2/2 with zeros of J_a; the two-dimensional hydrogen atom, E = -1/(2 (n + a + 1/2)^2)."""
+    """A particle in a hard disk, E = j^2/2 with zeros of J_a; the two-dimensional hydrogen atom, E = -1/(2 (n + a +
+    1/2)^2).
+    """
     found = spectrum(Body(SeparableAlphaBeta(V, Oscillator())), m=m, l=0, levels=24)
     a = m / 2
     lowest = [found.E[(found.labels == (n, 0)).all(axis=1)] for n in range(2)]
@@ -188,7 +213,9 @@ def test_textbook_planes(V, m, E):
 
 
 def test_a_wall_of_finite_strength():
-    """Poeschl and Teller, (nu^2 - 1/4)/(2 sin^2 q) on (0, pi): E = (n + nu + 1/2)^2/2; 1/(8 q^2) makes the plane a line."""
+    """Poeschl and Teller, (nu^2 - 1/4)/(2 sin^2 q) on (0, pi): E = (n + nu + 1/2)^2/2; 1/(8 q^2) makes the plane a
+    line.
+    """
     nu = 1.8
 
     def value(q):
@@ -203,9 +230,10 @@ def test_a_wall_of_finite_strength():
 
 
 @pytest.mark.parametrize(
-    "potential", [Hyperelastic(0.7), HeavyTop(A=0.8), SeparableAlphaBeta(QUARTIC, Oscillator(1.0, 0.3)), NeoHookean(1.0, 2.0)],
+    "potential",
+    [Hyperelastic(0.7), HeavyTop(A=0.8), SeparableAlphaBeta(QUARTIC, Oscillator(1.0, 0.3)), NeoHookean(1.0, 2.0)],
     ids=lambda p: type(p).__name__,
-)  # fmt: skip
+)
 def test_schroedinger_equation_of_numerical_states(potential):
     """H Psi = E Psi by differences of Psi on planes, with the Laplacian of R^4; and the spin of its values on matrices.
 
@@ -232,9 +260,15 @@ def test_table_of_classes():
     table = spectrum_table(Body(Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=30)
     for (m, l), row in zip(classes, table):
         assert (row.m, row.l) == (m, l)
-        np.testing.assert_allclose(row.E, spectrum(Body(Hyperelastic()), m=l, l=m, levels=30).E, rtol=1e-13)  # |m - l|, |m + l| count
+        np.testing.assert_allclose(
+            row.E, spectrum(Body(Hyperelastic()), m=l, l=m, levels=30).E, rtol=1e-13
+        )  # |m - l|, |m + l| count
     covering = spectrum(Body(Hyperelastic()), m=1, l=0, levels=3, single_valued=False)
-    assert spectrum(Body(Hyperelastic()), m=0, l=0, levels=1).E[0] < covering.E[0] < spectrum(Body(Hyperelastic()), m=1, l=1, levels=1).E[0]
+    assert (
+        spectrum(Body(Hyperelastic()), m=0, l=0, levels=1).E[0]
+        < covering.E[0]
+        < spectrum(Body(Hyperelastic()), m=1, l=1, levels=1).E[0]
+    )
 
 
 def falling(q):
@@ -262,7 +296,12 @@ def falling(q):
         (SeparableAlphaBeta(one_variable(lambda q: -np.exp(-q)), Oscillator()), {}, NoGroundState, "bind"),
         (SeparableRVartheta(Spring(), Barriers(-1.0)), {}, NoGroundState, "vartheta = pi"),
         (SeparableRVartheta(Spring(), Secant(-8.0)), {}, ValueError, "V_"),
-        (SeparableAlphaBeta(one_variable(lambda q: q**2 + 1 / (q - 1) ** 2), Oscillator()), {}, ValueError, "pole at 1;"),
+        (
+            SeparableAlphaBeta(one_variable(lambda q: q**2 + 1 / (q - 1) ** 2), Oscillator()),
+            {},
+            ValueError,
+            "pole at 1;",
+        ),
         (SeparableAlphaBeta(one_variable(lambda q: np.tan(q) ** 2), Oscillator()), {}, ValueError, "pole at 1.5708"),
         (SeparableRVartheta(Spring(), one_variable(lambda v: 1 / np.cos(v) ** 2)), {}, ValueError, "pole at 1.5708"),
     ],
@@ -289,7 +328,9 @@ def test_other_wrong_input():
 
 
 def test_no_level_is_lost_where_inner_exponents_are_weak():
-    """-1/4 < s < 0 in the reduced equation: bound, Friedrichs; s = -1/4 + 2 mu c/hbar^2 + a^2 of an oscillator in closed form."""
+    """-1/4 < s < 0 in the reduced equation: bound, Friedrichs; s = -1/4 + 2 mu c/hbar^2 + a^2 of an oscillator in
+    closed form.
+    """
     potential = SeparableAlphaBeta(one_variable(lambda q: q**2 / 2 - 0.1 / q**2), Oscillator())
     found = spectrum(Body(potential), m=1, l=-1, levels=6)
     chi = np.sqrt(1 - 0.2)

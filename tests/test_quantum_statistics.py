@@ -1,4 +1,6 @@
-"""Level statistics: Weyl counts against exact counts and plain quadrature, ratios and laws of spacings against random matrices."""
+"""Level statistics: Weyl counts against exact counts and plain quadrature, ratios and laws of spacings against random
+matrices.
+"""
 
 from functools import partial
 
@@ -35,7 +37,9 @@ from fastaff.quantum import weyl_count as weyl
 
 @pytest.mark.parametrize(("m", "l"), [(0, 0), (1, 0), (2, 0), (3, -1), (8, 4)])
 def test_harmonic_count_in_closed_form(m, l):
-    """Z = e^(-(a + b) y)/(2 sinh y)^2 of a class, y = hbar omega/kT: N = x^2/2 - 1/12 at x = (E/hbar omega - a - b)/2."""
+    """Z = e^(-(a + b) y)/(2 sinh y)^2 of a class, y = hbar omega/kT: N = x^2/2 - 1/12 at x = (E/hbar omega - a -
+    b)/2.
+    """
     body, hbar = Body(Harmonic(1.4), 1.3), 0.3
     x = np.array([[1.4, 3.0], [9.7, 20.0]])
     E = hbar * np.sqrt(1.4 / 1.3) * (2 * x + abs(m - l) / 2 + abs(m + l) / 2)
@@ -46,7 +50,9 @@ def test_harmonic_count_in_closed_form(m, l):
 
 
 def test_anharmonic_count_up_to_the_next_order():
-    """N = x^2/2 - 1/12 again, with sqrt(a^2 + 4 C mu/hbar^2) for a: what is left out is of the order hbar^2 at one energy."""
+    """N = x^2/2 - 1/12 again, with sqrt(a^2 + 4 C mu/hbar^2) for a: what is left out is of the order hbar^2 at one
+    energy.
+    """
     body = Body(Anharmonic(1.4), 1.3)
     left = []
     for hbar in (0.4, 0.2):
@@ -58,7 +64,9 @@ def test_anharmonic_count_up_to_the_next_order():
 
 @pytest.mark.parametrize(("m", "l", "hbar"), [(0, 0, 0.1), (3, -1, 0.1)])
 def test_count_has_no_drift_on_exact_levels(m, l, hbar):
-    """The wall det phi = 0 included: with the Dirichlet perimeter term or with a^2 - 1/4 the staircase would lie off by whole levels."""
+    """The wall det phi = 0 included: with the Dirichlet perimeter term or with a^2 - 1/4 the staircase would lie off by
+    whole levels.
+    """
     body = Body(Hyperelastic(1.4), 1.3)
     E = spectrum(body, m=m, l=l, levels=160, hbar=hbar).E
     count = partial(weyl_count, body, m=m, l=l, hbar=hbar)
@@ -83,9 +91,10 @@ TWO_WELLS = "((D1**2 + D2**2) - 2)**2*((D1**2 + D2**2) - 6)**2/20 + D1*D2/10"
 
 
 @pytest.mark.parametrize(
-    ("body", "energy"), [(Body(NeoHookean(1.0, 2.0), 1.2), 2.2), (formula(TWO_WELLS), 0.6), (formula(TWO_WELLS), 2.5)],
+    ("body", "energy"),
+    [(Body(NeoHookean(1.0, 2.0), 1.2), 2.2), (formula(TWO_WELLS), 0.6), (formula(TWO_WELLS), 2.5)],
     ids=["neo-Hookean", "two wells", "two wells, above the pass"],
-)  # fmt: skip
+)
 def test_leading_term_against_cells(body, energy):
     """Phase space by cells of alpha and beta, exact for the leading term at hbar -> 0; angular momenta fixed."""
     hbar, p_eta, p_gamma = 1e-3, 0.3, 0.2
@@ -111,10 +120,14 @@ def test_what_has_no_count():
 
 
 def goe_levels(n, random):
-    """Unfolded middle levels of a GOE matrix. Source of the tridiagonal form: Dumitriu & Edelman 2002, J. Math. Phys. 43, 5830."""
+    """Unfolded middle levels of a GOE matrix. Source of the tridiagonal form: Dumitriu & Edelman 2002, J. Math. Phys.
+    43, 5830.
+    """
     from scipy.linalg import eigvalsh_tridiagonal
 
-    E = eigvalsh_tridiagonal(np.sqrt(2) * random.normal(size=n), np.sqrt(random.chisquare(np.arange(n - 1, 0, -1)))) / (2 * np.sqrt(n))
+    E = eigvalsh_tridiagonal(np.sqrt(2) * random.normal(size=n), np.sqrt(random.chisquare(np.arange(n - 1, 0, -1)))) / (
+        2 * np.sqrt(n)
+    )
     E = np.clip(E, -1, 1)
     return (n * (0.5 + (E * np.sqrt(1 - E**2) + np.arcsin(E)) / np.pi))[n // 5 : -(n // 5)]
 
@@ -130,13 +143,17 @@ def superposed(chaotic, random):
 
 @pytest.mark.parametrize("chaotic", [0.0, 0.5, 0.75, 1.0])
 def test_ratios_of_random_spectra(chaotic):
-    """Their mean, its error against the scatter of many spectra, and the theory of Berry and Robnik (0.0052 high at GOE)."""
+    """Their mean, its error against the scatter of many spectra, and the theory of Berry and Robnik (0.0052 high at
+    GOE).
+    """
     random = np.random.default_rng(3)
     spectra = [superposed(chaotic, random) for _ in range(60)]
     pooled = mean_spacing_ratio(spectra)
     assert pooled.ratios == sum(E.size - 2 for E in spectra)
     each = [mean_spacing_ratio([E]) for E in spectra]
-    assert np.mean([one.error for one in each]) == pytest.approx(np.std([one.value for one in each]), rel=0.35)  # 4 sigma of 60
+    assert np.mean([one.error for one in each]) == pytest.approx(
+        np.std([one.value for one in each]), rel=0.35
+    )  # 4 sigma of 60
     law = BerryRobnik(chaotic).mean_ratio()
     assert law - 0.0052 * chaotic - 4 * pooled.error < pooled.value < law + 4 * pooled.error
     exact = {0.0: POISSON_RATIO, 1.0: GOE_RATIO}.get(chaotic)
@@ -259,13 +276,17 @@ def test_a_single_ratio_has_no_error_and_few_energies_no_polynomial():
 
 @pytest.mark.parametrize("energy", [10.0, 20.0, 40.0])
 def test_phase_space_integrals_of_a_body_with_a_wall_are_those_of_one_quadrature(energy):
-    """Hyperelastic, (m, l) = (1, 1): on a ray V_eff = u/2 + K/u, u = rho^2, so that both radial integrals are elementary."""
+    """Hyperelastic, (m, l) = (1, 1): on a ray V_eff = u/2 + K/u, u = rho^2, so that both radial integrals are
+    elementary.
+    """
 
     def K(angle):
         return 2 / np.cos(2 * angle) + 0.5 / np.sin(angle) ** 2
 
     bottom = minimize_scalar(K, bounds=(0.1, 0.7), method="bounded").x
-    lo, hi = (brentq(lambda angle: K(angle) - energy**2 / 2, *ends) for ends in ((1e-6, bottom), (bottom, np.pi / 4 - 1e-9)))
+    lo, hi = (
+        brentq(lambda angle: K(angle) - energy**2 / 2, *ends) for ends in ((1e-6, bottom), (bottom, np.pi / 4 - 1e-9))
+    )
     t, w = np.polynomial.legendre.leggauss(2000)
     half = np.pi / 4 * (1 + t)
     angle, weight = lo + (hi - lo) * np.sin(half) ** 2, np.pi / 4 * w * (hi - lo) * np.sin(2 * half)

@@ -11,11 +11,30 @@ from hypothesis import strategies as st
 from numpy.polynomial.chebyshev import Chebyshev
 from scipy.special import eval_genlaguerre, gammaln
 
-from fastaff import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR, Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta
+from fastaff import (
+    ALPHA_BETA,
+    ELLIPTIC,
+    R_VARTHETA,
+    TWO_POLAR,
+    Anharmonic,
+    Body,
+    Harmonic,
+    Hyperelastic,
+    NeoHookean,
+    SeparableAlphaBeta,
+)
 from fastaff.charts import ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, EXPONENTIAL, to_matrix
 from fastaff.models import Oscillator
 from fastaff.quantum.factors import AngleFactor, PlaneFactor, RadialFactor
-from fastaff.quantum.operators import class_matrices, constant_operators, hamiltonian_operator, laplacian, radial_matrices, spin, vorticity
+from fastaff.quantum.operators import (
+    class_matrices,
+    constant_operators,
+    hamiltonian_operator,
+    laplacian,
+    radial_matrices,
+    spin,
+    vorticity,
+)
 from fastaff.quantum.spectrum import spectrum
 from fastaff.quantum.state import Product, State
 from fastaff.quantum.wavefunction import wavefunction
@@ -68,7 +87,9 @@ def test_plane_and_radial_factors_to_1e12(n, s):
     np.testing.assert_array_equal(radial.of_rho(x), sqrt(2) * radial(x**2))
 
 
-@pytest.mark.parametrize(("n", "b", "a"), [(*size, a) for size, a in zip(SIZES, (0.0, 3.0, 12.3, 0.0, 500.0, 0.0, 12.3, 500.0))])
+@pytest.mark.parametrize(
+    ("n", "b", "a"), [(*size, a) for size, a in zip(SIZES, (0.0, 3.0, 12.3, 0.0, 500.0, 0.0, 12.3, 500.0))]
+)
 def test_shear_factor_to_1e12(n, b, a):
     theta = np.array([1e-3, 0.4, 1.7, 3.1] if n > 100 else [0.0, 1e-9, 1e-3, 0.1, 0.6, 1.1, 1.6, 2.1, 2.6, 3.1, np.pi])
     for factor in (AngleFactor(n, a, b), AngleFactor(n, b, a)):
@@ -128,7 +149,9 @@ def test_factors_are_orthonormal_by_gauss_legendre(name):
 def test_factors_solve_their_equations(n):
     """EQ4.1 (and EQ4.2), EQ4.6, EQ4.9 of the paper, by Chebyshev series on an interval inside."""
     mu, hbar, C, m, l = 0.8, 0.6, 1.1, 3, -1
-    state, shear = (wavefunction(Body(Anharmonic(C), mu), m=m, l=l, n=(n, 2), hbar=hbar, chart=chart) for chart in CHARTS)
+    state, shear = (
+        wavefunction(Body(Anharmonic(C), mu), m=m, l=l, n=(n, 2), hbar=hbar, chart=chart) for chart in CHARTS
+    )
     unit = hbar**2 / (2 * mu)
 
     def check(f, domain, equation, energy):
@@ -137,31 +160,48 @@ def test_factors_solve_their_equations(n):
         terms = equation(x, series(x), series.deriv()(x), series.deriv(2)(x))
         assert np.abs(sum(terms)).max() < 1e-10 * max(np.abs(term).max() for term in terms)
 
-    for i, (factor, E, wall) in enumerate(zip(state.shape.factors, state.constants.values(), (2 * C, 0.0), strict=True)):
+    for i, (factor, E, wall) in enumerate(
+        zip(state.shape.factors, state.constants.values(), (2 * C, 0.0), strict=True)
+    ):
         square = (m - l) ** 2 if i == 0 else (m + l) ** 2
         check(
-            factor, [0.5, 2.0],
-            lambda x, f, d, dd: (dd, d / x, -square / (4 * x**2) * f, (E - C * x**2 / 2 - wall / x**2) / unit * f),  # noqa: B023
+            factor,
+            [0.5, 2.0],
+            lambda x, f, d, dd, E=E, wall=wall, square=square: (
+                dd,
+                d / x,
+                -square / (4 * x**2) * f,
+                (E - C * x**2 / 2 - wall / x**2) / unit * f,
+            ),
             E,
-        )  # fmt: skip
+        )
     E, e = shear.energy, shear.constants["e_vartheta"]
     check(
-        shear.shape.factors[1], [0.6, 2.4],
+        shear.shape.factors[1],
+        [0.6, 2.4],
         lambda v, f, d, dd: (
-            dd, d / np.tan(v), -(m * m + 2 * m * l * np.cos(v) + l * l) / (4 * np.sin(v) ** 2) * f,
+            dd,
+            d / np.tan(v),
+            -(m * m + 2 * m * l * np.cos(v) + l * l) / (4 * np.sin(v) ** 2) * f,
             -mu / (2 * hbar**2) * (2 * C / np.cos(v / 2) ** 2 - e) * f,
         ),
         e,
-    )  # fmt: skip
+    )
     check(
-        shear.shape.factors[0].of_rho, [0.5, 2.0],
-        lambda x, f, d, dd: (dd, 3 * d / x, (E - C * x**2 / 2 - e / x**2) / unit * f), E,
-    )  # fmt: skip
+        shear.shape.factors[0].of_rho,
+        [0.5, 2.0],
+        lambda x, f, d, dd: (dd, 3 * d / x, (E - C * x**2 / 2 - e / x**2) / unit * f),
+        E,
+    )
 
 
 STATES = [
-    (HARMONIC, 0, 0, (0, 0)), (HARMONIC, 3, -1, (1, 2)), (HARMONIC, -2, -2, (2, 1)), (ANHARMONIC, 2, -4, (2, 1)), (ANHARMONIC, 1, 1, (0, 3))
-]  # fmt: skip
+    (HARMONIC, 0, 0, (0, 0)),
+    (HARMONIC, 3, -1, (1, 2)),
+    (HARMONIC, -2, -2, (2, 1)),
+    (ANHARMONIC, 2, -4, (2, 1)),
+    (ANHARMONIC, 1, 1, (0, 3)),
+]
 every_state = pytest.mark.parametrize(("body", "m", "l", "n"), STATES, ids=lambda v: str(v)[:20])
 
 
@@ -215,7 +255,9 @@ def test_laplacians_are_one_operator():
 
 @every_state
 def test_elliptic_constant_is_the_sum_of_the_others(body, m, l, n):
-    """K of the elliptic chart, by its separated operators, is H_alpha + h_vartheta/2 - C/4 on any function of the class."""
+    """K of the elliptic chart, by its separated operators, is H_alpha + h_vartheta/2 - C/4 on any function of the
+    class.
+    """
     hbar, mu, C = 0.8, body.mu, body.potential.C
     wall = 2 * C if body is ANHARMONIC else 0.0
     state = wavefunction(body, m=m, l=l, n=n, hbar=hbar)
@@ -250,7 +292,9 @@ def test_elliptic_constant_is_the_sum_of_the_others(body, m, l, n):
 @pytest.mark.parametrize(("body", "m", "l"), [(HARMONIC, 3, -1), (ANHARMONIC, 2, -4)])
 def test_overlaps_of_the_two_charts_are_eigenvectors_of_h_vartheta(body, m, l):
     hbar, N = 0.6, 5
-    planes, shears = ([wavefunction(body, m=m, l=l, n=(N - k, k), hbar=hbar, chart=chart) for k in range(N + 1)] for chart in CHARTS)
+    planes, shears = (
+        [wavefunction(body, m=m, l=l, n=(N - k, k), hbar=hbar, chart=chart) for k in range(N + 1)] for chart in CHARTS
+    )
     overlaps = np.array([[plane.overlap(shear) for shear in shears] for plane in planes])
     np.testing.assert_allclose(overlaps, [[shear.overlap(plane) for shear in shears] for plane in planes], atol=1e-12)
     np.testing.assert_allclose(overlaps @ overlaps.T, np.eye(N + 1), atol=1e-12)
@@ -276,7 +320,9 @@ def test_radial_matrix_by_quadrature(body, m, l, n):
 
 @every_chart
 def test_harmonic_states_are_products_of_two_planar_oscillators(chart):
-    """The polynomial in the complex coordinates of the planes, by scipy's Laguerre polynomials: smooth on all of R^4."""
+    """The polynomial in the complex coordinates of the planes, by scipy's Laguerre polynomials: smooth on all of
+    R^4.
+    """
     m, l, hbar, kappa = 3, -5, 0.9, sqrt(1.3 * 0.7) / 0.9
     planes = np.random.default_rng(3).normal(size=(4, 3, 50))
     planes[:2, 0, 0], planes[2:, 1, 1], planes[:, 2, 2] = 0.0, 0.0, 0.0  # alpha = 0, beta = 0, both
@@ -323,7 +369,12 @@ def test_one_value_for_every_name_of_a_matrix(body, m, l, n, chart, D1, ratio, p
     state, D2 = wavefunction(body, m=m, l=l, n=n, chart=chart), D1 * ratio
     value = state.amplitude(D1, D2, TWO_POLAR) * np.exp(1j * (m * phi + l * psi))
     sheets = np.array(
-        [(D1, D2, phi, psi), (D2, D1, phi + pi / 2, psi + pi / 2), (D1, D2, phi + pi, psi + pi), (-D1, -D2, phi + pi, psi)]
+        [
+            (D1, D2, phi, psi),
+            (D2, D1, phi + pi / 2, psi + pi / 2),
+            (D1, D2, phi + pi, psi + pi),
+            (-D1, -D2, phi + pi, psi),
+        ]
     ).T
     np.testing.assert_allclose(state.at(sheets, TWO_POLAR), np.full(4, value), atol=1e-13)
 
@@ -362,22 +413,47 @@ def test_norm_density_and_expectation(body, m, l, n, chart):
     u, v = (x + 1) / 2, w / 2
     for own, function, X, Y, weight in (
         (ALPHA_BETA, lambda x, y: x * x - 0.3 * y * y, top * u[:, None], top * u, top * top * np.outer(v, v)),
-        (R_VARTHETA, lambda x, y: x * np.cos(y), top**2 * u[:, None] ** 2, pi * u, top**2 * pi * np.outer(2 * u * v, v)),
-        (TWO_POLAR, lambda x, y: x * y, top * u[:, None], top * u[:, None] * (2 * u - 1), top * top * np.outer(u * v, 2 * v)),
+        (
+            R_VARTHETA,
+            lambda x, y: x * np.cos(y),
+            top**2 * u[:, None] ** 2,
+            pi * u,
+            top**2 * pi * np.outer(2 * u * v, v),
+        ),
+        (
+            TWO_POLAR,
+            lambda x, y: x * y,
+            top * u[:, None],
+            top * u[:, None] * (2 * u - 1),
+            top * top * np.outer(u * v, 2 * v),
+        ),
     ):
         density = state.density(X, Y, own)
         assert np.sum(density * weight) == pytest.approx(1, abs=1e-10), own.name
-        assert np.sum(density * weight * function(X, Y)) == pytest.approx(state.expectation(function, chart=own), abs=1e-10), own.name
+        assert np.sum(density * weight * function(X, Y)) == pytest.approx(
+            state.expectation(function, chart=own), abs=1e-10
+        ), own.name
     assert state.density(0.3, 0.5, TWO_POLAR) == 0
     alpha, beta = np.array([0.7, 1.3]), np.array([0.5, 1.4])
     square = np.abs(state.at([alpha, beta, 0.3 + 0 * alpha, 0.2 + 0 * alpha])) ** 2
-    D1, D2, r, vartheta = (alpha + beta) / sqrt(2), (alpha - beta) / sqrt(2), alpha**2 + beta**2, 2 * np.arctan2(beta, alpha)
+    D1, D2, r, vartheta = (
+        (alpha + beta) / sqrt(2),
+        (alpha - beta) / sqrt(2),
+        alpha**2 + beta**2,
+        2 * np.arctan2(beta, alpha),
+    )
     inside = D2 > -D1
     np.testing.assert_allclose(state.density(alpha, beta, ALPHA_BETA), 4 * pi**2 * alpha * beta * square, rtol=1e-12)
-    np.testing.assert_allclose(state.density(r, vartheta, R_VARTHETA), pi**2 / 2 * r * np.sin(vartheta) * square, rtol=1e-12)
-    np.testing.assert_allclose(state.density(D1, D2, TWO_POLAR)[inside], (2 * pi**2 * (D1**2 - D2**2) * square)[inside], rtol=1e-12)
+    np.testing.assert_allclose(
+        state.density(r, vartheta, R_VARTHETA), pi**2 / 2 * r * np.sin(vartheta) * square, rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        state.density(D1, D2, TWO_POLAR)[inside], (2 * pi**2 * (D1**2 - D2**2) * square)[inside], rtol=1e-12
+    )
     if body is HARMONIC:  # the virial theorem
-        assert state.expectation(lambda a, b: 1.3 * (a * a + b * b) / 2, chart=ALPHA_BETA) == pytest.approx(state.energy / 2, rel=1e-12)
+        assert state.expectation(lambda a, b: 1.3 * (a * a + b * b) / 2, chart=ALPHA_BETA) == pytest.approx(
+            state.energy / 2, rel=1e-12
+        )
     else:  # Hellmann and Feynman: C dE/dC = <V>
         V = state.expectation(lambda a, b: body.potential.value(a * a, b * b), chart=ALPHA_BETA, order=400)
         d = 1e-4
@@ -425,8 +501,13 @@ def test_walls_of_both_planes():
     """k and walls differ: the Schroedinger equation, where the paper has no formula."""
     state = wavefunction(WALLS, m=1, l=3, n=(2, 1))
     planes = np.random.default_rng(6).uniform(0.5, 1.2, (4, 6))
-    left = hamiltonian_operator(WALLS, CARTESIAN)(lambda x: state.at(x, CARTESIAN), CARTESIAN.points_from_planes(planes))
-    assert np.abs(left - state.energy * state.planes(planes)).max() < 1e-9 * state.energy * np.abs(state.planes(planes)).max()
+    left = hamiltonian_operator(WALLS, CARTESIAN)(
+        lambda x: state.at(x, CARTESIAN), CARTESIAN.points_from_planes(planes)
+    )
+    assert (
+        np.abs(left - state.energy * state.planes(planes)).max()
+        < 1e-9 * state.energy * np.abs(state.planes(planes)).max()
+    )
 
 
 @every_chart
@@ -526,7 +607,13 @@ def test_bad_calls(call, error, words):
 def states_of_every_solver():
     """One state in closed form, of each chart, one found numerically, and one of a body that does not separate."""
     exact = [wavefunction(HARMONIC, m=2, l=0, n=(1, 1), chart=chart) for chart in (ALPHA_BETA, R_VARTHETA)]
-    return [*exact, *(spectrum(body, m=2, l=0, levels=1, tolerance=1e-6).state(0) for body in (Body(Hyperelastic()), Body(NeoHookean())))]
+    return [
+        *exact,
+        *(
+            spectrum(body, m=2, l=0, levels=1, tolerance=1e-6).state(0)
+            for body in (Body(Hyperelastic()), Body(NeoHookean()))
+        ),
+    ]
 
 
 @pytest.mark.parametrize(

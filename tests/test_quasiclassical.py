@@ -1,4 +1,6 @@
-"""Quasiclassical levels against the paper's closed forms, a table at 15 digits, brute-force counts and the limit of small hbar."""
+"""Quasiclassical levels against the paper's closed forms, a table at 15 digits, brute-force counts and the limit of
+small hbar.
+"""
 
 from __future__ import annotations
 
@@ -77,16 +79,21 @@ def test_levels_of_the_paper(chart, potential, formula, maslov, M, n1, n2, m, ha
     ids=["beta", "vartheta", "r"],
 )
 def test_quadratures_agree_with_the_closed_form(potential):
-    """EQ5.2 once more, with a function that has no closed form in the program: 1e-12, what `energy_of_actions` converges to."""
-    numbers = [(n1, n2, m, l) for n1, n2, m, l in product((0, 1, 5), (0, 2), (-2, 0, 3), (-1, 0, 2)) if (m + l) % 2 == 0]
+    """EQ5.2 once more, with a function that has no closed form in the program: 1e-12, what `energy_of_actions`
+    converges to.
+    """
+    numbers = [
+        (n1, n2, m, l) for n1, n2, m, l in product((0, 1, 5), (0, 2), (-2, 0, 3), (-1, 0, 2)) if (m + l) % 2 == 0
+    ]
     n1, n2, m, l = np.array(numbers).T
     levels = quasiclassical_levels(Body(potential, 0.8), n=[n1, n2], m=m, l=l, hbar=0.6)
     expected = [anharmonic(a + b, c, d, 1.4, 0.8, 0.6, 4) for a, b, c, d in numbers]
     np.testing.assert_allclose(levels.E, expected, rtol=1e-12)
 
 
-# V = C (1/(D1 D2) + (D1^2 + D2^2)/2), mu = C = hbar = 1, n_r = 0: m, l, n_vartheta, the separation constant h_vartheta and E by EBK
-# (midpoint quadrature and bisection in mpmath, 15 digits), and the exact E, the Heun equation with f = 0 at det phi = 0 (20 digits).
+# V = C (1/(D1 D2) + (D1^2 + D2^2)/2), mu = C = hbar = 1, n_r = 0: m, l, n_vartheta, the separation constant h_vartheta
+# and E by EBK (midpoint quadrature and bisection in mpmath, 15 digits), and the exact E, the Heun equation with f = 0
+# at det phi = 0 (20 digits).
 TABLE = """
 2 0 0 13.8002116078794 6.25361049334253 6.6836795515645311692
 2 0 1 39.4317559854833 9.88051304660753 10.475993313531639756
@@ -111,14 +118,16 @@ def test_hyperelastic_levels_to_all_digits(row):
     m, l, n = map(int, row[:3])
     E = quasiclassical_levels(Body(Hyperelastic()), n=(0, n), m=m, l=l).E[0]
     assert abs(E - float(row[4])) <= 1.5 * 10.0 ** -len(row[4].split(".")[1])
-    assert abs((E - 1) ** 2 / 2 - float(row[3])) <= 5e-15 * 2 * float(row[3]) * E / (E - 1) + 10.0 ** -len(row[3].split(".")[1])
+    assert abs((E - 1) ** 2 / 2 - float(row[3])) <= 5e-15 * 2 * float(row[3]) * E / (E - 1) + 10.0 ** -len(
+        row[3].split(".")[1]
+    )
 
 
 def turns_of_vartheta(E, p_r, p_eta, p_gamma, C=1.0, mu=1.0):
     """Return J_vartheta/2 pi of the body in V = C (1/(D1 D2) + (D1^2 + D2^2)/2), by adaptive quadrature.
 
-    E = omega (2 I_r + Lambda) and p_epsilon^2 = Lambda^2 - p_eta^2/cos^2 - p_gamma^2/sin^2 - 4 mu C/cos(2 epsilon), epsilon = vartheta/2;
-    p_r: I_r.
+    E = omega (2 I_r + Lambda) and p_epsilon^2 = Lambda^2 - p_eta^2/cos^2 - p_gamma^2/sin^2 - 4 mu C/cos(2 epsilon),
+    epsilon = vartheta/2; p_r: I_r.
     """
     Lambda = E / sqrt(C / mu) - 2 * p_r
 
@@ -131,7 +140,11 @@ def turns_of_vartheta(E, p_r, p_eta, p_gamma, C=1.0, mu=1.0):
     last = brentq(square_of_p, grid[allowed[-1]], grid[allowed[-1] + 1], xtol=1e-15)
     middle, width = (first + last) / 2, (last - first) / 2
     half, _ = quad(
-        lambda t: sqrt(max(square_of_p(middle + width * np.sin(t)), 0.0)) * width * np.cos(t), -pi / 2, pi / 2, epsabs=1e-12, limit=400
+        lambda t: sqrt(max(square_of_p(middle + width * np.sin(t)), 0.0)) * width * np.cos(t),
+        -pi / 2,
+        pi / 2,
+        epsabs=1e-12,
+        limit=400,
     )
     return half / pi
 
@@ -145,9 +158,7 @@ def test_the_table_is_right(row):
     assert abs(turns_of_vartheta(E, 0.5, (m - l) / 2, (m + l) / 2) - (n + 0.5)) < 1e-10
 
 
-HARD = [
-    (1, 7, 8.0), (0, 4, 25.0), (-4, 0, 50.0)
-]
+HARD = [(1, 7, 8.0), (0, 4, 25.0), (-4, 0, 50.0)]
 
 
 @pytest.mark.parametrize(("m", "l", "hbar"), [(2, 0, 1.0), (1, 7, 0.2), (5, -3, 0.5), (7, 1, 1.0), *HARD])
@@ -158,11 +169,7 @@ def test_hyperelastic_levels_by_adaptive_quadrature(m, l, hbar):
     assert abs(turns_of_vartheta(E, 1.5 * hbar, (m - l) / 2 * hbar, (m + l) / 2 * hbar, C, mu) / hbar - 2.5) < 1e-9
 
 
-
-
-@pytest.mark.parametrize(
-    ("m", "l"), [(2, 0), (0, 2), (1, -1), (1, 1), (0, 0)], ids=str
-)
+@pytest.mark.parametrize(("m", "l"), [(2, 0), (0, 2), (1, -1), (1, 1), (0, 0)], ids=str)
 def test_heavy_top_levels_by_adaptive_quadrature(m, l):
     """E = omega (2 I_r + Lambda), p_epsilon^2 = Lambda^2 - p_eta^2/cos^2 - p_gamma^2/sin^2 - 2 mu A cos(2 epsilon)."""
     A, p_eta, p_gamma = 0.2, (m - l) / 2, (m + l) / 2
@@ -177,20 +184,29 @@ def test_heavy_top_levels_by_adaptive_quadrature(m, l):
     if p_eta:
         edges[1] = brentq(square_of_p, pi / 4, grid[-1])
     middle, width = sum(edges) / 2, (edges[1] - edges[0]) / 2
-    half, _ = quad(lambda t: sqrt(max(square_of_p(middle + width * np.sin(t)), 0)) * width * np.cos(t), -pi / 2, pi / 2, epsabs=1e-12)
+    half, _ = quad(
+        lambda t: sqrt(max(square_of_p(middle + width * np.sin(t)), 0)) * width * np.cos(t),
+        -pi / 2,
+        pi / 2,
+        epsabs=1e-12,
+    )
     assert abs(half / pi - 1.5) < 1e-9
 
 
 @every_row
 def test_exact_hyperelastic_levels_lie_between_soft_and_hard_walls(row):
     m, l, n = map(int, row[:3])
-    soft, hard = (quasiclassical_levels(Body(Hyperelastic()), n=(0, n), m=m, l=l, maslov=M).E[0] for M in (EBK, HARD_WALL))
+    soft, hard = (
+        quasiclassical_levels(Body(Hyperelastic()), n=(0, n), m=m, l=l, maslov=M).E[0] for M in (EBK, HARD_WALL)
+    )
     assert soft < float(row[5]) < hard
 
 
 @pytest.mark.parametrize("numbers", [(0, 0, 0, 0), (1, 0, 1, 1), (0, 2, -2, -2), (3, 1, 3, 3)])
 def test_small_hbar_gives_small_oscillations(numbers):
-    """Around D1 = D2 = 1 the frequencies are 2 w, and sqrt2 w twice (Hessian of V): E - 2 C -> hbar times those; the rest is hbar^2."""
+    """Around D1 = D2 = 1 the frequencies are 2 w, and sqrt2 w twice (Hessian of V): E - 2 C -> hbar times those; the
+    rest is hbar^2.
+    """
     n1, n2, m, l = numbers
     C, mu = 1.3, 0.7
     w, rest = sqrt(C / mu), []
@@ -203,17 +219,25 @@ def test_small_hbar_gives_small_oscillations(numbers):
 
 @pytest.mark.parametrize("potential", [Harmonic, Anharmonic, Hyperelastic])
 @given(
-    n1=st.integers(0, 4), n2=st.integers(0, 4), m=st.integers(-5, 5), half=st.integers(-5, 5), scale=st.floats(0.1, 10),
+    n1=st.integers(0, 4),
+    n2=st.integers(0, 4),
+    m=st.integers(-5, 5),
+    half=st.integers(-5, 5),
+    scale=st.floats(0.1, 10),
     hbar=st.floats(0.01, 0.5),
-)  # fmt: skip
+)
 def test_scaling(potential, n1, n2, m, half, scale, hbar):
-    """E = C f(hbar/sqrt(C mu)), so E(s C, mu, hbar sqrt s) = s E(C, mu, hbar); actions alone count: hbar/3 with J the same."""
+    """E = C f(hbar/sqrt(C mu)), so E(s C, mu, hbar sqrt s) = s E(C, mu, hbar); actions alone count: hbar/3 with J the
+    same.
+    """
     l = 2 * half - m
     one = quasiclassical_levels(Body(potential(1.2), 0.9), n=(n1, n2), m=m, l=l, hbar=hbar)
     other = quasiclassical_levels(Body(potential(1.2 * scale), 0.9), n=(n1, n2), m=m, l=l, hbar=hbar * sqrt(scale))
     np.testing.assert_allclose(other.E, scale * one.E, rtol=1e-12)
     np.testing.assert_allclose(other.spacing, scale * one.spacing, rtol=1e-10)
-    third = quasiclassical_levels(Body(potential(1.2), 0.9), n=(3 * n1 + 1, 3 * n2 + 1), m=3 * m, l=3 * l, hbar=hbar / 3)
+    third = quasiclassical_levels(
+        Body(potential(1.2), 0.9), n=(3 * n1 + 1, 3 * n2 + 1), m=3 * m, l=3 * l, hbar=hbar / 3
+    )
     np.testing.assert_allclose(third.E, one.E, rtol=1e-12)
     np.testing.assert_allclose(third.spacing, one.spacing / 3, rtol=1e-10)
 
@@ -234,7 +258,9 @@ def test_harmonic_degeneracies(chart, maslov):
     """The levels of the oscillator of R^4: hbar omega (N + 2), or N without the zero point, each C(N + 3, 3) times."""
     C, mu, hbar = 1.7, 0.6, 0.4
     quantum, zero_point = hbar * sqrt(C / mu), 2 if maslov == EBK else 0
-    found = quasiclassical_levels_below(Body(Harmonic(C), mu), (zero_point + 6.5) * quantum, maslov=maslov, hbar=hbar, chart=chart)
+    found = quasiclassical_levels_below(
+        Body(Harmonic(C), mu), (zero_point + 6.5) * quantum, maslov=maslov, hbar=hbar, chart=chart
+    )
     E, times = found.degeneracies()
     np.testing.assert_allclose(E, quantum * (zero_point + np.arange(7)), rtol=1e-14)
     assert times.tolist() == [comb(N + 3, 3) for N in range(7)]
@@ -247,7 +273,9 @@ def test_degeneracies_join_what_the_tolerance_joins():
     assert levels.degeneracies()[1].tolist() == [2, 1, 1]
     assert levels.degeneracies(tolerance=1e-5)[1].tolist() == [3, 1]
     assert levels.degeneracies(tolerance=0.0)[1].tolist() == [1, 1, 1, 1]
-    tiny = QuasiclassicalLevels((), 1e-12 * E, np.array([number, number]), number, number, np.ones((2, 4)), EBK, 1.0, number)
+    tiny = QuasiclassicalLevels(
+        (), 1e-12 * E, np.array([number, number]), number, number, np.ones((2, 4)), EBK, 1.0, number
+    )
     assert tiny.degeneracies()[1].tolist() == [2, 1, 1]  # the tolerance is relative
 
 
@@ -262,15 +290,16 @@ def numbers_of(levels):
 
 
 def box(top, even):
-    """Return all n1, n2, m, l with 2 (n1 + n2) + max(|m|, |l|) <= top: no level of the oscillator below `top` is outside."""
+    """Return all n1, n2, m, l with 2 (n1 + n2) + max(|m|, |l|) <= top: no level of the oscillator below `top` is
+    outside.
+    """
     N = floor(top)
     whole = range(-N, N + 1)
     return [
-        (n1, n2, m, l) for n1, n2, m, l in product(range(N // 2 + 1), range(N // 2 + 1), whole, whole)
+        (n1, n2, m, l)
+        for n1, n2, m, l in product(range(N // 2 + 1), range(N // 2 + 1), whole, whole)
         if 2 * (n1 + n2) + max(abs(m), abs(l)) <= N and not (even and (m + l) % 2)
-    ]  # fmt: skip
-
-
+    ]
 
 
 @pytest.mark.parametrize(
@@ -285,7 +314,9 @@ def box(top, even):
 def test_levels_below_are_complete(potential, formula, maslov, single_valued):
     C, mu, hbar = 1.2, 1.5, 0.9
     top = 6.3 * hbar * sqrt(C / mu)
-    found = quasiclassical_levels_below(Body(potential(C), mu), top, maslov=maslov, hbar=hbar, single_valued=single_valued)
+    found = quasiclassical_levels_below(
+        Body(potential(C), mu), top, maslov=maslov, hbar=hbar, single_valued=single_valued
+    )
     expected = {}
     for n1, n2, m, l in box(6.3, single_valued):  # the wall 2 C/alpha^2 > 0 only raises levels
         E = formula(n1 + n2, m, l, C, mu, hbar, 2 * sum(maslov) / 2)
@@ -300,7 +331,9 @@ def test_levels_below_are_complete(potential, formula, maslov, single_valued):
 
 @pytest.mark.parametrize("maslov", [BOHR_SOMMERFELD, EBK, HARD_WALL])
 def test_levels_below_are_complete_by_quadrature(maslov):
-    """V is at least that of the oscillator where it lives, so its levels are higher: the oscillator's box holds them all."""
+    """V is at least that of the oscillator where it lives, so its levels are higher: the oscillator's box holds them
+    all.
+    """
     body, top = Body(Hyperelastic(1.0), 1.0), 9.0
     found = quasiclassical_levels_below(body, top, maslov=maslov)
     n1, n2, m, l = np.array(box(top, even=True)).T
@@ -356,7 +389,10 @@ def test_names_and_broadcasting():
     assert levels.names == ("alpha", "beta", "phi", "psi")
     assert levels.n.tolist() == [[0, 1, 2], [0, 0, 1]]
     assert (levels.m.tolist(), levels.l.tolist()) == ([2, 2, 2], [0, 2, -4])
-    assert quasiclassical_levels(Body(HeavyTop(1.0, 0.2)), n=(0, 0), m=2, l=0, chart=R_VARTHETA).names[:2] == ("r", "vartheta")
+    assert quasiclassical_levels(Body(HeavyTop(1.0, 0.2)), n=(0, 0), m=2, l=0, chart=R_VARTHETA).names[:2] == (
+        "r",
+        "vartheta",
+    )
 
 
 def level(**change):
@@ -387,7 +423,11 @@ def level(**change):
         ({"body": Body(NeoHookean())}, ValueError, "body must separate"),
         ({"body": Body(Hyperelastic()), "chart": ALPHA_BETA}, ValueError, "chart must be one"),
         ({"chart": ELLIPTIC}, ValueError, "alpha-beta or r-vartheta"),
-        ({"body": StackelBody(Harmonic(), one_variable(lambda eta: np.cos(eta)), Zero())}, ValueError, "doubly isotropic"),
+        (
+            {"body": StackelBody(Harmonic(), one_variable(lambda eta: np.cos(eta)), Zero())},
+            ValueError,
+            "doubly isotropic",
+        ),
     ],
     ids=str,
 )
@@ -396,7 +436,9 @@ def test_bad_input(change, error, words):
         level(**change)
 
 
-@pytest.mark.parametrize(("energy", "error"), [(np.inf, ValueError), (np.nan, ValueError), ("3", TypeError), ([3.0], TypeError)])
+@pytest.mark.parametrize(
+    ("energy", "error"), [(np.inf, ValueError), (np.nan, ValueError), ("3", TypeError), ([3.0], TypeError)]
+)
 def test_bad_energy(energy, error):
     with pytest.raises(error, match="energy must be"):
         quasiclassical_levels_below(Body(Harmonic()), energy)
@@ -404,7 +446,11 @@ def test_bad_energy(energy, error):
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [({"n": [[0, 1, 2], [0, 1, 2]], "m": [0, 0]}, "n, m and l must"), ({"maslov": 2}, "maslov must"), ({"m": 1e300}, "m must")]
+    [
+        ({"n": [[0, 1, 2], [0, 1, 2]], "m": [0, 0]}, "n, m and l must"),
+        ({"maslov": 2}, "maslov must"),
+        ({"m": 1e300}, "m must"),
+    ],
 )
 def test_bad_input_is_named(change, words):
     with pytest.raises((ValueError, TypeError), match=words):

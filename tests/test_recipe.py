@@ -1,4 +1,6 @@
-"""A file is enough to run again: model, formula, z0 and every option come back, and the same bits with them; nothing is executed."""
+"""A file is enough to run again: model, formula, z0 and every option come back, and the same bits with them; nothing is
+executed.
+"""
 
 import json
 
@@ -13,7 +15,9 @@ from fastaff.models.angles import AlphaBeta
 
 RNG = np.random.default_rng(20261)
 A, B, C, D = RNG.uniform(0.5, 2.0, 4).tolist()
-OWN = fa.hamiltonian("a*x**2/2 + b*y**2/2 + c*x**2*y", coordinates="x, y", masses=(D, A), domain="9 - x**2 - y**2", a=A, b=B, c=0.2 * C)
+OWN = fa.hamiltonian(
+    "a*x**2/2 + b*y**2/2 + c*x**2*y", coordinates="x, y", masses=(D, A), domain="9 - x**2 - y**2", a=A, b=B, c=0.2 * C
+)
 BODY = fa.formula("k*(D1**2 + D2**2)/2 + g/(D1*D2)", mu=C, k=A, g=B)
 Z4 = 0.1 * RNG.standard_normal((4, 3))
 Z8 = np.concatenate([[[1.4, 1.2], [0.1, 0.2], [0.3, 0.1], [0.0, 0.1]], 0.3 * RNG.standard_normal((4, 2))])
@@ -23,13 +27,19 @@ CALLS = {
     "list": lambda: fa.integrate(OWN, [float(x) for x in Z4[:, 0]], time=3, step=0.05, scheme=MINE),
     "pair": lambda: fa.integrate(fa.formula("x**2 + z**2 + 2*y**2 + 2*u**2", mu=(A, B)), Z8, time=1.0, step=0.05),
     "transformed": lambda: fa.integrate(OWN, Z4, time=2.0, step=0.1, scheme=fa.TimeTransformed(rate=fa.Logistic(A, B))),
-    "poincare_map": lambda: fa.poincare_map(BODY, Z8, section=fa.AlphaTurning(-1), crossings=3, max_time=50.0, scheme=fa.DOP853),
-    "frequency_map": lambda: fa.frequency_map(fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, angles=AlphaBeta(), step=0.02),
+    "poincare_map": lambda: fa.poincare_map(
+        BODY, Z8, section=fa.AlphaTurning(-1), crossings=3, max_time=50.0, scheme=fa.DOP853
+    ),
+    "frequency_map": lambda: fa.frequency_map(
+        fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, angles=AlphaBeta(), step=0.02
+    ),
     "chaos": lambda: fa.chaos(OWN, Z4, time=5.0, indicators=(fa.MEGNO(4.0), fa.SALI()), step=0.1),
     "tori": lambda: fa.tori(fa.Body(fa.Harmonic(A), B), Z8, chart=fa.ALPHA_BETA),
-    "sample": lambda: fa.energy_sample(fa.Body(fa.NeoHookean(A)), energy=9.0, section=fa.AlphaTurning(), orbits=5, seed=[3, 1], p_eta=0.1),
+    "sample": lambda: fa.energy_sample(
+        fa.Body(fa.NeoHookean(A)), energy=9.0, section=fa.AlphaTurning(), orbits=5, seed=[3, 1], p_eta=0.1
+    ),
     "levels": lambda: fa.exact_levels_below(fa.Body(fa.Anharmonic(A)), 12.0),
-}  # fmt: skip
+}
 
 
 def same(one, other):
@@ -53,7 +63,9 @@ def test_a_file_is_enough_to_run_again(name, tmp_path):
 
 
 def test_the_text_of_a_formula_is_in_the_file(tmp_path):
-    """Readable without the package, with its domain, masses and parameters; beside whatever name the caller gives the model."""
+    """Readable without the package, with its domain, masses and parameters; beside whatever name the caller gives the
+    model.
+    """
     path = files.save(tmp_path / "own", fa.integrate(OWN, Z4, time=1.0, step=0.1), model=OWN)
     metadata = files.load(path).metadata
     for model in (metadata["model"], metadata["call"]["arguments"]["body"]):
@@ -86,7 +98,9 @@ def test_models_of_ones_own_are_to_be_given(tmp_path):
     """By their value: the file names the class, and imports nothing."""
     result = fa.integrate(OneSpring(2.0), np.ones((2, 2)), time=1.0, step=0.1)
     path = files.save(tmp_path / "mine", result)
-    with pytest.raises(ValueError, match=r"body has the class own_models.OneSpring, which is not the package's: give body="):
+    with pytest.raises(
+        ValueError, match=r"body has the class own_models.OneSpring, which is not the package's: give body="
+    ):
         files.recipe(path)
     same(result, files.recipe(path, body=OneSpring(2.0)).run())
 

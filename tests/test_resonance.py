@@ -47,9 +47,13 @@ def rank_of(rows):
 
 
 def minors_divisor(rows):
-    """Return the greatest common divisor of the largest minors of integer rows: 1 where they span a primitive lattice."""
+    """Return the greatest common divisor of the largest minors of integer rows: 1 where they span a primitive
+    lattice.
+    """
     r = len(rows)
-    return math.gcd(*(round(np.linalg.det(np.array(rows)[:, list(c)])) for c in itertools.combinations(range(len(rows[0])), r)))
+    return math.gcd(
+        *(round(np.linalg.det(np.array(rows)[:, list(c)])) for c in itertools.combinations(range(len(rows[0])), r))
+    )
 
 
 def relations(nu, width, max_order):
@@ -88,7 +92,9 @@ def test_module_of_whole_frequencies(case):
     if truth:
         assert found.order == sum(map(abs, truth[0])) or found.order == min(sum(map(abs, k)) for k in truth)
         assert minors_divisor(basis) == 1
-        assert all(rank_of([*basis, k]) == rank for k in truth), "every relation lies in the span of a primitive lattice"
+        assert all(rank_of([*basis, k]) == rank for k in truth), (
+            "every relation lies in the span of a primitive lattice"
+        )
         assert all(next(c for c in k if c) > 0 and sum(a * b for a, b in zip(k, nu)) == 0 for k in basis)
         lengths = [sum(map(abs, k)) for k in basis]
         assert lengths == sorted(lengths)
@@ -97,7 +103,9 @@ def test_module_of_whole_frequencies(case):
 
 
 def minkowski(truth, basis):
-    """Return the lengths of Minkowski's reduced basis: the shortest vector that leaves the set primitive, one after another."""
+    """Return the lengths of Minkowski's reduced basis: the shortest vector that leaves the set primitive, one after
+    another.
+    """
     chosen = []
     for k in sorted(truth, key=lambda k: sum(map(abs, k))):
         rows = [*chosen, k]
@@ -132,7 +140,9 @@ def test_a_set_that_is_not_primitive_is_completed():
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.floats(1e-6, 3e-3))
 def test_naive_twin_with_errors(seed, n, tolerance):
-    """Any frequencies and errors: the relations found one at a time have the rank of the kernel's and lie in its span."""
+    """Any frequencies and errors: the relations found one at a time have the rank of the kernel's and lie in its
+    span.
+    """
     rng = np.random.default_rng(seed)
     nu, errors = rng.standard_normal((n, 5)), tolerance * rng.random((n, 5))
     found = resonances(nu, max_order=5, tolerance=tolerance, errors=errors)
@@ -170,7 +180,9 @@ def four(body, z):
 
 
 def test_anharmonic_body_fills_two_dimensional_tori():
-    """nu_alpha = nu_beta = 2 s (nu_phi + nu_psi), s = sign p_gamma, and no third relation. Source: after EQa, corrected."""
+    """nu_alpha = nu_beta = 2 s (nu_phi + nu_psi), s = sign p_gamma, and no third relation. Source: after EQa,
+    corrected.
+    """
     body = Body(Anharmonic(C=0.9), mu=1.4)
     z = naive.states(body, 40)
     found = resonances(four(body, z), names=CHART)
@@ -187,7 +199,9 @@ def test_anharmonic_body_fills_two_dimensional_tori():
     assert (found.order == 2).all()
 
 
-@pytest.mark.parametrize("body", [Body(Hyperelastic(C=1.1), mu=0.8), Body(HeavyTop(C=1.2, A=0.6), mu=1.1)], ids=naive.label)
+@pytest.mark.parametrize(
+    "body", [Body(Hyperelastic(C=1.1), mu=0.8), Body(HeavyTop(C=1.2, A=0.6), mu=1.1)], ids=naive.label
+)
 def test_generic_integrable_bodies_have_no_relation(body):
     """Four independent frequencies: none of 40 orbits is resonant, as the expected number of accidents says."""
     z = naive.states(body, 60)
@@ -307,7 +321,9 @@ AXES = (np.linspace(0.5, 1.5, 41), np.linspace(-1.0, 1.0, 61))
 
 
 def test_web_of_linear_frequencies_is_exact():
-    """nu = (x, y, 1): the interpolant is exact, so every point of a line k satisfies k1 x + k2 y + k3 = 0 to rounding."""
+    """nu = (x, y, 1): the interpolant is exact, so every point of a line k satisfies k1 x + k2 y + k3 = 0 to
+    rounding.
+    """
     pytest.importorskip("contourpy")
     x, y = np.meshgrid(*AXES, indexing="ij")
     found = web(np.array([x, y, np.ones_like(x)]), axes=AXES, max_order=4, tolerance=1e-12)
@@ -377,7 +393,9 @@ def test_diffusion_histogram():
     assert found.error == pytest.approx(math.sqrt(0.4 * 0.6 / 5))
     assert np.diff(found.edges) == pytest.approx(0.25)
     assert (found.edges / 0.25 == np.rint(found.edges / 0.25)).all()
-    assert (np.histogram(values[:5], bins=np.append(found.edges[:-1], found.edges[-1] + 1e-12))[0] == found.counts).all()
+    assert (
+        np.histogram(values[:5], bins=np.append(found.edges[:-1], found.edges[-1] + 1e-12))[0] == found.counts
+    ).all()
     empty = diffusion_histogram([np.nan])
     assert (empty.fraction, empty.missing, empty.counts.tolist()) == (0.0, 1, [0])
 

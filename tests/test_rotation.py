@@ -1,4 +1,6 @@
-"""The pieces of a frequency: the window, the signals and rates of the angles, and the loops that never pass their centre."""
+"""The pieces of a frequency: the window, the signals and rates of the angles, and the loops that never pass their
+centre.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ def test_weight_is_zero_outside_its_window(x):
 
 
 def test_the_window_damps_lines_as_it_says():
-    """A line further than beta/pi cycles per window from zero is damped by e^-beta, over the mean weight: some 1e-12."""
+    """A line further than beta/pi cycles per window from zero is damped by e^-beta, over the mean weight: some
+    1e-12.
+    """
     n = 40_000
     x = 2 * (np.arange(1, n) / n) - 1
     w = np.array([weight(float(t)) for t in x])

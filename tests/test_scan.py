@@ -16,9 +16,12 @@ HENON = fastaff.HenonHeiles()
 PLANES = {"p_eta": 0.3, "p_gamma": 0.2}
 X0 = fastaff.Linear((1.0, 0.0, 0.0, 0.0))
 SECTIONS = [
-    (NEO, fastaff.AlphaTurning(+1), 1.5, PLANES), (NEO, fastaff.BetaTurning(-1), 1.5, PLANES), (NEO, fastaff.AlphaEquals(1.4), 1.5, PLANES),
-    (NEO, fastaff.AreaEquals(1.0), 1.5, PLANES), (HENON, X0, 0.14, {}),
-]  # fmt: skip
+    (NEO, fastaff.AlphaTurning(+1), 1.5, PLANES),
+    (NEO, fastaff.BetaTurning(-1), 1.5, PLANES),
+    (NEO, fastaff.AlphaEquals(1.4), 1.5, PLANES),
+    (NEO, fastaff.AreaEquals(1.0), 1.5, PLANES),
+    (HENON, X0, 0.14, {}),
+]
 NAMES = [type(section).__name__ for _, section, _, _ in SECTIONS]
 
 
@@ -31,7 +34,11 @@ def canonical(body, section, z):
     p_alpha, p_beta = (a * pa).sum(axis=0) / alpha, (b * pb).sum(axis=0) / beta
     if isinstance(section, fastaff.BetaTurning):
         return np.array([alpha, p_alpha])
-    return np.array([beta, p_beta + beta / alpha * p_alpha]) if isinstance(section, fastaff.AreaEquals) else np.array([beta, p_beta])
+    return (
+        np.array([beta, p_beta + beta / alpha * p_alpha])
+        if isinstance(section, fastaff.AreaEquals)
+        else np.array([beta, p_beta])
+    )
 
 
 # Points
@@ -39,7 +46,9 @@ def canonical(body, section, z):
 
 @pytest.mark.parametrize(("body", "section", "energy", "planes"), SECTIONS, ids=NAMES)
 def test_points_are_on_the_surface_and_the_return_map_keeps_their_distribution(body, section, energy, planes):
-    """Points and their images are samples of one distribution: two-sample tests along both coordinates and a third direction."""
+    """Points and their images are samples of one distribution: two-sample tests along both coordinates and a third
+    direction.
+    """
     drawn = fastaff.energy_sample(body, energy=energy, section=section, orbits=1200, seed=3, **planes)
     np.testing.assert_allclose(energies(body, drawn.z0), energy, rtol=1e-9)
     assert np.abs(section(drawn.z0)).max() < 1e-9
@@ -93,13 +102,17 @@ def test_seeds_and_ranges():
 
 def starts(body, energy, orbits=40, seed=5):
     section = X0 if body is HENON else fastaff.AlphaTurning()
-    return fastaff.energy_sample(body, energy=energy, section=section, orbits=orbits, seed=seed, **({} if body is HENON else PLANES)).z0
+    return fastaff.energy_sample(
+        body, energy=energy, section=section, orbits=orbits, seed=seed, **({} if body is HENON else PLANES)
+    ).z0
 
 
 def test_henon_heiles_turns_chaotic_as_henon_and_heiles_found():
     """No chaos seen at E = 1/12, little order left at 0.16, close to the escape energy 1/6 (their figures 4 to 7)."""
     energies = [1 / 12, 0.16]
-    found = fastaff.chaotic_fraction(lambda energy: (HENON, starts(HENON, energy, 96)), (energies,), names=("energy",), time=1500.0)
+    found = fastaff.chaotic_fraction(
+        lambda energy: (HENON, starts(HENON, energy, 96)), (energies,), names=("energy",), time=1500.0
+    )
     assert found.fraction[0] <= 1 / 96
     assert found.interval()[0, 1] > 0.7
     assert found.done.all()
@@ -122,7 +135,9 @@ def test_integrable_bodies_have_none():
         return body, fastaff.energy_sample(body, orbits=24, **surface).z0
 
     axes = ([0.5, 1.0, 2.0], [0.1, 0.4])
-    found = fastaff.chaotic_fraction(make, axes, names=("C", "p_gamma"), time=lambda body, z: 200 / body.potential.C**0.5)
+    found = fastaff.chaotic_fraction(
+        make, axes, names=("C", "p_gamma"), time=lambda body, z: 200 / body.potential.C**0.5
+    )
     assert found.fraction.shape == (3, 2)
     assert (found.fraction == 0).all()
     np.testing.assert_allclose(found.time[:, 1], 200 / np.sqrt([0.5, 1.0, 2.0]))
@@ -136,7 +151,9 @@ def test_interval_is_wilsons():
 
 
 def test_an_energy_below_the_minimum_is_an_empty_case():
-    found = fastaff.chaotic_fraction(lambda energy: (NEO, starts(NEO, energy, 8)), ([0.05, 1.0],), names=("energy",), time=40.0)
+    found = fastaff.chaotic_fraction(
+        lambda energy: (NEO, starts(NEO, energy, 8)), ([0.05, 1.0],), names=("energy",), time=40.0
+    )
     assert found.orbits.tolist() == [0, 8]
     assert np.isnan(found.fraction[0])
     assert np.isnan(found.interval()[:, 0]).all()
@@ -149,6 +166,7 @@ def test_an_energy_below_the_minimum_is_an_empty_case():
 
 def test_lost_orbits_run_again_with_step_control():
     """At E = 8 det phi comes near exp(-8): a step of 0.02 leaves the domain, VERNER9 does not."""
+
     def make(energy):
         return NEO, starts(NEO, energy, 24)
 

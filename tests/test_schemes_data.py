@@ -64,7 +64,7 @@ def thirty_digits():
 def force(q):
     """Hénon-Heiles."""
     x, y = q
-    return [-x - 2*x*y, -y - x*x + y*y]
+    return [-x - 2 * x * y, -y - x * x + y * y]
 
 
 def rate(t, z):
@@ -77,7 +77,7 @@ def quartic_rate(t, z):
 
 
 def quartic_velocity(p):
-    return p + 4*p**3
+    return p + 4 * p**3
 
 
 def start():
@@ -93,8 +93,8 @@ def exact(equations, time):
 def split_step(scheme, z, h, velocity=lambda p: p):
     q, p = z[:2], z[2:]
     for drift, kick in zip(scheme.drift, (*scheme.kick, 0.0)):
-        q = [x + h*drift*velocity(v) for x, v in zip(q, p)]
-        p = [v + h*kick*f for v, f in zip(p, force(q))]
+        q = [x + h * drift * velocity(v) for x, v in zip(q, p)]
+        p = [v + h * kick * f for v, f in zip(p, force(q))]
     return q + p
 
 
@@ -106,7 +106,7 @@ def slopes(scheme, z, h):
 
 
 def combine(z, h, weights, k):
-    return [x + h*mp.fsum(w*s[i] for w, s in zip(weights, k)) for i, x in enumerate(z)]
+    return [x + h * mp.fsum(w * s[i] for w, s in zip(weights, k)) for i, x in enumerate(z)]
 
 
 def step(scheme, z, h):
@@ -115,10 +115,10 @@ def step(scheme, z, h):
 
 def dense(scheme, z, h, x, k):
     """Value of the interpolant at the fraction x of a step, by the formula of the docstring."""
-    value = [mp.mpf(0)]*len(z)
+    value = [mp.mpf(0)] * len(z)
     for r, row in reversed(list(enumerate(scheme.dense))):
-        inner = combine([mp.mpf(0)]*len(z), h, row, k)
-        value = [(u + v)*(x if r % 2 == 0 else 1 - x) for u, v in zip(inner, value)]
+        inner = combine([mp.mpf(0)] * len(z), h, row, k)
+        value = [(u + v) * (x if r % 2 == 0 else 1 - x) for u, v in zip(inner, value)]
     return [u + v for u, v in zip(z, value)]
 
 
@@ -129,13 +129,13 @@ def distance(u, v):
 def global_error(advance, equations, steps):
     z = start()
     for _ in range(steps):
-        z = advance(z, mp.mpf(TIME)/steps)
+        z = advance(z, mp.mpf(TIME) / steps)
     return distance(z, exact(equations, TIME))
 
 
 def halving_slope(error_of):
     """log2 of the ratio of the errors at size 1 and size 1/2."""
-    return float(mp.log(error_of(1)/error_of(2), 2))
+    return float(mp.log(error_of(1) / error_of(2), 2))
 
 
 def agrees(scheme, slope, order, allowance):
@@ -152,7 +152,7 @@ def test_the_order_table_is_complete():
 
 @pytest.mark.parametrize(("scheme", "order", "steps"), ORDERS, ids=lambda v: getattr(v, "name", None))
 def test_order(scheme, order, steps):
-    slope = halving_slope(lambda m: global_error(lambda z, h: step(scheme, z, h), rate, m*steps))
+    slope = halving_slope(lambda m: global_error(lambda z, h: step(scheme, z, h), rate, m * steps))
     assert agrees(scheme, slope, order, 0.06)
 
 
@@ -160,8 +160,9 @@ def test_order(scheme, order, steps):
 def test_order_for_kinetic_energy_of_degree_four(scheme):
     """Only a Nyström splitting loses its order (six becomes four) when T is not quadratic."""
     steps = {s.name: n for s, _, n in ORDERS}[scheme.name]
-    slope = halving_slope(lambda m: global_error(
-        lambda z, h: split_step(scheme, z, h, quartic_velocity), quartic_rate, 2*m*steps))
+    slope = halving_slope(
+        lambda m: global_error(lambda z, h: split_step(scheme, z, h, quartic_velocity), quartic_rate, 2 * m * steps)
+    )
     assert slope == pytest.approx(4 if scheme.nystrom else scheme.order, abs=0.2)
 
 
@@ -175,8 +176,8 @@ def test_splittings_are_reversible(scheme):
 @pytest.mark.parametrize("x", ["0.2", "0.37", "0.8"])
 def test_order_of_the_interpolant(scheme, x):
     def error(m):
-        h = mp.mpf("0.4")/m
-        return distance(dense(scheme, start(), h, mp.mpf(x), slopes(scheme, start(), h)), exact(rate, mp.mpf(x)*h))
+        h = mp.mpf("0.4") / m
+        return distance(dense(scheme, start(), h, mp.mpf(x), slopes(scheme, start(), h)), exact(rate, mp.mpf(x) * h))
 
     assert agrees(scheme, halving_slope(error), scheme.dense_order + 1, 0.25)
 
@@ -192,20 +193,21 @@ def test_the_interpolant_meets_both_ends(scheme):
 @pytest.mark.parametrize(("scheme", "row"), ESTIMATES, ids=lambda v: getattr(v, "name", v))
 def test_order_of_the_error_estimates(scheme, row):
     def estimate(m):
-        h = mp.mpf("0.4")/m
-        return mp.norm(mp.matrix(combine([0]*4, h, scheme.errors[row], slopes(scheme, start(), h))))
+        h = mp.mpf("0.4") / m
+        return mp.norm(mp.matrix(combine([0] * 4, h, scheme.errors[row], slopes(scheme, start(), h))))
 
     assert agrees(scheme, halving_slope(estimate), scheme.error_orders[row] + 1, 0.25)
 
 
 # A rooted tree is the sorted tuple of its branches.
 
+
 def grown(tree):
     """All trees with a leaf more."""
     yield tuple(sorted((*tree, ())))
     for i, branch in enumerate(tree):
         for larger in grown(branch):
-            yield tuple(sorted((*tree[:i], larger, *tree[i + 1:])))
+            yield tuple(sorted((*tree[:i], larger, *tree[i + 1 :])))
 
 
 def trees(largest):
@@ -222,7 +224,7 @@ def nodes(tree):
 
 def density(tree):
     """gamma(t): the product of the numbers of nodes of all subtrees."""
-    return nodes(tree)*math.prod(map(density, tree))
+    return nodes(tree) * math.prod(map(density, tree))
 
 
 def elementary_weights(scheme, tree, known):
@@ -241,7 +243,8 @@ def test_rooted_trees_are_counted_right():
 def test_order_conditions():
     """Sum of w_i Phi_i(t) = x^n/gamma(t) for all trees of n <= order nodes, and not for all trees with a node more.
 
-    For b at x = 1, for the interpolant at any x, and with 0 at the right for the estimates: Hairer, Norsett & Wanner II.2.
+    For b at x = 1, for the interpolant at any x, and with 0 at the right for the estimates: Hairer, Norsett & Wanner
+    II.2.
     """
     largest = trees(max(s.order for s in TABLEAUX) + 1)
     for scheme in TABLEAUX:
@@ -250,28 +253,28 @@ def test_order_conditions():
         for x in (0.2, 0.37, 0.8):
             weights = np.zeros(size)
             for r, row in reversed(list(enumerate(scheme.dense))):
-                weights = (np.array(row) + weights)*(x if r % 2 == 0 else 1 - x)
+                weights = (np.array(row) + weights) * (x if r % 2 == 0 else 1 - x)
             cases.append((weights, x, scheme.dense_order))
         for weights, x, order in cases:
-            full = np.array([*weights, *[0.0]*(size - len(weights))])
+            full = np.array([*weights, *[0.0] * (size - len(weights))])
             residuals = [
-                max(abs(full @ elementary_weights(scheme, tree, known) - x**n/density(tree)) for tree in level)
-                for n, level in enumerate(largest[:order + 1], 1)
+                max(abs(full @ elementary_weights(scheme, tree, known) - x**n / density(tree)) for tree in level)
+                for n, level in enumerate(largest[: order + 1], 1)
             ]
-            assert max(residuals[:-1]) < 5e-16*max(1.0, np.abs(full).sum())*len(full)**0.5, (scheme.name, x)
+            assert max(residuals[:-1]) < 5e-16 * max(1.0, np.abs(full).sum()) * len(full) ** 0.5, (scheme.name, x)
             assert residuals[-1] > 1e-6, (scheme.name, x)
 
 
 @pytest.mark.parametrize("x", ["0", "1/7", "1/2", "6/7", "1"])
 def test_verner9_interpolates_by_the_published_polynomials(x):
     """The nested rows, each rounded once, are the polynomials in powers of x."""
-    x, value = Fraction(x), [Fraction(0)]*len(VERNER9.dense[0])
+    x, value = Fraction(x), [Fraction(0)] * len(VERNER9.dense[0])
     for r, row in reversed(list(enumerate(VERNER9.dense))):
-        value = [(Fraction(c) + v)*(x if r % 2 == 0 else 1 - x) for c, v in zip(row, value)]
+        value = [(Fraction(c) + v) * (x if r % 2 == 0 else 1 - x) for c, v in zip(row, value)]
     for column, weight in enumerate(value):
-        published = sum(Fraction(c)*x**n for n, c in enumerate(_verner98._POWERS.get(column, ()), 1))
-        rounding = sum(abs(row[column])*float(x*(1 - x))**(r//2) for r, row in enumerate(VERNER9.dense))
-        assert abs(weight - published) <= 2e-16*rounding + 1e-30
+        published = sum(Fraction(c) * x**n for n, c in enumerate(_verner98._POWERS.get(column, ()), 1))
+        rounding = sum(abs(row[column]) * float(x * (1 - x)) ** (r // 2) for r, row in enumerate(VERNER9.dense))
+        assert abs(weight - published) <= 2e-16 * rounding + 1e-30
 
 
 def test_dop853_steps_and_interpolates_like_scipy():
@@ -282,13 +285,19 @@ def test_dop853_steps_and_interpolates_like_scipy():
     interpolant, k = solver.dense_output(), slopes(DOP853, start(), mp.mpf(h))
     for x in np.linspace(0.0, 1.0, 9):
         ours = np.array([float(v) for v in dense(DOP853, start(), mp.mpf(h), mp.mpf(x), k)])
-        np.testing.assert_allclose(interpolant(x*h), ours, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(interpolant(x * h), ours, rtol=0, atol=1e-14)
 
 
 def test_shapes_and_derived_properties():
     assert {s.name: (s.stages, s.evaluations) for s in SCHEMES.values()} == {
-        "LEAPFROG": (1, 1), "YOSHIDA4": (3, 3), "BLANES_MOAN6": (14, 14), "KAHAN_LI8": (17, 17),
-        "SOFRONIOU_SPALETTA10": (35, 35), "RK4": (4, 4), "DOP853": (13, 12), "VERNER9": (17, 16),
+        "LEAPFROG": (1, 1),
+        "YOSHIDA4": (3, 3),
+        "BLANES_MOAN6": (14, 14),
+        "KAHAN_LI8": (17, 17),
+        "SOFRONIOU_SPALETTA10": (35, 35),
+        "RK4": (4, 4),
+        "DOP853": (13, 12),
+        "VERNER9": (17, 16),
     }
     assert [(s.fsal, s.adaptive) for s in (RK4, DOP853, VERNER9)] == [(False, False), (True, True), (True, True)]
     for s in SPLITTINGS:
@@ -321,16 +330,21 @@ def corrupted(value, index, change):
 
 
 FIELDS = [(s, f) for s in SPLITTINGS for f in ("drift", "kick")] + [
-    (s, f) for s in TABLEAUX for f in ("a", "b", "c", "errors", "extra_a", "extra_c", "dense") if getattr(s, f)]
+    (s, f) for s in TABLEAUX for f in ("a", "b", "c", "errors", "extra_a", "extra_c", "dense") if getattr(s, f)
+]
 
 
 @settings(deadline=None, max_examples=300)
-@given(field=st.sampled_from(FIELDS), index=st.integers(0, 10_000), sign=st.sampled_from([-1, 1]),
-       size=st.floats(1e-10, 1.0))
+@given(
+    field=st.sampled_from(FIELDS),
+    index=st.integers(0, 10_000),
+    sign=st.sampled_from([-1, 1]),
+    size=st.floats(1e-10, 1.0),
+)
 def test_one_wrong_coefficient_is_refused(field, index, sign, size):
     scheme, name = field
     with pytest.raises(ValueError, match=scheme.name):
-        replace(scheme, **{name: corrupted(getattr(scheme, name), index, lambda c: c + sign*size)})
+        replace(scheme, **{name: corrupted(getattr(scheme, name), index, lambda c: c + sign * size)})
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
@@ -343,7 +357,7 @@ def test_coefficients_must_be_finite(scheme, name, value):
 @pytest.mark.parametrize("scheme", [BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10], ids=lambda s: s.name)
 def test_exchanged_coefficients_are_refused(scheme):
     """An exchange keeps the sum and the symmetry: only the quadrature conditions see it."""
-    half = len(scheme.kick)//2
+    half = len(scheme.kick) // 2
     for i, j in combinations(range(half), 2):
         order = list(range(len(scheme.kick)))
         order[i], order[j], order[-1 - i], order[-1 - j] = j, i, order[-1 - j], order[-1 - i]
@@ -351,26 +365,33 @@ def test_exchanged_coefficients_are_refused(scheme):
             replace(scheme, kick=tuple(scheme.kick[n] for n in order))
 
 
-@pytest.mark.parametrize(("scheme", "changes", "message"), [
-    (LEAPFROG, {"drift": (0.4, 0.6)}, "drift coefficients must be palindromic"),
-    (LEAPFROG, {"drift": (0.6, 0.6)}, "drift coefficients must sum to 1"),
-    (LEAPFROG, {"drift": (0.5,)}, "one drift more than kicks, got 1 drifts and 1 kicks"),
-    (LEAPFROG, {"drift": (1.0,), "kick": ()}, "one drift more than kicks"),
-    (LEAPFROG, {"order": 4}, "contradict the order 4"),
-    (LEAPFROG, {"order": 0}, "order must be at least 1, got 0"),
-    (RK4, {"a": RK4.a[1:]}, "one row or entry per stage"),
-    (RK4, {"a": ((0.0,), *RK4.a[1:])}, "must have i entries"),
-    (RK4, {"order": 5}, "b contradicts the order 5"),
-    (RK4, {"dense": RK4.dense[:2]}, "at least as many rows as its order"),
-    (RK4, {"b": RK4.b, "dense": (RK4.dense[0][:3], *RK4.dense[1:])}, "rows of dense must have 4 weights"),
-    (DOP853, {"error_orders": (5,)}, "one order per row"),
-    (DOP853, {"error_orders": (6, 3)}, r"errors\[0\] contradicts the order 6"),
-    (DOP853, {"errors": (DOP853.errors[0], DOP853.errors[1][:-1])}, "one weight per stage"),
-    (DOP853, {"errors": DOP853.errors*2, "error_orders": (5, 3, 5, 3)}, "at most two rows"),
-    (RK4, {"errors": ((0.0,)*4,), "error_orders": (3,)}, r"errors need a last row of a that is b, with b\[-1\] = 0"),
-    (DOP853, {"extra_c": DOP853.extra_c[:2]}, "per extra slope"),
-    (DOP853, {"dense_order": 8}, "at least as many rows"),
-])
+@pytest.mark.parametrize(
+    ("scheme", "changes", "message"),
+    [
+        (LEAPFROG, {"drift": (0.4, 0.6)}, "drift coefficients must be palindromic"),
+        (LEAPFROG, {"drift": (0.6, 0.6)}, "drift coefficients must sum to 1"),
+        (LEAPFROG, {"drift": (0.5,)}, "one drift more than kicks, got 1 drifts and 1 kicks"),
+        (LEAPFROG, {"drift": (1.0,), "kick": ()}, "one drift more than kicks"),
+        (LEAPFROG, {"order": 4}, "contradict the order 4"),
+        (LEAPFROG, {"order": 0}, "order must be at least 1, got 0"),
+        (RK4, {"a": RK4.a[1:]}, "one row or entry per stage"),
+        (RK4, {"a": ((0.0,), *RK4.a[1:])}, "must have i entries"),
+        (RK4, {"order": 5}, "b contradicts the order 5"),
+        (RK4, {"dense": RK4.dense[:2]}, "at least as many rows as its order"),
+        (RK4, {"b": RK4.b, "dense": (RK4.dense[0][:3], *RK4.dense[1:])}, "rows of dense must have 4 weights"),
+        (DOP853, {"error_orders": (5,)}, "one order per row"),
+        (DOP853, {"error_orders": (6, 3)}, r"errors\[0\] contradicts the order 6"),
+        (DOP853, {"errors": (DOP853.errors[0], DOP853.errors[1][:-1])}, "one weight per stage"),
+        (DOP853, {"errors": DOP853.errors * 2, "error_orders": (5, 3, 5, 3)}, "at most two rows"),
+        (
+            RK4,
+            {"errors": ((0.0,) * 4,), "error_orders": (3,)},
+            r"errors need a last row of a that is b, with b\[-1\] = 0",
+        ),
+        (DOP853, {"extra_c": DOP853.extra_c[:2]}, "per extra slope"),
+        (DOP853, {"dense_order": 8}, "at least as many rows"),
+    ],
+)
 def test_faults_are_named(scheme, changes, message):
     with pytest.raises(ValueError, match=message):
         replace(scheme, **changes)
@@ -389,7 +410,7 @@ def test_a_splitting_may_kick_first_and_be_composed():
 
 def test_a_sixth_order_triple_jump_has_order_six():
     jump = triple_jump(YOSHIDA4, name="YOSHIDA6", source="Yoshida 1990")
-    slope = halving_slope(lambda m: global_error(lambda z, h: step(jump, z, h), rate, 60*m))
+    slope = halving_slope(lambda m: global_error(lambda z, h: step(jump, z, h), rate, 60 * m))
     assert (jump.order, jump.stages) == (6, 9)
     assert slope == pytest.approx(6, abs=0.1)
 
@@ -402,7 +423,7 @@ def test_compose_refuses_an_order_it_does_not_reach():
 def test_adjacent_drifts_are_merged_with_one_rounding():
     weights = KAHAN_LI8.kick
     assert len(weights) == 17
-    np.testing.assert_allclose(KAHAN_LI8.drift[1:-1], [(u + v)/2 for u, v in pairwise(weights)], rtol=0, atol=1e-16)
+    np.testing.assert_allclose(KAHAN_LI8.drift[1:-1], [(u + v) / 2 for u, v in pairwise(weights)], rtol=0, atol=1e-16)
 
 
 def test_scheme_named():

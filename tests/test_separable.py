@@ -1,7 +1,8 @@
-"""Separable bodies: functions of one variable, the three families, the body with angular potentials, constants of motion.
+"""Separable bodies: functions of one variable, the three families, the body with angular potentials, constants of
+motion.
 
-Derivatives are complex steps where the formulas are analytic, else sixth-order differences: error h^6 f^(7)/140 + 11 eps |f|/6 h, with
-h = 3e-3 about 1e-12 of f where f^(7) is within 1e5 of it.
+Derivatives are complex steps where the formulas are analytic, else sixth-order differences: error h^6 f^(7)/140 + 11
+eps |f|/6 h, with h = 3e-3 about 1e-12 of f where f^(7) is within 1e5 of it.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ def complex_step(function, x):
     return np.imag(function(x + 1e-100j)) / 1e-100
 
 
-# Functions of one variable -------------------------------------------------------------------------------------------------------------
+# Functions of one variable
+# -------------------------------------------------------------------------------------------------------------
 
 ROOT, SAME = (np.sqrt, 0.2, 6.0), (np.asarray, 0.2, 6.0)
 HALF_ANGLE, ARCSIN, ARCSINH = (
@@ -98,7 +100,9 @@ def test_slope_is_the_derivative_of_value(V, variable):
 
 
 @pytest.mark.parametrize(
-    ("V", "variable"), [case for case in FUNCTIONS if hasattr(case[0], "curvature")], ids=lambda v: repr(v) if hasattr(v, "_fields") else ""
+    ("V", "variable"),
+    [case for case in FUNCTIONS if hasattr(case[0], "curvature")],
+    ids=lambda v: repr(v) if hasattr(v, "_fields") else "",
 )
 def test_curvature_is_the_derivative_of_slope(V, variable):
     x = variable[0](np.linspace(*variable[1:], 41)[1:-1])
@@ -142,7 +146,8 @@ def test_oscillators_of_the_elliptic_chart():
     np.testing.assert_allclose(V / (2 * (np.cosh(kappa) ** 2 - np.cos(lam) ** 2)), expected, rtol=1e-12)
 
 
-# Functions of one's own ----------------------------------------------------------------------------------------------------------------
+# Functions of one's own
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def well(x):
@@ -169,7 +174,9 @@ def test_slope_by_complex_step():
 
 @pytest.mark.slow
 def test_compiled_functions_are_those_of_their_closure():
-    """Two functions of the same text differ by what they read: k x^2/2 has the period 2 pi/sqrt k (KAHAN_LI8 to rounding)."""
+    """Two functions of the same text differ by what they read: k x^2/2 has the period 2 pi/sqrt k (KAHAN_LI8 to
+    rounding).
+    """
 
     def spring(k):
         return one_variable(lambda x: k * x * x / 2)
@@ -223,13 +230,15 @@ def test_powers_are_vectorised():
     assert one_variable(lambda x: x**4).slope(1.5) == pytest.approx(13.5, rel=1e-15)
 
 
-@pytest.mark.parametrize("value", [lambda x: x * np.conj(x), lambda x: x + np.abs(x) ** 2], ids=["x conj(x)", "x + |x|^2"])
+@pytest.mark.parametrize(
+    "value", [lambda x: x * np.conj(x), lambda x: x + np.abs(x) ** 2], ids=["x conj(x)", "x + |x|^2"]
+)
 def test_functions_that_lose_part_of_the_imaginary_part_are_refused(value):
     with pytest.raises(ValueError, match="must be the derivative"):
         one_variable(value)
 
 
-# Families ------------------------------------------------------------------------------------------------------------------------------
+# Families
 
 
 def deformations(n=40, seed=5):
@@ -241,16 +250,24 @@ def deformations(n=40, seed=5):
 
 RIPPLE = one_variable(lambda v: 1.5 / np.cos(v / 2) ** 2 + 0.4 * np.cos(2 * v))
 SOFT = one_variable(lambda r: 0.6 * r + 0.3 * r * r)
-SEXTIC = one_variable(lambda k: 0.4 * np.sinh(k) ** 2 * np.sinh(k) ** 2 * np.sinh(k) ** 2 + 0.7 * np.sinh(k) ** 2 * np.sinh(k) ** 2)
-SINES = one_variable(lambda x: 0.4 * np.sin(x) ** 2 * np.sin(x) ** 2 * np.sin(x) ** 2 - 0.7 * np.sin(x) ** 2 * np.sin(x) ** 2)
+SEXTIC = one_variable(
+    lambda k: 0.4 * np.sinh(k) ** 2 * np.sinh(k) ** 2 * np.sinh(k) ** 2 + 0.7 * np.sinh(k) ** 2 * np.sinh(k) ** 2
+)
+SINES = one_variable(
+    lambda x: 0.4 * np.sin(x) ** 2 * np.sin(x) ** 2 * np.sin(x) ** 2 - 0.7 * np.sin(x) ** 2 * np.sin(x) ** 2
+)
 FAMILIES = [
     SeparableAlphaBeta(one_variable(well), Oscillator(1.2, 0.3)),
     SeparableRVartheta(SOFT, RIPPLE),
     SeparableElliptic(SEXTIC, SINES),
 ]
 family_name = lambda V: type(V).__name__  # noqa: E731
-NAMED = [(P, member) for P in (Harmonic(1.2), Anharmonic(0.9), Hyperelastic(1.1), HeavyTop(1.3, 0.6))
-         for member in ("alpha_beta", "r_vartheta", "elliptic") if hasattr(P, member)]  # fmt: skip
+NAMED = [
+    (P, member)
+    for P in (Harmonic(1.2), Anharmonic(0.9), Hyperelastic(1.1), HeavyTop(1.3, 0.6))
+    for member in ("alpha_beta", "r_vartheta", "elliptic")
+    if hasattr(P, member)
+]
 
 
 @pytest.mark.parametrize("V", [*FAMILIES, *(getattr(P, member) for P, member in NAMED)], ids=lambda V: repr(V)[:60])
@@ -284,13 +301,18 @@ CURVED = [
 def test_curvatures_are_the_derivatives_of_slopes(V):
     q = deformations()
     V_AA, V_AB, V_BB = np.broadcast_arrays(*V.curvatures(*q), q[0])[:3]
-    (slope_A, slope_B), tolerance = zip(*(differences(lambda q, k=k: V.slopes(*q)[k] + 0 * q[0], q, 1e-3) for k in (0, 1))), 1e-8
+    (slope_A, slope_B), tolerance = (
+        zip(*(differences(lambda q, k=k: V.slopes(*q)[k] + 0 * q[0], q, 1e-3) for k in (0, 1))),
+        1e-8,
+    )
     for found, expected in ((V_AA, slope_A[0]), (V_AB, slope_A[1]), (V_AB, slope_B[0]), (V_BB, slope_B[1])):
         np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance * (1 + np.abs(V_BB).max()))
 
 
 def test_curvature_of_functions_of_ones_own():
-    """Complex step of a given slope; none where the slope is itself one: then tangent vectors are refused with the remedy."""
+    """Complex step of a given slope; none where the slope is itself one: then tangent vectors are refused with the
+    remedy.
+    """
     x = np.linspace(0.2, 2.0, 9)
     made = one_variable(well, slope_of_well)
     np.testing.assert_allclose(made.curvature(x), complex_step(slope_of_well, x), rtol=1e-14)
@@ -300,7 +322,9 @@ def test_curvature_of_functions_of_ones_own():
 
 
 def test_tangent_force_of_a_stackel_body():
-    ripple = one_variable(lambda v: 0.3 * np.cos(v) + 0.1 * np.sin(2 * v), lambda v: -0.3 * np.sin(v) + 0.2 * np.cos(2 * v))
+    ripple = one_variable(
+        lambda v: 0.3 * np.cos(v) + 0.1 * np.sin(2 * v), lambda v: -0.3 * np.sin(v) + 0.2 * np.cos(2 * v)
+    )
     body = StackelBody(CURVED[1], ripple, ripple, 1.2)
     q, direction = np.random.default_rng(3).standard_normal((2, 4, 30))
     expected = differences(lambda t: np.array(body.force(*(q + t * direction))), np.zeros((1, 30)), 1e-3)[0]
@@ -314,7 +338,9 @@ def test_tangent_force_of_a_stackel_body():
 @pytest.mark.parametrize(("potential", "member"), NAMED, ids=str)
 @pytest.mark.parametrize("ratio", [None, 0.0, 1e-14, 1e-6], ids=["anywhere", "beta=0", "beta=1e-7", "beta=1e-3"])
 def test_named_potentials_are_their_members(potential, member, ratio):
-    """Value and slopes, on both sides of the elliptic focus, and at beta = 0, where the charts end: rounding over s + t, > 0.05 here."""
+    """Value and slopes, on both sides of the elliptic focus, and at beta = 0, where the charts end: rounding over s +
+    t, > 0.05 here.
+    """
     V = getattr(potential, member)
     A, B = deformations()
     A = A[np.abs(A - 2) > 0.1] if ratio is not None else A
@@ -326,7 +352,9 @@ def test_named_potentials_are_their_members(potential, member, ratio):
     assert (V.margin(A, B) > 0).all()
 
 
-@pytest.mark.parametrize("V", [Body(Hyperelastic().r_vartheta), Body(SeparableRVartheta(Spring(), Secant()))], ids=["named", "own"])
+@pytest.mark.parametrize(
+    "V", [Body(Hyperelastic().r_vartheta), Body(SeparableRVartheta(Spring(), Secant()))], ids=["named", "own"]
+)
 def test_margin_is_negative_where_the_potential_ends(V):
     with np.errstate(all="ignore"):  # inf - inf
         assert V.potential.margin(0.5, 1.1) < 0
@@ -335,11 +363,15 @@ def test_margin_is_negative_where_the_potential_ends(V):
         integrate(V, np.array([0.5, 0, 1.0, 0, 0, 0, 0, 0]), time=1.0, step=0.1)
 
 
-# Bodies with angular potentials --------------------------------------------------------------------------------------------------------
+# Bodies with angular potentials
+# --------------------------------------------------------------------------------------------------------
 
 V_ETA = one_variable(lambda eta: 0.5 + 0.3 * np.cos(eta) + 0.1 * np.sin(2 * eta))
 V_GAMMA = one_variable(lambda gamma: 0.4 + 0.2 * np.sin(gamma))
-STACKEL = [StackelBody(V, V_ETA, V_GAMMA, mu) for V, mu in zip((*FAMILIES, Harmonic(1.2).elliptic), (0.8, 1.3, 1.1, 0.7), strict=True)]
+STACKEL = [
+    StackelBody(V, V_ETA, V_GAMMA, mu)
+    for V, mu in zip((*FAMILIES, Harmonic(1.2).elliptic), (0.8, 1.3, 1.1, 0.7), strict=True)
+]
 ISOTROPIC = [Body(V, 0.9) for V in FAMILIES]
 CASES = [
     *((body, None) for body in (*STACKEL, *ISOTROPIC)),
@@ -375,16 +407,23 @@ def test_force_of_a_stackel_body_is_minus_the_gradient(body):
     expected = -differences(lambda q: body.potential_energy(*q), q, 1e-3)
     np.testing.assert_allclose(np.array(body.force(*q)), expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
     p = states(40)[4:]
-    np.testing.assert_allclose(np.array(body.velocity(*p)), differences(lambda p: body.kinetic_energy(*p), p), rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(
+        np.array(body.velocity(*p)), differences(lambda p: body.kinetic_energy(*p), p), rtol=1e-9, atol=1e-10
+    )
     for k in range(4):  # floats as arrays
-        np.testing.assert_allclose(body.force(*q[:, k].tolist()), np.array(body.force(*q))[:, k], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(
+            body.force(*q[:, k].tolist()), np.array(body.force(*q))[:, k], rtol=1e-12, atol=1e-12
+        )
 
 
 def test_force_without_angular_potentials_is_that_of_the_body():
     q = states(40)[:4]
     for V in FAMILIES:
         np.testing.assert_allclose(
-            np.array(StackelBody(V, Zero(), Zero(), 0.8).force(*q)), np.array(Body(V, 0.8).force(*q)), rtol=1e-14, atol=1e-15
+            np.array(StackelBody(V, Zero(), Zero(), 0.8).force(*q)),
+            np.array(Body(V, 0.8).force(*q)),
+            rtol=1e-14,
+            atol=1e-15,
         )
 
 
@@ -399,7 +438,9 @@ def test_force_at_beta_zero_without_a_potential_of_gamma():
 
 
 def test_tori_of_a_stackel_body_without_spin_of_b():
-    """The limit p_gamma -> 0 of a bounded orbit: J_alpha, J_beta of p_gamma = 0 differ from those of 1e-9 by 1e-8 at most."""
+    """The limit p_gamma -> 0 of a bounded orbit: J_alpha, J_beta of p_gamma = 0 differ from those of 1e-9 by 1e-8 at
+    most.
+    """
     body = StackelBody(SeparableAlphaBeta(Oscillator(), Oscillator()), V_ETA, Zero())
     z = np.array([[1.4, 0.1, 0.3, 0.0, 0.1, 0.2, 0.3, spin] for spin in (0.0, 1e-9)]).T
     found = tori(body, z)
@@ -407,7 +448,8 @@ def test_tori_of_a_stackel_body_without_spin_of_b():
     np.testing.assert_allclose(found.J[:, 0], found.J[:, 1], atol=1e-7)
 
 
-# Constants of motion -------------------------------------------------------------------------------------------------------------------
+# Constants of motion
+# -------------------------------------------------------------------------------------------------------------------
 
 
 def stacked(body, z, chart):
@@ -434,7 +476,9 @@ def test_energy_is_made_of_the_constants(body, chart):
 
 @every_case
 def test_constants_are_conserved(body, chart):
-    """YOSHIDA4 errs by h^4 (c + O(h^2)): half the step, 16 times less, unless the scheme conserves exactly (p_phi, p_psi)."""
+    """YOSHIDA4 errs by h^4 (c + O(h^2)): half the step, 16 times less, unless the scheme conserves exactly (p_phi,
+    p_psi).
+    """
     z = states(6)
     errors = []
     for step in (0.04, 0.02):
@@ -498,7 +542,9 @@ def separation_constants(body, z):
     p_lambda = sqrt(2) * (-np.cosh(kappa) * np.sin(lam) * p_alpha + np.sinh(kappa) * np.cos(lam) * p_beta)
     of_eta = (a1 * pa2 - a2 * pa1) ** 2 + 2 * mu * V_eta.value(np.arctan2(a2, a1))
     of_gamma = (b1 * pb2 - b2 * pb1) ** 2 + 2 * mu * V_gamma.value(np.arctan2(b2, b1))
-    h_kappa = p_kappa**2 + 2 * mu * V.V_kappa.value(kappa) - of_eta / np.cosh(kappa) ** 2 + of_gamma / np.sinh(kappa) ** 2
+    h_kappa = (
+        p_kappa**2 + 2 * mu * V.V_kappa.value(kappa) - of_eta / np.cosh(kappa) ** 2 + of_gamma / np.sinh(kappa) ** 2
+    )
     h_lambda = p_lambda**2 + 2 * mu * V.V_lambda.value(lam) + of_eta / np.cos(lam) ** 2 + of_gamma / np.sin(lam) ** 2
     return h_kappa / (2 * mu), h_lambda / (2 * mu), np.cosh(kappa) ** 2, np.cos(lam) ** 2
 
@@ -507,9 +553,13 @@ def paper(body, z, sign):
     """Return H, L and K = (h_kappa cos^2 lambda + sign h_lambda cosh^2 kappa)/2 Delta; the paper prints sign = -1."""
     h_kappa, h_lambda, C, c = separation_constants(body, z)
     delta = 2 * (C - c)
-    return np.array([
-        (h_kappa + h_lambda) / delta, (h_kappa * (1 - c) - h_lambda * (C - 1)) / delta, (h_kappa * c + sign * h_lambda * C) / delta
-    ])  # fmt: skip
+    return np.array(
+        [
+            (h_kappa + h_lambda) / delta,
+            (h_kappa * (1 - c) - h_lambda * (C - 1)) / delta,
+            (h_kappa * c + sign * h_lambda * C) / delta,
+        ]
+    )
 
 
 ELLIPTICS = [(body, chart) for body, chart in CASES if separate(body, chart).family.chart == "elliptic"]
@@ -518,7 +568,9 @@ every_elliptic = pytest.mark.parametrize(("body", "chart"), ELLIPTICS, ids=case_
 
 @every_elliptic
 def test_elliptic_constants_are_those_of_the_chart(body, chart):
-    """K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/2 Delta and L, from kappa, lambda and their momenta; H = K + L."""
+    """K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/2 Delta and L, from kappa, lambda and their momenta; H = K +
+    L.
+    """
     z = states(40)
     E, L, K = paper(body, z, +1)
     constants = constants_of_motion(body, z, chart=chart)
@@ -558,7 +610,9 @@ def test_h_vartheta_of_free_motion_is_angular_momentum_of_R4():
     z, mu = states(40), 0.7
     q, p = z[:4], z[4:]
     expected = ((q**2).sum(0) * (p**2).sum(0) - (q * p).sum(0) ** 2) / (2 * mu)
-    np.testing.assert_allclose(constants_of_motion(Body(SeparableRVartheta(Zero(), Zero()), mu), z)["h_vartheta"], expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        constants_of_motion(Body(SeparableRVartheta(Zero(), Zero()), mu), z)["h_vartheta"], expected, rtol=1e-12
+    )
 
 
 def test_constants_at_beta_zero():
@@ -580,7 +634,8 @@ def test_elliptic_constants_of_the_undeformed_body():
     assert constants["K"][0] == pytest.approx(2.75, abs=1e-14)
 
 
-# What does not separate ----------------------------------------------------------------------------------------------------------------
+# What does not separate
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def test_charts():
@@ -600,7 +655,12 @@ def test_charts():
         (Body(NeoHookean()), None, ValueError, "body must separate.*fit_torus"),
         (StackelBody(NeoHookean(), V_ETA, V_GAMMA), None, ValueError, "body must separate"),
         (StackelBody(3.0, V_ETA, V_GAMMA), None, (TypeError, ValueError), ""),
-        (Body(Hyperelastic()), ALPHA_BETA, ValueError, "chart must be one that Hyperelastic separates in, r-vartheta; got 'alpha-beta'"),
+        (
+            Body(Hyperelastic()),
+            ALPHA_BETA,
+            ValueError,
+            "chart must be one that Hyperelastic separates in, r-vartheta; got 'alpha-beta'",
+        ),
         (Body(Harmonic()), TWO_POLAR, ValueError, "chart must be one"),
         (Body(Harmonic()), "parabolic", ValueError, "chart must be one.*'parabolic'"),
         (Body(Harmonic()), 3, TypeError, "chart must be a chart.*3"),

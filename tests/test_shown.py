@@ -41,7 +41,9 @@ def test_a_signature_names_its_scheme():
     assert "= KAHAN_LI8," in str(inspect.signature(fa.poincare_map))
 
 
-@pytest.mark.parametrize("name", [name for name in battery.CALLS if "." not in name and name not in ("formula", "hamiltonian")])
+@pytest.mark.parametrize(
+    "name", [name for name in battery.CALLS if "." not in name and name not in ("formula", "hamiltonian")]
+)
 def test_results(name):
     fits_a_screen(battery.CALLS[name][0](**battery.base(name)))
 
@@ -52,7 +54,10 @@ def test_schemes_are_shown_by_name():
     assert repr(mine) == "Splitting(name='mine', order=2, stages=3)"
     impostor = fa.Splitting("KAHAN_LI8", 2, "somebody 2000", mine.drift, mine.kick)
     assert repr(impostor) == "Splitting(name='KAHAN_LI8', order=2, stages=3)"
-    assert repr(fa.TimeTransformed(rate=fa.Logistic(1.0, 2.0))) == "TimeTransformed(KAHAN_LI8, Logistic(kappa=1.0, origin=2.0))"
+    assert (
+        repr(fa.TimeTransformed(rate=fa.Logistic(1.0, 2.0)))
+        == "TimeTransformed(KAHAN_LI8, Logistic(kappa=1.0, origin=2.0))"
+    )
 
 
 def test_a_large_result_is_no_longer_than_a_small_one():

@@ -17,11 +17,13 @@ CASES = {
     "elliptic": (fastaff.Body(fastaff.Anharmonic(C=0.8).elliptic), [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1]),
     "stackel": (
         fastaff.StackelBody(
-            fastaff.Harmonic(C=0.8), fastaff.one_variable(lambda s: 0.2 * np.cos(s), lambda s: -0.2 * np.sin(s)), fastaff.Zero()
+            fastaff.Harmonic(C=0.8),
+            fastaff.one_variable(lambda s: 0.2 * np.cos(s), lambda s: -0.2 * np.sin(s)),
+            fastaff.Zero(),
         ),
         [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1],
     ),
-}  # fmt: skip
+}
 
 
 def cloud(start, orbits=3, seed=0):
@@ -41,7 +43,9 @@ def test_tangent_maps_of_splittings_are_symplectic(name, scheme):
     (model, start) = CASES[name]
     form = omega(model.degrees_of_freedom)
     for step in (0.05, 0.2):
-        matrix = fastaff.tangent_map(model, cloud(start), time=4.0, step=step, scheme=scheme, energy_tolerance=1e9).matrix
+        matrix = fastaff.tangent_map(
+            model, cloud(start), time=4.0, step=step, scheme=scheme, energy_tolerance=1e9
+        ).matrix
         found = matrix.transpose(0, 2, 1) @ form @ matrix
         assert np.abs(found - form).max() <= 1e-13 * np.abs(matrix).max() ** 2
 
@@ -73,13 +77,19 @@ def test_every_model_is_symplectic_and_follows_the_variational_equations(model, 
             slopes += [*model.velocity(*w[n:]), *model.tangent_force(*z[:n], *w[:n])]
         return np.array(slopes, dtype=float)
 
-    truth = solve_ivp(slope, (0, 5), [*z0, *deviations.ravel()], "DOP853", rtol=1e-12, atol=1e-13).y[2 * n :, -1].reshape(2, 2 * n)
+    truth = (
+        solve_ivp(slope, (0, 5), [*z0, *deviations.ravel()], "DOP853", rtol=1e-12, atol=1e-13)
+        .y[2 * n :, -1]
+        .reshape(2, 2 * n)
+    )
     for run in ({"scheme": fastaff.DOP853}, {"scheme": fastaff.SOFRONIOU_SPALETTA10, "step": 0.025}):
         found = fastaff.tangent_map(model, z0, time=5.0, deviations=deviations, **run).vectors[:, :, 0]
         assert np.abs(found - truth).max() <= 3e-9 * np.abs(truth).max()
 
 
-@pytest.mark.parametrize("scheme", [s for s in SCHEMES.values() if not getattr(s, "adaptive", False)], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "scheme", [s for s in SCHEMES.values() if not getattr(s, "adaptive", False)], ids=lambda s: s.name
+)
 def test_the_orbit_is_that_of_integrate_to_the_bit(scheme):
     model, start = CASES["neo-hookean"]
     run = {"time": 6.0, "step": 0.03, "scheme": scheme, "energy_tolerance": 1.0}
@@ -90,7 +100,9 @@ def test_the_orbit_is_that_of_integrate_to_the_bit(scheme):
         assert np.array_equal(found.energy_error, plain.energy_error)
 
 
-@pytest.mark.parametrize("scheme", [fastaff.KAHAN_LI8, fastaff.SOFRONIOU_SPALETTA10, fastaff.DOP853], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "scheme", [fastaff.KAHAN_LI8, fastaff.SOFRONIOU_SPALETTA10, fastaff.DOP853], ids=lambda s: s.name
+)
 def test_threads_neighbours_and_company_change_no_bit(scheme):
     """Also a single orbit alone, whose steps run in scalars, and vectors without the others."""
     model, start = CASES["neo-hookean"]

@@ -1,4 +1,6 @@
-"""Action-angle tori of separable bodies: against the paper, quadratures, orbits, frequency maps and canonical relations."""
+"""Action-angle tori of separable bodies: against the paper, quadratures, orbits, frequency maps and canonical
+relations.
+"""
 
 import naive
 import numpy as np
@@ -88,7 +90,11 @@ USER = (
 )
 ANGULAR = tuple(
     (StackelBody(potential, one_variable(around_eta), one_variable(around_gamma), mu=0.9), chart)
-    for potential, chart in ((Anharmonic(0.9), ALPHA_BETA), (Hyperelastic(0.9), R_VARTHETA), (Anharmonic(0.9), ELLIPTIC))
+    for potential, chart in (
+        (Anharmonic(0.9), ALPHA_BETA),
+        (Hyperelastic(0.9), R_VARTHETA),
+        (Anharmonic(0.9), ELLIPTIC),
+    )
 )
 
 
@@ -109,8 +115,8 @@ def turned(difference):
     return difference - np.round(difference)
 
 
-# Martens & Slawianowski's models at mu = C = 1 (heavy top A = 0.5): mpmath quadrature with 40 digits, confirmed to 7e-10 by
-# weighted averages along DOP853 orbits; points are (x, y, z, u, px, py, pz, pu).
+# Martens & Slawianowski's models at mu = C = 1 (heavy top A = 0.5): mpmath quadrature with 40 digits, confirmed to
+# 7e-10 by weighted averages along DOP853 orbits; points are (x, y, z, u, px, py, pz, pu).
 POINTS = np.array(
     [
         [1.3, 0.2, -0.1, 0.8, 0.3, -0.4, 0.5, 0.2],
@@ -173,7 +179,12 @@ REFERENCE = {
         ("nu_psi", -0.065656794013653051613, 0.020246313190522229580, -0.15761346039988382364),
     ),
 }
-MODELS = {"Harmonic": Harmonic(), "Anharmonic": Anharmonic(), "Hyperelastic": Hyperelastic(), "HeavyTop": HeavyTop(1.0, 0.5)}
+MODELS = {
+    "Harmonic": Harmonic(),
+    "Anharmonic": Anharmonic(),
+    "Hyperelastic": Hyperelastic(),
+    "HeavyTop": HeavyTop(1.0, 0.5),
+}
 
 
 @pytest.mark.parametrize(("model", "chart"), REFERENCE)
@@ -197,7 +208,9 @@ def test_frequencies_of_random_states(body, chart):
     found.raise_if_failed()
     gap = np.abs(primitive(found)[0] - truth) / np.abs(truth).max(axis=0)
     assert np.median(gap) < 1e-13
-    assert gap.max() < (1e-10 if chart is ELLIPTIC else 1e-11)  # separation constants that are small differences lose digits
+    assert gap.max() < (
+        1e-10 if chart is ELLIPTIC else 1e-11
+    )  # separation constants that are small differences lose digits
     assert np.all(found.error < 1e-8)
 
 
@@ -214,7 +227,9 @@ def test_actions_are_constant_and_angles_advance_with_nu(body, chart):
     (nu, start), (_, end) = primitive(before), primitive(after)
     assert np.abs(turned(end - start - 3.7 * nu))[:, good].max() < 2e-10
     constants = constants_of_motion(body, z, chart=chart)
-    np.testing.assert_allclose([constants[key] for key in before.constant_names], before.constants, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(
+        [constants[key] for key in before.constant_names], before.constants, rtol=1e-12, atol=1e-13
+    )
 
 
 def brackets(body, chart, z, step=2e-4):
@@ -259,11 +274,15 @@ def test_gradient_of_the_energy_is_the_frequency(body, chart):
     J = tori(body, naive.states(body, 20), chart=chart).J
     J[:2] += 0.1
     step, weights, shifts = 1e-3, np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
-    spins = np.abs(np.array([J[2] - J[3], J[2] + J[3]])).min(axis=0) > 0.1  # no border between regions within the differences
+    spins = (
+        np.abs(np.array([J[2] - J[3], J[2] + J[3]])).min(axis=0) > 0.1
+    )  # no border between regions within the differences
     for row in range(4):
         moved = [energy_of_actions(body, J + k * step * np.eye(4)[row][:, None], chart=chart).energy for k in shifts]
         slope = np.tensordot(weights, np.array(moved), 1) / step
-        np.testing.assert_allclose(slope[spins], energy_of_actions(body, J, chart=chart).nu[row][spins], rtol=0, atol=1e-10)
+        np.testing.assert_allclose(
+            slope[spins], energy_of_actions(body, J, chart=chart).nu[row][spins], rtol=0, atol=1e-10
+        )
 
 
 @pytest.mark.parametrize("body", naive.MODELS[:4], ids=name)
@@ -295,13 +314,21 @@ def test_closed_forms_are_the_quadratures():
         return 0.7 / np.cos(v / 2) ** 2 + 0.2 / np.sin(v / 2) ** 2
 
     pairs = (
-        (SeparableAlphaBeta(Oscillator(k, c), Oscillator(k)), SeparableAlphaBeta(one_variable(first), one_variable(second))),
-        (SeparableRVartheta(Spring(k, c), Barriers(c, 0.2)), SeparableRVartheta(one_variable(radial), one_variable(barrier))),
+        (
+            SeparableAlphaBeta(Oscillator(k, c), Oscillator(k)),
+            SeparableAlphaBeta(one_variable(first), one_variable(second)),
+        ),
+        (
+            SeparableRVartheta(Spring(k, c), Barriers(c, 0.2)),
+            SeparableRVartheta(one_variable(radial), one_variable(barrier)),
+        ),
     )
     z = naive.states(naive.MODELS[0], 200)
     for closed, plain in pairs:
         one, other = tori(Body(closed, 0.8), z), tori(Body(plain, 0.8), z)
-        for left, right in zip((one.J, one.constants, one.turning_points), (other.J, other.constants, other.turning_points), strict=True):
+        for left, right in zip(
+            (one.J, one.constants, one.turning_points), (other.J, other.constants, other.turning_points), strict=True
+        ):
             np.testing.assert_allclose(left, right, rtol=1e-11, atol=1e-11)
         np.testing.assert_allclose(one.nu, other.nu, rtol=0, atol=1e-11)
         for left, right in zip(primitive(one)[1], primitive(other)[1], strict=True):
@@ -309,7 +336,9 @@ def test_closed_forms_are_the_quadratures():
 
 
 def test_turning_points_name_the_well():
-    """Two wells of V_alpha: the turning points are those of the well an orbit is in, and the orbit stays between them."""
+    """Two wells of V_alpha: the turning points are those of the well an orbit is in, and the orbit stays between
+    them.
+    """
     body = Body(SeparableAlphaBeta(one_variable(double_well), Oscillator(1.0)))
     z = np.zeros((8, 2))
     z[0], z[2], z[6], z[7], z[4], z[5] = (0.45, 1.5), 0.3, 0.2, 0.3, 0.1, 0.02
@@ -352,7 +381,9 @@ def test_small_angular_momenta_have_limits(body, chart):
     states[7] = (1e-5, 1e-9, -1e-9, 0.0)
     found = tori(body, states, chart=chart)
     through = not isinstance(body.potential, HeavyTop) or found.status[3] == Status.SEPARATRIX
-    np.testing.assert_allclose(found.J[:2, 1:], found.J[:2, 1:2] * np.ones(3), atol=2 * np.pi * 1e-9)  # dJ_i/dJ_gamma >= -1
+    np.testing.assert_allclose(
+        found.J[:2, 1:], found.J[:2, 1:2] * np.ones(3), atol=2 * np.pi * 1e-9
+    )  # dJ_i/dJ_gamma >= -1
     np.testing.assert_allclose(found.nu[:2, 1:], found.nu[:2, 1:2] * np.ones(3), rtol=1e-8)
     np.testing.assert_allclose(found.nu_eta[1:], found.nu_eta[1] * np.ones(3), rtol=1e-8)
     assert found.nu_gamma[1] == pytest.approx(-found.nu_gamma[2], rel=1e-8)
@@ -374,14 +405,18 @@ def test_p_eta_zero_without_the_axis_is_regular():
         assert found.nu_eta[0] == 0.0
 
 
-STIFF = [case for case in CASES if isinstance(case[0].potential, (Anharmonic, Hyperelastic)) and case[1] is not ELLIPTIC]
+STIFF = [
+    case for case in CASES if isinstance(case[0].potential, (Anharmonic, Hyperelastic)) and case[1] is not ELLIPTIC
+]
 """Bodies whose undeformed state is a stable equilibrium."""
 
 
 @pytest.mark.parametrize(("body", "chart"), STIFF, ids=name)
 @pytest.mark.parametrize("size", 10.0 ** -np.arange(2, 13, 2))
 def test_small_oscillations_about_the_undeformed_body(body, chart, size):
-    """Frequencies go to those of the normal modes: sqrt2 omega for the shear of EQ2.2h, omega for EQa, 2 omega for the dilatation."""
+    """Frequencies go to those of the normal modes: sqrt2 omega for the shear of EQ2.2h, omega for EQa, 2 omega for the
+    dilatation.
+    """
     rng = np.random.default_rng(3)
     z = np.zeros((8, 50))
     z[0] = ROOT2
@@ -405,7 +440,11 @@ def test_vanishing_actions():
     assert found.J[:2, 0].tolist() == [0.0, 0.0]
     assert np.isnan(found.theta[:2, 0]).all()
     np.testing.assert_allclose(found.nu[:, 0], [1 / np.pi, 1 / np.pi, 0.0, -1 / (2 * np.pi)], atol=1e-15)
-    for potential, chart, shear in ((Anharmonic(), ALPHA_BETA, 1.0), (Anharmonic(), R_VARTHETA, 1.0), (Hyperelastic(), R_VARTHETA, ROOT2)):
+    for potential, chart, shear in (
+        (Anharmonic(), ALPHA_BETA, 1.0),
+        (Anharmonic(), R_VARTHETA, 1.0),
+        (Hyperelastic(), R_VARTHETA, ROOT2),
+    ):
         rest = tori(Body(potential), np.array([ROOT2, 0, 0, 0, 0, 0, 0, 0]), chart=chart)
         assert rest.status[0] in (Status.ACTION_ZERO, Status.SEPARATRIX)
         assert np.abs(rest.J).max() == 0.0
@@ -430,8 +469,19 @@ def test_circular_limit_of_the_quadrature():
 
 
 def test_narrow_shear_next_to_the_wall():
-    """A narrow libration whose fitting interval would reach the pole of EQ2.2h at s = 1/2; values by mpmath quadrature, 50 digits."""
-    z = [2.451019240714001, 0, 2.0012488298310527, 0, -0.10006244149155263, 0.12239805996488533, 0.12255096203570004, 2.8284282268446446]
+    """A narrow libration whose fitting interval would reach the pole of EQ2.2h at s = 1/2; values by mpmath quadrature,
+    50 digits.
+    """
+    z = [
+        2.451019240714001,
+        0,
+        2.0012488298310527,
+        0,
+        -0.10006244149155263,
+        0.12239805996488533,
+        0.12255096203570004,
+        2.8284282268446446,
+    ]
     found = tori(Body(Hyperelastic()), z)
     np.testing.assert_allclose([found.nu[1, 0], found.J[1, 0]], [0.77828, 0.0160648], rtol=1e-5)
     later = integrate(Body(Hyperelastic()), z, time=3.0, step=0.002, scheme=SOFRONIOU_SPALETTA10).z
@@ -463,7 +513,9 @@ def test_a_constant_in_the_potential_costs_only_its_digits():
 
 def test_motion_through_the_axis_keeps_its_energy():
     """Exactly on beta = 0 the energy of the motion through it is |p_b|^2/2 mu, not a difference: J_vartheta ~ p^2."""
-    ratios = [tori(Body(HeavyTop(1.0, -1.0)), [2.0, 0, 0, 0, 0.1, 1.5, p, 0]).J[1, 0] / p**2 for p in (1e-3, 1e-5, 1e-7)]
+    ratios = [
+        tori(Body(HeavyTop(1.0, -1.0)), [2.0, 0, 0, 0, 0.1, 1.5, p, 0]).J[1, 0] / p**2 for p in (1e-3, 1e-5, 1e-7)
+    ]
     np.testing.assert_allclose(ratios, 1.742642062, rtol=1e-7)  # mpmath
 
 
@@ -518,7 +570,9 @@ def test_all_actions_of_the_hyperelastic_body_are_of_tori():
 @pytest.mark.parametrize("width", [0.03, 4e-3, 6e-4, 2e-4])
 @pytest.mark.parametrize("height", [0.9, 0.2, -0.6])
 def test_narrow_barriers_and_wells_are_seen(width, height):
-    """A Gaussian on an oscillator: the orbit that it stops and the one that passes, by quadrature with cuts at the feature."""
+    """A Gaussian on an oscillator: the orbit that it stops and the one that passes, by quadrature with cuts at the
+    feature.
+    """
     at, k, mu = 1.17, 1.3, 0.8
     V = one_variable(lambda x: 0.5 * k * x * x + height * np.exp(-(((x - at) / width) ** 2)))
     body = Body(SeparableAlphaBeta(V, Oscillator(1.0)), mu=mu)
@@ -546,12 +600,16 @@ def test_narrow_barriers_and_wells_are_seen(width, height):
         def slice_of(c, middle=middle, half=half, momentum2=momentum2):
             return half * np.sin(c) * np.sqrt(max(momentum2(middle - half * np.cos(c)), 0.0))
 
-        J = 2 * sum(quad(slice_of, a, b, epsabs=1e-13, limit=200)[0] for a, b in zip([0, *cuts], [*cuts, np.pi], strict=True))
+        J = 2 * sum(
+            quad(slice_of, a, b, epsabs=1e-13, limit=200)[0] for a, b in zip([0, *cuts], [*cuts, np.pi], strict=True)
+        )
         assert found.J[0, 0] == pytest.approx(J, rel=1e-10)
 
 
 def test_tori_of_actions_know_nothing_of_their_neighbours():
-    """Bitwise the same alone and in any company and order; what is OK is finite; UNBOUND where h_vartheta < 0 lets r fall to 0."""
+    """Bitwise the same alone and in any company and order; what is OK is finite; UNBOUND where h_vartheta < 0 lets r
+    fall to 0.
+    """
     rng = np.random.default_rng(12)
     body = Body(HeavyTop(C=0.7, A=1.6), mu=1.3)
     J = rng.choice([0.0, 1e-12, 1e-6, 1e-3, 0.01, 0.1, 1.0, 5.0], size=(4, 60)) * np.array([[1], [1], [1], [-1]])
@@ -605,7 +663,10 @@ def test_wrong_input_is_named():
         (lambda: from_action_angle(body, found.J, found.theta[:, :2]), "theta must have as many orbits"),
         (lambda: from_action_angle(body, found.J * np.nan, found.theta), "J must be finite"),
         (lambda: from_action_angle(Body(Harmonic()), found.J, found.theta, chart=ELLIPTIC), "alpha-beta or r-vartheta"),
-        (lambda: tori(Body(SeparableAlphaBeta(np.cos, Zero())), z), r"V_alpha must be a function|must be a float or a NamedTuple"),
+        (
+            lambda: tori(Body(SeparableAlphaBeta(np.cos, Zero())), z),
+            r"V_alpha must be a function|must be a float or a NamedTuple",
+        ),
     ):
         with pytest.raises((ValueError, TypeError), match=message):
             call()

@@ -1,4 +1,6 @@
-"""Tori fitted from one orbit: actions against quadrature and closed forms, nu = dE/dJ, verdicts, and the integer algebra below them."""
+"""Tori fitted from one orbit: actions against quadrature and closed forms, nu = dE/dJ, verdicts, and the integer
+algebra below them.
+"""
 
 from functools import cache
 from itertools import pairwise
@@ -65,7 +67,9 @@ SEPARABLE = [(Body(Hyperelastic()), 0), (Body(Hyperelastic(1.1), 0.8), 2), (Body
 
 @pytest.mark.parametrize(("body", "i"), SEPARABLE, ids=lambda v: label(v) if isinstance(v, tuple) else str(v))
 def test_separable_bodies_have_their_own_frequencies_and_actions(body, i):
-    """In the default basis (r, vartheta, eta, gamma), with no knowledge of the separation but the signals r and vartheta."""
+    """In the default basis (r, vartheta, eta, gamma), with no knowledge of the separation but the signals r and
+    vartheta.
+    """
     f, z = fitted(body, i, 600.0), point(i)
     assert f.verdict is Verdict.TORUS
     assert f.names == ("r", "vartheta", "eta", "gamma")
@@ -76,7 +80,9 @@ def test_separable_bodies_have_their_own_frequencies_and_actions(body, i):
 
 
 def test_the_harmonic_body_is_periodic():
-    """E = omega J/2 pi with J = 2 (J_alpha + J_beta) + |J_eta| + |J_gamma| (docs/PHYSICS.md section 4): a resonant torus of dimension 1."""
+    """E = omega J/2 pi with J = 2 (J_alpha + J_beta) + |J_eta| + |J_gamma| (docs/PHYSICS.md section 4): a resonant
+    torus of dimension 1.
+    """
     body = Body(Harmonic(1.3), 0.7)
     f = fitted(body, 0, 150.0)
     omega = np.sqrt(1.3 / 0.7)
@@ -87,7 +93,9 @@ def test_the_harmonic_body_is_periodic():
 
 @pytest.mark.parametrize("i", [0, 1])
 def test_the_anharmonic_body_moves_on_two_tori(i):
-    """nu_alpha = nu_beta = 2 |nu_gamma|; J_gamma of the 2-torus is 2 (J_alpha + J_beta) + |J_gamma|, from E(J) of EQa corrected."""
+    """nu_alpha = nu_beta = 2 |nu_gamma|; J_gamma of the 2-torus is 2 (J_alpha + J_beta) + |J_gamma|, from E(J) of EQa
+    corrected.
+    """
     body = Body(Anharmonic(0.9), 1.4)
     f, z = fitted(body, i, 300.0), point(i)
     omega, (E, p_eta, p_gamma) = np.sqrt(0.9 / 1.4), constants(body, z)
@@ -96,7 +104,9 @@ def test_the_anharmonic_body_moves_on_two_tori(i):
     J_eta = 2 * np.pi * p_eta
     root = np.sqrt(16 * np.pi**2 * 1.4 * 0.9 + J_eta**2)
     total = 2 * np.pi * E / omega - root
-    np.testing.assert_allclose(f.nu, omega / (2 * np.pi) * np.array([J_eta / root, np.sign(p_gamma)]), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        f.nu, omega / (2 * np.pi) * np.array([J_eta / root, np.sign(p_gamma)]), rtol=0, atol=1e-12
+    )
     np.testing.assert_allclose(f.J, [J_eta, np.sign(p_gamma) * total], rtol=1e-10)
 
 
@@ -148,10 +158,14 @@ def test_later_start_is_the_same_torus():
     np.testing.assert_allclose(second.evaluate(theta), first.evaluate(theta), rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize(("model", "z", "direction", "time"), [
-    (HenonHeiles(0.9), REGULAR, [0.3, 1.0, -0.5, 0.2], 800.0),
-    pytest.param(NEO, point(0), [0.2, 0.1, 0.4, -0.3, 0.3, -0.1, 0.2, 0.5], 600.0, marks=pytest.mark.slow),
-], ids=["Henon-Heiles", "neo-Hookean"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "z", "direction", "time"),
+    [
+        (HenonHeiles(0.9), REGULAR, [0.3, 1.0, -0.5, 0.2], 800.0),
+        pytest.param(NEO, point(0), [0.2, 0.1, 0.4, -0.3, 0.3, -0.1, 0.2, 0.5], 600.0, marks=pytest.mark.slow),
+    ],
+    ids=["Henon-Heiles", "neo-Hookean"],
+)
 def test_frequencies_are_the_slopes_of_the_energy(model, z, direction, time):
     """E(J + dJ/2) - E(J - dJ/2) = nu . dJ + O(dJ^3) between neighbouring tori, none of it separable."""
     step = 1e-3 * np.array(direction)
@@ -166,8 +180,12 @@ def test_frequencies_are_the_slopes_of_the_energy(model, z, direction, time):
 
 @pytest.mark.slow
 def test_island_chain():
-    """Around a resonant periodic orbit the lattice has its frequency and the island's slow one, though all strong lines are multiples."""
-    grid = energy_grid(NEO, energy=1.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=(np.linspace(0.2, 0.8, 5), [0.0]))
+    """Around a resonant periodic orbit the lattice has its frequency and the island's slow one, though all strong lines
+    are multiples.
+    """
+    grid = energy_grid(
+        NEO, energy=1.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=(np.linspace(0.2, 0.8, 5), [0.0])
+    )
     f = fit_torus(NEO, grid.z0[:, 1], time=1000.0)
     assert f.verdict is Verdict.TORUS
     np.testing.assert_allclose(f.I[2:], [0.3, 0.2], rtol=1e-10)
@@ -190,7 +208,9 @@ def test_chaotic_orbits_are_no_tori():
 
 @pytest.mark.parametrize("start", [(0.0, 0.1, 0.27, 0.05), (0.0, -0.12, 0.21, 0.13)])
 def test_regular_orbits_are_never_called_no_tori(start):
-    """Henon-Heiles at E = 0.04 in 14 and 50 periods: too little for the slow beat, which says so; longer ones find it."""
+    """Henon-Heiles at E = 0.04 in 14 and 50 periods: too little for the slow beat, which says so; longer ones find
+    it.
+    """
     verdicts = [fit_torus(HenonHeiles(), start, time=time).verdict for time in (90.0, 320.0)]
     assert Verdict.NOT_A_TORUS not in verdicts
 
@@ -205,7 +225,9 @@ def test_less_than_eight_periods_are_undecided_at_once(time):
 
 
 class Pair(NamedTuple):
-    """Two unit masses on springs a, coupled by k: frequencies sqrt(a), sqrt(a + 2 k), the coordinates are not the modes."""
+    """Two unit masses on springs a, coupled by k: frequencies sqrt(a), sqrt(a + 2 k), the coordinates are not the
+    modes.
+    """
 
     a: float
     k: float
@@ -230,7 +252,9 @@ RUNS = {"default": {}, "coarse": {"scheme": KAHAN_LI8, "step": 0.5}, "order 2": 
 
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
 def test_frequency_errors_cover_those_of_the_scheme(run):
-    """Coupled oscillators with random springs against the closed form: coarse steps move both frequencies, and the errors say so."""
+    """Coupled oscillators with random springs against the closed form: coarse steps move both frequencies, and the
+    errors say so.
+    """
     rng = np.random.default_rng(9)
     for a, k in rng.uniform((0.6, 0.3), (1.4, 0.9), (3, 2)):
         f = fit_torus(Pair(a, k), 0.5 * rng.standard_normal(4), time=rng.uniform(150.0, 250.0), **run)
@@ -304,14 +328,17 @@ def test_another_basis_is_the_same_torus():
     assert g.in_basis(inverse(M)).names == ("x", "y") or np.allclose(g.in_basis(inverse(M)).nu, f.nu)
 
 
-@pytest.mark.parametrize(("kwargs", "error", "name"), [
-    ({"time": -1.0}, ValueError, "time"),
-    ({"time": 100.0, "tolerance": 0.0}, ValueError, "tolerance"),
-    ({"time": 100.0, "z0": np.zeros((4, 2))}, ValueError, "z0"),
-    ({"time": 100.0, "z0": [0.0, np.nan, 0.0, 0.0]}, ValueError, "z0"),
-    ({"time": 100.0, "scheme": "RK4"}, TypeError, "scheme"),
-    ({"time": 100.0, "body": Harmonic()}, TypeError, "body"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kwargs", "error", "name"),
+    [
+        ({"time": -1.0}, ValueError, "time"),
+        ({"time": 100.0, "tolerance": 0.0}, ValueError, "tolerance"),
+        ({"time": 100.0, "z0": np.zeros((4, 2))}, ValueError, "z0"),
+        ({"time": 100.0, "z0": [0.0, np.nan, 0.0, 0.0]}, ValueError, "z0"),
+        ({"time": 100.0, "scheme": "RK4"}, TypeError, "scheme"),
+        ({"time": 100.0, "body": Harmonic()}, TypeError, "body"),
+    ],
+)
 def test_wrong_input_raises_at_once(kwargs, error, name):
     with pytest.raises(error, match=name):
         fit_torus(kwargs.pop("body", HenonHeiles()), kwargs.pop("z0", REGULAR), **kwargs)
@@ -351,7 +378,9 @@ def test_primitive_sets_and_bases():
 
 @given(st.integers(0, 10**6))
 def test_generators_of_random_lines(seed):
-    """Lines k . nu of two incommensurate frequencies whose k generate the integers: all found, with another basis at most."""
+    """Lines k . nu of two incommensurate frequencies whose k generate the integers: all found, with another basis at
+    most.
+    """
     rng = np.random.default_rng(seed)
     nu = np.array([1.0, np.sqrt(2.0) - 0.7]) * (1 + 0.1 * rng.random())
     k = rng.integers(-2, 3, (12, 2))

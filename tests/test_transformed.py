@@ -152,7 +152,9 @@ def test_a_step_back_undoes_a_step(rate):
 
 @pytest.mark.parametrize("rate", RATES, ids=lambda r: type(r).__name__)
 def test_compiled_steps_are_the_naive_ones(rate):
-    """A run to a time takes whole steps and a fraction of one: walk the naive twin to the same time by bisection of the last step."""
+    """A run to a time takes whole steps and a fraction of one: walk the naive twin to the same time by bisection of the
+    last step.
+    """
     for model, z in START.items():
         h, end = 0.1, 1.3
         found = integrate(model, z, time=end, step=h, scheme=TimeTransformed(KAHAN_LI8, rate))
@@ -173,8 +175,11 @@ def test_compiled_steps_are_the_naive_ones(rate):
         assert np.abs(found.z - expected).max() < 1e-13
 
 
-@pytest.mark.parametrize(("splitting", "steps"), [(LEAPFROG, 0.02), (YOSHIDA4, 0.04), (KAHAN_LI8, 1.0), (SOFRONIOU_SPALETTA10, 1.2)],
-                         ids=lambda x: getattr(x, "name", ""))  # fmt: skip
+@pytest.mark.parametrize(
+    ("splitting", "steps"),
+    [(LEAPFROG, 0.02), (YOSHIDA4, 0.04), (KAHAN_LI8, 1.0), (SOFRONIOU_SPALETTA10, 1.2)],
+    ids=lambda x: getattr(x, "name", ""),
+)
 def test_orbit_and_time_have_the_order_of_the_splitting(splitting, steps):
     """Errors at a given time, which the location of that time must not spoil."""
     model, z = HenonHeiles(), np.array([[0.1, 0.0], [-0.2, 0.1], [0.3, 0.2], [0.1, 0.35]])
@@ -187,7 +192,9 @@ def test_orbit_and_time_have_the_order_of_the_splitting(splitting, steps):
         errors.append(np.sqrt(np.mean((found.samples - truth.samples) ** 2)))
     assert errors[1] > 1e-14
     order = np.log2(errors[0] / errors[1])
-    assert splitting.order - 0.5 < order < splitting.order + (0.5 if splitting.order <= 8 else 2.5)  # 10: higher terms are still seen
+    assert (
+        splitting.order - 0.5 < order < splitting.order + (0.5 if splitting.order <= 8 else 2.5)
+    )  # 10: higher terms are still seen
 
 
 def test_bounces_off_an_algebraic_wall_keep_the_closed_form():
@@ -210,7 +217,9 @@ def test_energy_error_does_not_grow_at_a_logarithmic_wall():
     model = LogWall()
     x = np.exp(-np.linspace(2.0, 5.0, 7))
     z0 = np.stack([x, np.zeros(7)])
-    found = integrate(model, z0, time=1000.0, samples=1000, step=0.3, scheme=TimeTransformed(KAHAN_LI8, Exponential(1.0, 0.0)))
+    found = integrate(
+        model, z0, time=1000.0, samples=1000, step=0.3, scheme=TimeTransformed(KAHAN_LI8, Exponential(1.0, 0.0))
+    )
     found.raise_if_failed()
     start = energy(model, z0)
     error = np.abs(energy(model, np.moveaxis(found.samples, 1, 0)) - start) / start
@@ -220,8 +229,14 @@ def test_energy_error_does_not_grow_at_a_logarithmic_wall():
 
 
 def steep(orbits=40):
-    grid = energy_grid(NEO, energy=8.0, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1),
-                       axes=(np.linspace(0.06, 2.8, 22)[1:-1], np.linspace(-3.9, 3.9, 22)[1:-1]))  # fmt: skip
+    grid = energy_grid(
+        NEO,
+        energy=8.0,
+        p_eta=0.3,
+        p_gamma=0.2,
+        section=AlphaTurning(+1),
+        axes=(np.linspace(0.06, 2.8, 22)[1:-1], np.linspace(-3.9, 3.9, 22)[1:-1]),
+    )
     return np.ascontiguousarray(grid.z0[:, :: max(1, grid.z0.shape[1] // orbits)])
 
 
@@ -259,7 +274,9 @@ def test_crossings_are_those_of_other_schemes_up_to_max_time():
     section = Linear(normal=(1.0, 0.0, 0.0, 0.0))
     z = np.array([[0.0, 0.0, 0.01], [0.1, 0.2, -0.3], [0.4, 0.3, 0.2], [0.0, 0.1, 0.0]])
     maps = [
-        poincare_map(HenonHeiles(), z, section=section, crossings=100, max_time=60.0, scheme=scheme, rtol=1e-13, atol=1e-14)
+        poincare_map(
+            HenonHeiles(), z, section=section, crossings=100, max_time=60.0, scheme=scheme, rtol=1e-13, atol=1e-14
+        )
         for scheme in (TimeTransformed(KAHAN_LI8, Logistic(0.1, 0.05)), DOP853)
     ]
     found, truth = maps
@@ -272,7 +289,9 @@ def test_crossings_are_those_of_other_schemes_up_to_max_time():
     assert np.nanmax(np.abs(found.times - truth.times)) < 1e-9
     assert np.nanmax(found.times) <= 60.0
     assert found.section_error.max() < 1e-14
-    few = poincare_map(HenonHeiles(), z, section=section, crossings=4, max_time=60.0, step=found.step, scheme=found.scheme)
+    few = poincare_map(
+        HenonHeiles(), z, section=section, crossings=4, max_time=60.0, step=found.step, scheme=found.scheme
+    )
     assert np.all(few.status == Status.OK)
     assert np.array_equal(few.points, found.points[:, :4])
 
@@ -301,7 +320,15 @@ def test_an_interrupted_run_keeps_what_it_has():
 
     z = np.repeat(START[HenonHeiles()][:, None], 300, axis=1)
     with pytest.raises(KeyboardInterrupt) as caught:
-        integrate(HenonHeiles(), z, time=1e5, samples=100, step=0.05, scheme=TimeTransformed(KAHAN_LI8, Logistic(0.1, 0.05)), report=stop)
+        integrate(
+            HenonHeiles(),
+            z,
+            time=1e5,
+            samples=100,
+            step=0.05,
+            scheme=TimeTransformed(KAHAN_LI8, Logistic(0.1, 0.05)),
+            report=stop,
+        )
     partial = caught.value.partial
     assert np.any(partial.status == Status.INTERRUPTED)
     kept = np.isfinite(partial.samples).all(axis=1)
@@ -311,7 +338,12 @@ def test_an_interrupted_run_keeps_what_it_has():
 
 
 def test_the_trial_takes_a_rate_and_says_it():
-    found = integrate(Body(Hyperelastic(), 1.0), np.array([1.2, 0.1, 0.2, 0.3, 0.3, 0.2, -0.4, 0.1]), time=3.0, scheme=TimeTransformed())
+    found = integrate(
+        Body(Hyperelastic(), 1.0),
+        np.array([1.2, 0.1, 0.2, 0.3, 0.3, 0.2, -0.4, 0.1]),
+        time=3.0,
+        scheme=TimeTransformed(),
+    )
     assert isinstance(found.scheme, TimeTransformed)
     assert found.scheme.rate is not None
     assert found.step > 0
@@ -337,32 +369,50 @@ class Branch(NamedTuple):
 def test_times_far_below_a_step(time):
     """The end is the start moved by a Taylor polynomial."""
     z0 = START[HenonHeiles()]
-    found = integrate(HenonHeiles(), z0, time=time, scheme=TimeTransformed(rate=Logistic(0.5, 0.4)), step=0.5, samples=3)
+    found = integrate(
+        HenonHeiles(), z0, time=time, scheme=TimeTransformed(rate=Logistic(0.5, 0.4)), step=0.5, samples=3
+    )
     found.raise_if_failed()
     model, z = HenonHeiles(), z0.reshape(4, -1)
     q, p, f = z[:2], z[2:], np.array(model.force(*z[:2]))
-    moved = np.concatenate([q + time * p + time**2 / 2 * f, p + time * f + time**2 / 2 * np.array(model.tangent_force(*q, *p))])
+    moved = np.concatenate(
+        [q + time * p + time**2 / 2 * f, p + time * f + time**2 / 2 * np.array(model.tangent_force(*q, *p))]
+    )
     assert np.abs(found.z - moved).max() < 1e-15 + time**3
 
 
-@pytest.mark.parametrize(("problem", "wrong"), [
-    (TypeError, lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=1.0, scheme=TimeTransformed(rate=Branch()))),
-    (TypeError, lambda: TimeTransformed(DOP853)),
-    (TypeError, lambda: TimeTransformed("KAHAN_LI8")),
-    (ValueError, lambda: TimeTransformed(BLANES_MOAN6)),
-    (TypeError, lambda: TimeTransformed(rate=1.0)),
-    (TypeError, lambda: TimeTransformed(rate=Linear((1.0, 0.0)))),
-    (ValueError, lambda: TimeTransformed(rate=Exponential(0.0))),
-    (ValueError, lambda: TimeTransformed(rate=Logistic(-1.0, 2.0))),
-    (ValueError, lambda: TimeTransformed(rate=Algebraic(1.0, 0.0, -1.0))),
-    (ValueError, lambda: TimeTransformed(rate=Exponential(1.0, np.nan))),
-    (ValueError, lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=1.0, step=0.0, scheme=TimeTransformed())),
-    (ValueError, lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=-1.0, scheme=TimeTransformed())),
-    (ValueError, lambda: integrate(HenonHeiles(), np.zeros(3), time=1.0, scheme=TimeTransformed())),
-    (ValueError, lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=1.0, scheme=TimeTransformed(rate=Exponential(1e-3, 9.0)))),
-    (TypeError, lambda: frequency_map(NEO, START[NEO], time=10.0, scheme=TimeTransformed())),
-    (TypeError, lambda: tangent_map(NEO, START[NEO], time=10.0, scheme=TimeTransformed())),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("problem", "wrong"),
+    [
+        (
+            TypeError,
+            lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=1.0, scheme=TimeTransformed(rate=Branch())),
+        ),
+        (TypeError, lambda: TimeTransformed(DOP853)),
+        (TypeError, lambda: TimeTransformed("KAHAN_LI8")),
+        (ValueError, lambda: TimeTransformed(BLANES_MOAN6)),
+        (TypeError, lambda: TimeTransformed(rate=1.0)),
+        (TypeError, lambda: TimeTransformed(rate=Linear((1.0, 0.0)))),
+        (ValueError, lambda: TimeTransformed(rate=Exponential(0.0))),
+        (ValueError, lambda: TimeTransformed(rate=Logistic(-1.0, 2.0))),
+        (ValueError, lambda: TimeTransformed(rate=Algebraic(1.0, 0.0, -1.0))),
+        (ValueError, lambda: TimeTransformed(rate=Exponential(1.0, np.nan))),
+        (
+            ValueError,
+            lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=1.0, step=0.0, scheme=TimeTransformed()),
+        ),
+        (ValueError, lambda: integrate(HenonHeiles(), START[HenonHeiles()], time=-1.0, scheme=TimeTransformed())),
+        (ValueError, lambda: integrate(HenonHeiles(), np.zeros(3), time=1.0, scheme=TimeTransformed())),
+        (
+            ValueError,
+            lambda: integrate(
+                HenonHeiles(), START[HenonHeiles()], time=1.0, scheme=TimeTransformed(rate=Exponential(1e-3, 9.0))
+            ),
+        ),
+        (TypeError, lambda: frequency_map(NEO, START[NEO], time=10.0, scheme=TimeTransformed())),
+        (TypeError, lambda: tangent_map(NEO, START[NEO], time=10.0, scheme=TimeTransformed())),
+    ],
+)
 def test_wrong_input_raises(problem, wrong):
     with pytest.raises(problem, match=r"splitting|rate|step|time|z0|scheme"):
         wrong()

@@ -1,4 +1,5 @@
-"""Units of length, time and mass, the origin and the zero of V change no verdict, and no number beyond rounding: function by function.
+"""Units of length, time and mass, the origin and the zero of V change no verdict, and no number beyond rounding:
+function by function.
 
 `integrate`, `chaos`, `frequency_map`, periodic orbits and energy surfaces have such tests beside their others.
 """
@@ -10,17 +11,26 @@ from own_models import HenonHeilesInUnits
 import fastaff as fa
 
 PLAIN = HenonHeilesInUnits()
-OTHERS = [HenonHeilesInUnits(**units) for units in (
-    {"length": 1e-6}, {"length": 1e6, "time": 1e-6}, {"time": 1e6, "mass": 1e-6}, {"mass": 1e6, "zero": 1e3}, {"origin": 3.0, "time": 7e-4},
-    {"length": 3e-5, "time": 2e3, "mass": 5e4, "origin": -1.5, "zero": -50.0},
-)]  # fmt: skip
+OTHERS = [
+    HenonHeilesInUnits(**units)
+    for units in (
+        {"length": 1e-6},
+        {"length": 1e6, "time": 1e-6},
+        {"time": 1e6, "mass": 1e-6},
+        {"mass": 1e6, "zero": 1e3},
+        {"origin": 3.0, "time": 7e-4},
+        {"length": 3e-5, "time": 2e3, "mass": 5e4, "origin": -1.5, "zero": -50.0},
+    )
+]
 pytestmark = pytest.mark.slow
 in_units = pytest.mark.parametrize("model", OTHERS, ids=str)
 
 
 def points(energy, count, seed):
     """Phase points of the plane x = 0, in plain units."""
-    return fa.energy_sample(fa.HenonHeiles(), energy=energy, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), orbits=count, seed=seed).z0
+    return fa.energy_sample(
+        fa.HenonHeiles(), energy=energy, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), orbits=count, seed=seed
+    ).z0
 
 
 def action(model):
@@ -31,7 +41,10 @@ def action(model):
 @pytest.mark.parametrize(("energy", "seed", "time"), [(0.04, 3, 600.0), (0.1, 5, 600.0), (1 / 8, 2, 300.0)])
 def test_tori(model, energy, seed, time):
     z0 = points(energy, 1, seed)[:, 0]
-    plain, other = fa.fit_torus(PLAIN, z0, time=time), fa.fit_torus(model, model.rows(z0[:, None])[:, 0], time=time * model.time)
+    plain, other = (
+        fa.fit_torus(PLAIN, z0, time=time),
+        fa.fit_torus(model, model.rows(z0[:, None])[:, 0], time=time * model.time),
+    )
     assert other.verdict is plain.verdict
     if plain.verdict is fa.Verdict.TORUS:
         np.testing.assert_array_equal(other.k.shape[0], plain.k.shape[0])

@@ -74,7 +74,9 @@ def _(rng):
 @states("sec. 7, Killing, degenerate", "the Killing tensor is degenerate, singular on the centre R+ Id only")
 def _(rng):
     units = matrix_units()
-    ad = mp.matrix([[sum(commutator(p, commutator(q, unit))[k] for k, unit in enumerate(units)) for q in units] for p in units])
+    ad = mp.matrix(
+        [[sum(commutator(p, commutator(q, unit))[k] for k, unit in enumerate(units)) for q in units] for p in units]
+    )
     values, vectors = mp.eigsy(ad)
     kernel = [k for k in range(4) if abs(values[k]) < 1e-20]
     centre = [abs(vectors[i, kernel[0]]) for i in range(4)]
@@ -84,7 +86,9 @@ def _(rng):
 LINEAR = euler_group(2, 3, TILDE)
 
 
-@states("EQ6.20", "exp(a tau~0) exp(Phi tau~2) exp(b tau~3) exp(Psi tau~2) = delta exp(..) is EQ6.3, D = exp((a +- b)/2)")
+@states(
+    "EQ6.20", "exp(a tau~0) exp(Phi tau~2) exp(b tau~3) exp(Psi tau~2) = delta exp(..) is EQ6.3, D = exp((a +- b)/2)"
+)
 def _(rng):
     q, _ = point(rng)
     a, b, Phi, Psi = q
@@ -107,9 +111,10 @@ def linear_forms(q, v, extra, scale):
     delta, lam = exp(q[0] / 2), exp(q[0])
     ddelta, dlam, rest = delta / 2 * v[0], lam * v[0], hyperbolic(q, v)
     return [
-        scale * ((1 + extra) * ddelta**2 + delta**2 / 4 * rest), scale * ((1 + extra) * dlam**2 + lam**2 * rest) / (4 * lam),
+        scale * ((1 + extra) * ddelta**2 + delta**2 / 4 * rest),
+        scale * ((1 + extra) * dlam**2 + lam**2 * rest) / (4 * lam),
         scale * lam / 4 * ((1 + extra) * v[0] ** 2 + rest),
-    ]  # fmt: skip
+    ]
 
 
 for k, name in enumerate(("delta", "lambda", "a")):
@@ -127,7 +132,9 @@ for k, name in enumerate(("delta", "lambda", "a")):
 
 
 @states(
-    "EQ6.22, any combination", "some combination p Tr(Omega^2) + q (Tr Omega)^2 gives it (best fit at 12 points)", "without the factor e^a"
+    "EQ6.22, any combination",
+    "some combination p Tr(Omega^2) + q (Tr Omega)^2 gives it (best fit at 12 points)",
+    "without the factor e^a",
 )
 def _(rng):
     extra, rows, printed, corrected = rng.real(-0.5, 1), [], [], []

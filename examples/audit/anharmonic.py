@@ -31,7 +31,10 @@ def _(rng):
     return [0, 0], [levi_civita(planes, z), levi_civita(shear, z)]
 
 
-@states("EQa, E(J)", "E = (omega/4 pi)(4(J_alpha + J_beta) + |J_varphi + J_psi| + sqrt(64 mu pi^2 C + (J_varphi - J_psi)^2))")
+@states(
+    "EQa, E(J)",
+    "E = (omega/4 pi)(4(J_alpha + J_beta) + |J_varphi + J_psi| + sqrt(64 mu pi^2 C + (J_varphi - J_psi)^2))",
+)
 def _(rng):
     t = torus(1, in_planes, rng.index)
     return t.E, anharmonic_energy(t.J[0] + t.J[1], *t.J[2:])
@@ -143,21 +146,33 @@ def _(rng):
     return omega(), slope, pi * slope
 
 
-@states("EQa, second resonance", "nu_alpha -+ 2 nu_varphi -+ 2 nu_psi = 0 for J_alpha + J_beta > 0, < 0", "for J_varphi + J_psi > 0, < 0")
+@states(
+    "EQa, second resonance",
+    "nu_alpha -+ 2 nu_varphi -+ 2 nu_psi = 0 for J_alpha + J_beta > 0, < 0",
+    "for J_varphi + J_psi > 0, < 0",
+)
 def _(rng):
     nu, sign, t, _ = signed(rng, in_planes)
     return nu[0], mp.sign(t.J[0] + t.J[1]) * 2 * (nu[2] + nu[3]), sign * 2 * (nu[2] + nu[3])
 
 
-bohr_sommerfeld(states, "EQ3.6", "E = (hbar omega/2)(4n + |m + l| + sqrt((m - l)^2 + 16 C mu/hbar^2)): J = nh, J_varphi = mh, J_psi = lh",
-                1, anharmonic_level)  # fmt: skip
+bohr_sommerfeld(
+    states,
+    "EQ3.6",
+    "E = (hbar omega/2)(4n + |m + l| + sqrt((m - l)^2 + 16 C mu/hbar^2)): J = nh, J_varphi = mh, J_psi = lh",
+    1,
+    anharmonic_level,
+)
 parity(states, "EQ3.6, m and l")
 
 
 # EQb
 
 
-@states("EQb, E(J)", "E = (omega/4 pi)(4(J_r + J_vartheta) + |J_varphi + J_psi| + sqrt(64 mu pi^2 C + (J_varphi - J_psi)^2))")
+@states(
+    "EQb, E(J)",
+    "E = (omega/4 pi)(4(J_r + J_vartheta) + |J_varphi + J_psi| + sqrt(64 mu pi^2 C + (J_varphi - J_psi)^2))",
+)
 def _(rng):
     t = torus(1, in_shear, rng.index)
     return t.E, anharmonic_energy(t.J[0] + t.J[1], *t.J[2:])
@@ -206,8 +221,13 @@ def _(rng):
     t = torus(1, in_planes, rng.index, (1, 1))
     a, b = t.start
     r = a * a + b * b
-    pa, pb = (sqrt(2 * MU * (E - V) - (p / q) ** 2) for E, V, p, q in (
-        (t.E_alpha, C / 2 * a * a + 2 * C / a**2, t.p_eta, a), (t.E_beta, C / 2 * b * b, t.p_gamma, b)))  # fmt: skip
+    pa, pb = (
+        sqrt(2 * MU * (E - V) - (p / q) ** 2)
+        for E, V, p, q in (
+            (t.E_alpha, C / 2 * a * a + 2 * C / a**2, t.p_eta, a),
+            (t.E_beta, C / 2 * b * b, t.p_gamma, b),
+        )
+    )
     h = ((a * pb - b * pa) ** 2 + r * (t.p_eta**2 / a**2 + t.p_gamma**2 / b**2)) / (2 * MU) + 2 * C * r / a**2
     J = in_shear(1, (r, 2 * mp.atan2(b, a)), (t.E, h, t.s, t.v))
     return [t.J[0] + t.J[1], quantised(1, n, m, l)], [J[0] + J[1], anharmonic_level(n, m, l)]
@@ -250,18 +270,28 @@ def _(rng):
     R = rng.real(1, 2)
     shapes = [[R * rng.real(0, 1), pi / 2 - mpf(10) ** -k] for k in range(12)]
     volume = max(r * cos(t) / 2 for r, t in shapes) <= R
-    return [1, 1], [int(volume), int(max(mp.tan(t) for _, t in shapes) < 1e6)], [int(volume), int(max(r * sin(t) for r, t in shapes) <= R)]
+    return (
+        [1, 1],
+        [int(volume), int(max(mp.tan(t) for _, t in shapes) < 1e6)],
+        [int(volume), int(max(r * sin(t) for r, t in shapes) <= R)],
+    )
 
 
 def euler_top(I, Theta, p_Theta, p_Phi, p_Psi):
-    """Return the energy of a spherical top in Euler angles from its angular velocity, by Legendre transformation in 3 x 3 matrices."""
+    """Return the energy of a spherical top in Euler angles from its angular velocity, by Legendre transformation in 3 x
+    3 matrices.
+    """
     G = mp.matrix([[I, 0, 0], [0, I, I * cos(Theta)], [0, I * cos(Theta), I]])
     p = mp.matrix([p_Theta, p_Phi, p_Psi])
     return (p.T * mp.lu_solve(G, p))[0] / 2
 
 
 for label, says, A in (
-    ("sec. 4, V independent of vartheta", "motion in varphi, vartheta, psi is that of the free spherical top (I = mu/4)", 0),
+    (
+        "sec. 4, V independent of vartheta",
+        "motion in varphi, vartheta, psi is that of the free spherical top (I = mu/4)",
+        0,
+    ),
     ("sec. 4, heavy top", "V_vartheta = A cos(vartheta) is the heavy top: h_vartheta with I = mu/4, Psi = -2 psi", 1),
 ):
 

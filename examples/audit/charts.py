@@ -1,4 +1,6 @@
-"""The coordinates of GL(2,R), each as a map to the four matrix elements (x, y, z, u): matrix products, nothing closed."""
+"""The coordinates of GL(2,R), each as a map to the four matrix elements (x, y, z, u): matrix products, nothing
+closed.
+"""
 
 from __future__ import annotations
 

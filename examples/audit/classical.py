@@ -42,7 +42,9 @@ def _(rng):
     return mpf(0), mpf(crossing) / orbits, mpf(collapsing) / orbits
 
 
-@states("sec. 4, E(J) harmonic", "E = (omega/4 pi)(4 J + |J_varphi - J_psi| + |J_varphi + J_psi|), J = J_alpha + J_beta")
+@states(
+    "sec. 4, E(J) harmonic", "E = (omega/4 pi)(4 J + |J_varphi - J_psi| + |J_varphi + J_psi|), J = J_alpha + J_beta"
+)
 def _(rng):
     t = torus(0, in_planes, rng.index)
     Ja, Jb, Js, Jv = t.J
@@ -53,7 +55,10 @@ def _(rng):
 def _(rng):
     t = torus(0, in_planes, rng.index)
     Ja, Jb, Js, Jv = t.J
-    return [t.E_alpha, t.E_beta], [omega() / (4 * pi) * (4 * Ja + abs(Js - Jv)), omega() / (4 * pi) * (4 * Jb + abs(Js + Jv))]
+    return [t.E_alpha, t.E_beta], [
+        omega() / (4 * pi) * (4 * Ja + abs(Js - Jv)),
+        omega() / (4 * pi) * (4 * Jb + abs(Js + Jv)),
+    ]
 
 
 HBAR = mpf(7) / 10
@@ -63,12 +68,16 @@ QUANTA = ((1, 3, 1), (0, -3, 1), (2, 1, -3), (1, 2, 0), (0, 0, 4), (2, 2, 2), (1
 
 @cache
 def quantised(strength, n, m, l):
-    """Return the energy at J = n h, J_varphi = m h, J_psi = l h, by solving the quadratures for the energies of the planes."""
+    """Return the energy at J = n h, J_varphi = m h, J_psi = l h, by solving the quadratures for the energies of the
+    planes.
+    """
     h = 2 * pi * HBAR
     s, v = HBAR * m, HBAR * l
 
     def plane(count, p, wall):
-        if p == 0 and not wall:  # through the centre: J is the area over one passage 0 -> q_max -> 0, half the whole oval
+        if (
+            p == 0 and not wall
+        ):  # through the centre: J is the area over one passage 0 -> q_max -> 0, half the whole oval
             return count * h * omega() / pi
         inside = ((p**2 / (2 * MU) + wall * 2 * C) / (C / 2)) ** mpf("0.25")  # the circular orbit
         floor = C * inside**2
@@ -78,8 +87,13 @@ def quantised(strength, n, m, l):
         def excess(E):
             return loop(lambda q: 2 * MU * (E - C / 2 * q * q - wall * 2 * C / q**2) - p**2 / q**2, inside) - count * h
 
-        return mp.findroot(excess, (floor + mpf("0.9") * count * HBAR * omega(), floor + 3 * count * HBAR * omega()), solver="anderson",
-                           tol=mpf(10) ** -25, verify=False)  # fmt: skip
+        return mp.findroot(
+            excess,
+            (floor + mpf("0.9") * count * HBAR * omega(), floor + 3 * count * HBAR * omega()),
+            solver="anderson",
+            tol=mpf(10) ** -25,
+            verify=False,
+        )
 
     with mp.workdps(40):
         return plane(n, (s - v) / 2, strength) + plane(0, (s + v) / 2, 0)
@@ -104,13 +118,20 @@ def anharmonic_level(n, m, l):
     return HBAR * omega() / 2 * (4 * n + abs(m + l) + sqrt((m - l) ** 2 + 16 * C * MU / HBAR**2))
 
 
-bohr_sommerfeld(states, "EQ3.2", "E = (hbar omega/2)(4n + |m - l| + |m + l|) from J = nh, J_varphi = mh, J_psi = lh", 0, harmonic_level)
+bohr_sommerfeld(
+    states,
+    "EQ3.2",
+    "E = (hbar omega/2)(4n + |m - l| + |m + l|) from J = nh, J_varphi = mh, J_psi = lh",
+    0,
+    harmonic_level,
+)
 
 
 def parity(
     states,
     label,
-    says="m, l = 0, +-1, ... independently: J over the closed circle varphi, psi -> varphi + pi, psi + pi is a whole number of h",
+    says="m, l = 0, +-1, ... independently: J over the closed circle varphi, psi -> varphi + pi, psi + pi is a whole "
+    "number of h",
 ):
     """Add the rule m + l even: varphi and psi move together by pi, a closed loop with J = (J_varphi + J_psi)/2."""
 
@@ -119,7 +140,14 @@ def parity(
         q = [*rng.reals(2, 0.5, 1), *rng.reals(2)]
         m, l = rng.choice([(1, 0), (2, 1), (0, 3), (-1, 2)])
         assert (
-            square([a - b for a, b in zip(c.alpha_beta_angles(q[2] + pi, q[3] + pi, *q[:2]), c.alpha_beta_angles(q[2], q[3], *q[:2]))])
+            square(
+                [
+                    a - b
+                    for a, b in zip(
+                        c.alpha_beta_angles(q[2] + pi, q[3] + pi, *q[:2]), c.alpha_beta_angles(q[2], q[3], *q[:2])
+                    )
+                ]
+            )
             < 1e-40
         )
 
@@ -134,7 +162,12 @@ parity(states, "EQ3.2, m and l")
 for label, says, region, pick in (
     ("EQ3.21a", "|m| > |l|: E = hbar omega (2n +- m)", lambda m, l: abs(m) > abs(l), lambda m, l: m),
     ("EQ3.22a", "|m| < |l|: E = hbar omega (2n +- l)", lambda m, l: abs(m) < abs(l), lambda m, l: l),
-    ("EQ3.23a", "|m| = |l|: E = hbar omega (2n +- m) = hbar omega (2n +- l)", lambda m, l: abs(m) == abs(l), lambda m, l: l),
+    (
+        "EQ3.23a",
+        "|m| = |l|: E = hbar omega (2n +- m) = hbar omega (2n +- l)",
+        lambda m, l: abs(m) == abs(l),
+        lambda m, l: l,
+    ),
 ):
 
     @states(label, says + ", each with both signs", "+- is the sign of the number: 2n + |m|, 2n + |l|", reading=True)
@@ -169,7 +202,11 @@ for label, says, first in (
         )
 
 
-@states("EQ3.23", "on J_varphi = J_psi both forms agree; the regions and this submanifold exhaust the phase space", "|J_varphi| = |J_psi|")
+@states(
+    "EQ3.23",
+    "on J_varphi = J_psi both forms agree; the regions and this submanifold exhaust the phase space",
+    "|J_varphi| = |J_psi|",
+)
 def _(rng):
     J = rng.real(0.3, 1)
     cases = [(2 * J, J), (J, -2 * J), (J, J), (J, -J), (-J, J)]
@@ -179,7 +216,8 @@ def _(rng):
 
 @states(
     "sec. 4, degeneracy harmonic",
-    "nu = (omega/pi)(1, 1, +-1/2, 0) for |J_varphi| > |J_psi|, (1, 1, 0, +-1/2) for <: integer coefficients, one vanishes",
+    "nu = (omega/pi)(1, 1, +-1/2, 0) for |J_varphi| > |J_psi|, (1, 1, 0, +-1/2) for <: integer coefficients, one "
+    "vanishes",
 )
 def _(rng):
     first = rng.index % 2 == 0
@@ -196,7 +234,9 @@ def _(rng):
 
 
 def oscillator(rng):
-    """Return a random orbit of the plane oscillator: E, J_x, J_y, J_r, J_varphi by quadrature, and a frequency function."""
+    """Return a random orbit of the plane oscillator: E, J_x, J_y, J_r, J_varphi by quadrature, and a frequency
+    function.
+    """
     x, y, px, py = rng.reals(4, 0.3, 1)
     if rng.index == 1:
         px, py = -py, px / 3
@@ -215,7 +255,9 @@ def oscillator(rng):
 
 
 @states(
-    "sec. 4, E = omega (J_x + J_y)", "plane oscillator in Cartesian actions", "omega/2 pi: J is the closed integral of p dq everywhere else"
+    "sec. 4, E = omega (J_x + J_y)",
+    "plane oscillator in Cartesian actions",
+    "omega/2 pi: J is the closed integral of p dq everywhere else",
 )
 def _(rng):
     E, _, J, _ = oscillator(rng)
@@ -254,7 +296,10 @@ def _(rng):
 
 def polar_forms(rho, t):
     """Return both forms of EQb."""
-    return [C / 2 * (rho**2 + 4 / rho**2) + 2 * C / rho**2 * tan(t / 2) ** 2, C / 2 * rho**2 + 2 * C / (rho**2 * cos(t / 2) ** 2)]
+    return [
+        C / 2 * (rho**2 + 4 / rho**2) + 2 * C / rho**2 * tan(t / 2) ** 2,
+        C / 2 * rho**2 + 2 * C / (rho**2 * cos(t / 2) ** 2),
+    ]
 
 
 @states("EQb", "(C/2)(rho^2 + 4/rho^2) + (2C/rho^2) tan^2(vartheta/2) = C rho^2/2 + 2C/(rho^2 cos^2(vartheta/2))")
@@ -263,7 +308,9 @@ def _(rng):
     return first, second
 
 
-@states("EQb, a second model", 'EQb is "another interesting model" beside EQa', "EQb and EQa are the same function of phi")
+@states(
+    "EQb, a second model", 'EQb is "another interesting model" beside EQa', "EQb and EQa are the same function of phi"
+)
 def _(rng):
     rho, t, *angles = [*rng.reals(2, 0.4, 1.4), *rng.reals(2)]
     difference = polar_forms(rho, t)[1] / anharmonic(c.rho_epsilon(rho, t / 2, *angles)) - 1
@@ -278,5 +325,10 @@ def _(rng):
     return [truth] * 2, [C / 2 * (a**2 + 4 / a**2) + C / 2 * b**2, C / 2 * r + 2 * C / cos(t / 2) ** 2 / r]
 
 
-equilibrium(states, "EQa, equilibria", lambda scale: lambda *m: anharmonic(m) * scale / C,
-            "EQa, EQb have stable equilibria at D1 = D2 = 1: one zero mode, omega^2 = (0, 1, 1, 4) C/mu", (0, 1, 1, 4))  # fmt: skip
+equilibrium(
+    states,
+    "EQa, equilibria",
+    lambda scale: lambda *m: anharmonic(m) * scale / C,
+    "EQa, EQb have stable equilibria at D1 = D2 = 1: one zero mode, omega^2 = (0, 1, 1, 4) C/mu",
+    (0, 1, 1, 4),
+)

@@ -1,4 +1,6 @@
-"""The constants of motion and the models of section 3: elliptic K and L, h_vartheta, spherical actions, EQ2.2h, EQ3.1."""
+"""The constants of motion and the models of section 3: elliptic K and L, h_vartheta, spherical actions, EQ2.2h,
+EQ3.1.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +26,20 @@ def elliptic_system(rng):
 
     def h_kappa(Pe, Pg):
         def h(k, l, eta, gamma, pk, pl, pe, pg):
-            return (pk**2 + 2 * MU * Vk(k) - (pe**2 + 2 * MU * Pe(k)) / cosh(k) ** 2 + (pg**2 + 2 * MU * Pg(k)) / sinh(k) ** 2) / (2 * MU)
+            return (
+                pk**2
+                + 2 * MU * Vk(k)
+                - (pe**2 + 2 * MU * Pe(k)) / cosh(k) ** 2
+                + (pg**2 + 2 * MU * Pg(k)) / sinh(k) ** 2
+            ) / (2 * MU)
 
         return h
 
     def h_lambda(Pe, Pg):
         def h(k, l, eta, gamma, pk, pl, pe, pg):
-            return (pl**2 + 2 * MU * Vl(l) + (pe**2 + 2 * MU * Pe(l)) / cos(l) ** 2 + (pg**2 + 2 * MU * Pg(l)) / sin(l) ** 2) / (2 * MU)
+            return (
+                pl**2 + 2 * MU * Vl(l) + (pe**2 + 2 * MU * Pe(l)) / cos(l) ** 2 + (pg**2 + 2 * MU * Pg(l)) / sin(l) ** 2
+            ) / (2 * MU)
 
         return h
 
@@ -55,9 +64,10 @@ def K_and_L(h_kappa, h_lambda, sign):
 for name, which in (("h_kappa", 0), ("h_lambda", 1)):
 
     @states(
-        f"sec. 3, {name}", f"with V_{name[2:]} in the p_eta, p_gamma terms; H = (h_kappa + h_lambda)/2(cosh^2 - cos^2)",
+        f"sec. 3, {name}",
+        f"with V_{name[2:]} in the p_eta, p_gamma terms; H = (h_kappa + h_lambda)/2(cosh^2 - cos^2)",
         "V_eta, V_gamma in these terms",
-    )  # fmt: skip
+    )
     def _(rng, which=which):
         (H, printed, corrected), z = elliptic_system(rng), phase(rng)
         D = 2 * (cosh(z[0]) ** 2 - cos(z[1]) ** 2)
@@ -65,8 +75,12 @@ for name, which in (("h_kappa", 0), ("h_lambda", 1)):
         return truth, printed[which](*z), corrected[which](*z)
 
 
-@states("sec. 3, V_kappa, V_lambda constant", "\"V_kappa, V_lambda are constants here\": H then separates with the p_eta, p_gamma kept",
-        "V_eta, V_gamma are the constants; V_kappa, V_lambda are arbitrary", reading=False)  # fmt: skip
+@states(
+    "sec. 3, V_kappa, V_lambda constant",
+    '"V_kappa, V_lambda are constants here": H then separates with the p_eta, p_gamma kept',
+    "V_eta, V_gamma are the constants; V_kappa, V_lambda are arbitrary",
+    reading=False,
+)
 def _(rng):
     z, eta_free = phase(rng), generic(rng)
     one, two = generic(rng), generic(rng)
@@ -76,13 +90,21 @@ def _(rng):
     return [0, 0], [bracket(p, printed, z) for p in angular], [bracket(p, corrected, z) for p in angular]
 
 
-@states("sec. 3, K", "K = (h_kappa cos^2 lambda - h_lambda cosh^2 kappa)/2(cosh^2 - cos^2) is a constant of motion", "plus sign")
+@states(
+    "sec. 3, K",
+    "K = (h_kappa cos^2 lambda - h_lambda cosh^2 kappa)/2(cosh^2 - cos^2) is a constant of motion",
+    "plus sign",
+)
 def _(rng):
     (H, _, h), z = elliptic_system(rng), phase(rng)
     return 0, bracket(K_and_L(*h, -1)[0], H, z), bracket(K_and_L(*h, +1)[0], H, z)
 
 
-@states("sec. 3, L", "L = (h_kappa sin^2 lambda - h_lambda sinh^2 kappa)/2(sinh^2 + sin^2) is a constant of motion (with the corrected h)")
+@states(
+    "sec. 3, L",
+    "L = (h_kappa sin^2 lambda - h_lambda sinh^2 kappa)/2(sinh^2 + sin^2) is a constant of motion (with the corrected "
+    "h)",
+)
 def _(rng):
     (H, _, h), z = elliptic_system(rng), phase(rng)
     return 0, bracket(K_and_L(*h, 1)[1], H, z)
@@ -124,7 +146,9 @@ def _(rng):
 
 
 def shear_system(rng):
-    """Return H of EQ2.2f with V_eta = V_gamma = 0, and h_vartheta, H_r as printed, of z = (r, vartheta, varphi, psi, momenta)."""
+    """Return H of EQ2.2f with V_eta = V_gamma = 0, and h_vartheta, H_r as printed, of z = (r, vartheta, varphi, psi,
+    momenta).
+    """
     Vr, Vt = generic(rng), generic(rng)
 
     def H(r, t, varphi, psi, pr, pt, s, v):
@@ -183,7 +207,9 @@ def _(rng):
 
 
 @states(
-    "EQ2.2c", "H = omega (2 J_r + J_lambda + J_mu + J_nu)", "(omega/2 pi)(2 J_r + J_lambda + J_mu + |J_nu|), J = closed integral of p dq"
+    "EQ2.2c",
+    "H = omega (2 J_r + J_lambda + J_mu + J_nu)",
+    "(omega/2 pi)(2 J_r + J_lambda + J_mu + |J_nu|), J = closed integral of p dq",
 )
 def _(rng):
     C, (q, p) = rng.real(0.6, 1.4), (rng.reals(4), rng.reals(4))
@@ -263,8 +289,13 @@ def equilibrium(states, label, V, says, squares):
         return [0, 0, 0, 0, 1, *squares], [*gradient(f, at), int(min(values) > -1e-15), *(v / C for v in values)]
 
 
-equilibrium(states, "EQ2.2h, equilibria", lambda C: lambda *m: C * (1 / c.determinant(m) + square(m) / 2),
-            "stable continuum of relative equilibria at D1 = D2 = 1: one zero mode, omega^2 = (0, 2, 2, 4) C/mu", (0, 2, 2, 4))  # fmt: skip
+equilibrium(
+    states,
+    "EQ2.2h, equilibria",
+    lambda C: lambda *m: C * (1 / c.determinant(m) + square(m) / 2),
+    "stable continuum of relative equilibria at D1 = D2 = 1: one zero mode, omega^2 = (0, 2, 2, 4) C/mu",
+    (0, 2, 2, 4),
+)
 
 
 @states("EQ2.2h, d^2V/dD1 dD2", "d^2 V/dD1 dD2 > 0 at D1 = D2 = 1 (it is C)")

@@ -47,7 +47,10 @@ def free_two_polar(D1, D2, _varphi, _psi, p1, p2, s, v):
     return (p1**2 + p2**2 + (s - v) ** 2 / (2 * (D1 + D2) ** 2) + (s + v) ** 2 / (2 * (D1 - D2) ** 2)) / (2 * MU)
 
 
-@states("sec. 3, D1 and D2 non-separable", "the Hamilton-Jacobi equation is non-separable in D1, D2, varphi, psi even without forces")
+@states(
+    "sec. 3, D1 and D2 non-separable",
+    "the Hamilton-Jacobi equation is non-separable in D1, D2, varphi, psi even without forces",
+)
 def _(rng):
     z = phase(rng)
     kind = abs(free_two_polar(*z) / kinetic(c.two_polar)(*z) - 1) < 1e-20
@@ -67,7 +70,10 @@ def separable(rng):
     return V, H
 
 
-@states("EQ2.1", "V_eta/alpha^2 + V_gamma/beta^2 + V_alpha + V_beta separates in alpha, beta, eta, gamma (and alpha beta does not)")
+@states(
+    "EQ2.1",
+    "V_eta/alpha^2 + V_gamma/beta^2 + V_alpha + V_beta separates in alpha, beta, eta, gamma (and alpha beta does not)",
+)
 def _(rng):
     (_, H), z = separable(rng), phase(rng)
     return claim(levi_civita(H, z) < 1e-18 and levi_civita(lambda *z: H(*z) + z[0] * z[1], z) > APART)
@@ -98,9 +104,9 @@ def _(rng):
     z = [*q, *momenta(c.alpha_beta_angles, q, dq, MU)]
     truth = MU / 2 * square(along(c.alpha_beta_angles, q, dq)) + Va(q[2]) + Vb(q[3])
     _, _, alpha, beta, s, v, pa, pb = z
-    return truth, ((s - v) ** 2 / (4 * alpha**2) + pa**2) / (2 * MU) + ((s + v) ** 2 / (4 * beta**2) + pb**2) / (2 * MU) + Va(alpha) + Vb(
-        beta
-    )
+    return truth, ((s - v) ** 2 / (4 * alpha**2) + pa**2) / (2 * MU) + ((s + v) ** 2 / (4 * beta**2) + pb**2) / (
+        2 * MU
+    ) + Va(alpha) + Vb(beta)
 
 
 @states("EQ2.1b", "H = H_alpha + H_beta, each the energy of one plane")
@@ -138,14 +144,18 @@ def _(rng):
 
 
 def planar(rng):
-    """Return a random harmonic motion of one plane: turning point radius, mu, C and constants E, p; q^2 = X + Y cos(2wt)."""
+    """Return a random harmonic motion of one plane: turning point radius, mu, C and constants E, p; q^2 = X + Y
+    cos(2wt).
+    """
     C, q0, p = rng.real(0.6, 1.5), rng.real(0.7, 1.1), rng.real(0.3, 0.6)
     speed = rng.real(0.2, 0.6)
     return C, q0, speed, p, MU / 2 * (speed**2 + (p / (MU * q0)) ** 2) + C / 2 * q0**2
 
 
 def swept(C, q0, speed, p):
-    """Return the closed integral of p_q dq = mu (dq/dt)^2 dt along the exact Cartesian motion of a plane, one period pi/w."""
+    """Return the closed integral of p_q dq = mu (dq/dt)^2 dt along the exact Cartesian motion of a plane, one period
+    pi/w.
+    """
     w = sqrt(C / MU)
     start, velocity = mp.mpc(q0, 0), mp.mpc(speed, p / (MU * q0))
     nodes = 400
@@ -158,7 +168,10 @@ def swept(C, q0, speed, p):
     return pi / w / nodes * sum(term(k) for k in range(nodes))
 
 
-@states("sec. 3, S separated", "S = a varphi + b psi + S_alpha + S_beta solves the Hamilton-Jacobi equation, E = E_alpha + E_beta")
+@states(
+    "sec. 3, S separated",
+    "S = a varphi + b psi + S_alpha + S_beta solves the Hamilton-Jacobi equation, E = E_alpha + E_beta",
+)
 def _(rng):
     Va, Vb, _, _ = isotropic(rng)
     q = angular_phase(rng)[:4]
@@ -168,7 +181,10 @@ def _(rng):
     return kinetic(c.alpha_beta_angles)(*q, a, b, pa, pb) + Va(q[2]) + Vb(q[3]), Ea + Eb
 
 
-@states("sec. 3, J_varphi and J_psi", "closed integrals of p_varphi dvarphi = 2 pi a, p_psi dpsi = 2 pi b over closed circles of matrices")
+@states(
+    "sec. 3, J_varphi and J_psi",
+    "closed integrals of p_varphi dvarphi = 2 pi a, p_psi dpsi = 2 pi b over closed circles of matrices",
+)
 def _(rng):
     q, dq = angular_phase(rng)[:4], rng.reals(4)
     p = momenta(c.alpha_beta_angles, q, dq, MU)
@@ -183,13 +199,16 @@ for label, sign in (("sec. 3, J_alpha", -1), ("EQ2.2", +1)):
 
     @states(
         label,
-        f"J_{'alpha' if sign < 0 else 'beta'} = closed integral of sqrt(2 mu (E - V) - (J_varphi {'-+'[sign > 0]} J_psi)^2/16 pi^2 q^2) dq",
+        f"J_{'alpha' if sign < 0 else 'beta'} = closed integral of sqrt(2 mu (E - V) - (J_varphi {'-+'[sign > 0]} "
+        "J_psi)^2/16 pi^2 q^2) dq",
     )
     def _(rng, sign=sign):
         C, q0, speed, p, E = planar(rng)
         J_varphi = 2 * pi * rng.real()
         J_psi = sign * (2 * pi * 2 * p - J_varphi)  # p_varphi + sign p_psi = 2 p
-        printed = loop(lambda q: 2 * MU * (E - C / 2 * q * q) - (J_varphi + sign * J_psi) ** 2 / (16 * pi**2 * q * q), q0)
+        printed = loop(
+            lambda q: 2 * MU * (E - C / 2 * q * q) - (J_varphi + sign * J_psi) ** 2 / (16 * pi**2 * q * q), q0
+        )
         return swept(C, q0, speed, p), printed
 
 
@@ -205,7 +224,13 @@ def in_alpha_beta(V1, V2, Ve, Vg):
     """As printed, first Hamiltonian."""
 
     def H(a, b, eta, gamma, pa, pb, pe, pg):
-        return ((pa**2 + pe**2 / a**2) + (pb**2 + pg**2 / b**2)) / (2 * MU) + V1(a) + V2(b) + Ve(eta) / a**2 + Vg(gamma) / b**2
+        return (
+            ((pa**2 + pe**2 / a**2) + (pb**2 + pg**2 / b**2)) / (2 * MU)
+            + V1(a)
+            + V2(b)
+            + Ve(eta) / a**2
+            + Vg(gamma) / b**2
+        )
 
     return H
 
@@ -228,7 +253,10 @@ def in_elliptic(V1, V2, Ve, Vg):
         D = cosh(k) ** 2 - cos(l) ** 2
         A, B = cosh(k) ** 2 * cos(l) ** 2, sinh(k) ** 2 * sin(l) ** 2
         return (
-            ((pk**2 + pl**2) / D + pe**2 / A + pg**2 / B) / (4 * MU) + (V1(k) + V2(l)) / (2 * D) + Ve(eta) / (2 * A) + Vg(gamma) / (2 * B)
+            ((pk**2 + pl**2) / D + pe**2 / A + pg**2 / B) / (4 * MU)
+            + (V1(k) + V2(l)) / (2 * D)
+            + Ve(eta) / (2 * A)
+            + Vg(gamma) / (2 * B)
         )
 
     return H
@@ -263,13 +291,19 @@ def free_bipolar(e, f, _eta, _gamma, p1, p2, pe, pg):
 
 for name, chart, H in (("parabolic", c.parabolic, free_parabolic), ('bipolar ("two-polar")', c.bipolar, free_bipolar)):
 
-    @states(f"sec. 3, {name} non-separable", f"even the free Hamilton-Jacobi equation does not separate in {name} coordinates")
+    @states(
+        f"sec. 3, {name} non-separable",
+        f"even the free Hamilton-Jacobi equation does not separate in {name} coordinates",
+    )
     def _(rng, chart=chart, H=H):
         z = phase(rng)
         return claim(abs(H(*z) / kinetic(chart)(*z) - 1) < 1e-20 and levi_civita(H, z) > APART)
 
 
-@states("sec. 3, mixed coordinates", "free motion (and the oscillator) separates in R^3 x R and R^2 x R^2 spherical and polar coordinates")
+@states(
+    "sec. 3, mixed coordinates",
+    "free motion (and the oscillator) separates in R^3 x R and R^2 x R^2 spherical and polar coordinates",
+)
 def _(rng):
     z = [rng.real(0.5, 1), rng.real(0.5, 1), *rng.reals(6)]
 

@@ -36,7 +36,9 @@ defines("sec. 2, T", "T = (1/2) integral of g(dPhi/dt, dPhi/dt) dmu")
 
 
 def cloud(rng):
-    """Return a cloud of masses about its centre, and the motion: masses, points, moment J, dx/dt, dphi/dt, spatial metric."""
+    """Return a cloud of masses about its centre, and the motion: masses, points, moment J, dx/dt, dphi/dt, spatial
+    metric.
+    """
     mass = rng.reals(7, 0.2, 1)
     points = [rng.reals(2) for _ in mass]
     centre = [sum(m * a[i] for m, a in zip(mass, points)) / sum(mass) for i in range(2)]
@@ -59,7 +61,9 @@ def cloud_energy(rng, g=None):
     return body, sum(m * summed(g or metric_g, v) for m, v in zip(mass, velocity)) / 2
 
 
-@states("sec. 2, T_tr + T_int", "T = (m/2) g dx dx + (1/2) g_ij dphi^i_A dphi^i_B J^AB", "dphi^i_A dphi^j_B: one index j")
+@states(
+    "sec. 2, T_tr + T_int", "T = (m/2) g dx dx + (1/2) g_ij dphi^i_A dphi^i_B J^AB", "dphi^i_A dphi^j_B: one index j"
+)
 def _(rng):
     (mass, _, J, dx, dphi, g), T = cloud_energy(rng)
     indices = list(pairs(range(2), repeat=4))
@@ -101,7 +105,12 @@ def decomposed(m):
     return O, (D[0], D[3]), R
 
 
-@states("EQ2.0", "every phi is O D R^T with O, R in SO(2) and D positive", "D2 has the sign of det phi; D > 0 on GL+ only", reading=True)
+@states(
+    "EQ2.0",
+    "every phi is O D R^T with O, R in SO(2) and D positive",
+    "D2 has the sign of det phi; D > 0 on GL+ only",
+    reading=True,
+)
 def _(rng):
     m = rng.reals(4)
     if (c.determinant(m) > 0) == (rng.index == 0):
@@ -113,7 +122,12 @@ def _(rng):
 @states("sec. 3, SO(2)", "O^T O = R^T R = Id, det O = det R = 1")
 def _(rng):
     O, _, R = decomposed(rng.reals(4))
-    return [1, 0, 0, 1] * 2 + [1, 1], [c.product(c.transposed(O), O), c.product(c.transposed(R), R), c.determinant(O), c.determinant(R)]
+    return [1, 0, 0, 1] * 2 + [1, 1], [
+        c.product(c.transposed(O), O),
+        c.product(c.transposed(R), R),
+        c.determinant(O),
+        c.determinant(R),
+    ]
 
 
 @states("sec. 3, uniqueness", "for D1 != D2 > 0 unique up to D1 <-> D2 with signed permutations of SO(2) on O and R")
@@ -132,7 +146,11 @@ def _(rng):
     turns = [c.rotation(k * pi / 2) for k in range(4)]
     closest = [min(range(4), key=lambda k, V=V: square([a - b for a, b in zip(V, turns[k])])) for _, V in found]
     each_once = [closest.count(k) for k in range(4)]
-    return [[1] * 4, *(V for _, V in found), *(V for _, V in found)], [each_once, *(W for W, _ in found), *(turns[k] for k in closest)]
+    return [[1] * 4, *(V for _, V in found), *(V for _, V in found)], [
+        each_once,
+        *(W for W, _ in found),
+        *(turns[k] for k in closest),
+    ]
 
 
 @states("sec. 3, V(D)", "doubly isotropic potentials depend on D only and are symmetric in D1, D2")

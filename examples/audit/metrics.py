@@ -36,9 +36,14 @@ def metric_formula(label, says, chart, point, form, factor=1, correct=""):
 
 
 energy_formula(
-    "EQ2.0a", "T in D1, D2, varphi, psi", c.two_polar, deformed,
-    lambda q, v: (q[0] ** 2 + q[1] ** 2) * (v[2] ** 2 + v[3] ** 2) - 4 * q[0] * q[1] * v[2] * v[3] + v[0] ** 2 + v[1] ** 2,
-)  # fmt: skip
+    "EQ2.0a",
+    "T in D1, D2, varphi, psi",
+    c.two_polar,
+    deformed,
+    lambda q, v: (
+        (q[0] ** 2 + q[1] ** 2) * (v[2] ** 2 + v[3] ** 2) - 4 * q[0] * q[1] * v[2] * v[3] + v[0] ** 2 + v[1] ** 2
+    ),
+)
 
 
 @states("sec. 3, cyclic angles", "O and R do not enter T: varphi, psi are cyclic")
@@ -72,9 +77,12 @@ def _(rng):
 
 
 energy_formula(
-    "EQ2.0b", "T in alpha, beta, eta, gamma", c.alpha_beta, polar,
+    "EQ2.0b",
+    "T in alpha, beta, eta, gamma",
+    c.alpha_beta,
+    polar,
     lambda q, v: q[0] ** 2 * v[2] ** 2 + q[1] ** 2 * v[3] ** 2 + v[0] ** 2 + v[1] ** 2,
-)  # fmt: skip
+)
 
 
 @states("EQ2.2a", "T = (mu/2) Tr(dphi^T dphi): the T_int of section 2 with J = mu I")
@@ -82,7 +90,9 @@ def _(rng):
     (mass, points, J, _, dphi, _) = cloud(rng)
     x, y, z = J[0][0], J[0][1], J[1][1]
     root = sqrt(x * z - y * y)
-    s = 1 / sqrt(x + z + 2 * root) / root  # labels L a with L = J^(-1/2), by Cayley-Hamilton: then the moment of L a is mu I, mu = 1
+    s = (
+        1 / sqrt(x + z + 2 * root) / root
+    )  # labels L a with L = J^(-1/2), by Cayley-Hamilton: then the moment of L a is mu I, mu = 1
     L = (s * (z + root), -s * y, -s * y, s * (x + root))
     labels = [[L[0] * a[0] + L[1] * a[1], L[2] * a[0] + L[3] * a[1]] for a in points]
     v = (*dphi[0], *dphi[1])
@@ -102,7 +112,9 @@ defines("EQ2.2c'", "phi = [[x, y], [z, u]]")
 @states("sec. 3, T-orthogonal", "alpha, beta, eta, gamma are orthogonal coordinates of R^4")
 def _(rng):
     G = metric(c.alpha_beta, polar(rng)[0])
-    return [G[i, i] for i in range(4)] + [0] * 6, [G[i, i] for i in range(4)] + [G[i, j] for i in range(4) for j in range(i)]
+    return [G[i, i] for i in range(4)] + [0] * 6, [G[i, i] for i in range(4)] + [
+        G[i, j] for i in range(4) for j in range(i)
+    ]
 
 
 defines("sec. 3, r and vartheta", "alpha = sqrt(r) cos(vartheta/2), beta = sqrt(r) sin(vartheta/2)")
@@ -130,7 +142,9 @@ def form_rho(q, v):
 def form_mixed(q, v):
     """Line element in rho, vartheta, eta, gamma."""
     rho2 = q[0] ** 2
-    return v[0] ** 2 + rho2 / 4 * v[1] ** 2 + rho2 * cos(q[1] / 2) ** 2 * v[2] ** 2 + rho2 * sin(q[1] / 2) ** 2 * v[3] ** 2
+    return (
+        v[0] ** 2 + rho2 / 4 * v[1] ** 2 + rho2 * cos(q[1] / 2) ** 2 * v[2] ** 2 + rho2 * sin(q[1] / 2) ** 2 * v[3] ** 2
+    )
 
 
 def rho_vartheta(rho, vartheta, eta, gamma):
@@ -166,12 +180,38 @@ def invariants(m):
     return decomposed(m)[1]
 
 
-identity("EQ2.2y, first", "2 D1 D2 = r cos(vartheta)", c.r_vartheta, polar, lambda m: 2 * c.determinant(m), lambda r, t, *_: r * cos(t))
-identity("EQ2.2y, second", "D1^2 - D2^2 = r sin(vartheta)", c.r_vartheta, polar,
-         lambda m: invariants(m)[0] ** 2 - invariants(m)[1] ** 2, lambda r, t, *_: r * sin(t))  # fmt: skip
-identity("EQ2.2x, r", "r = rho^2 = D1^2 + D2^2", c.r_vartheta, polar, lambda m: [square(invariants(m)), square(m)], lambda r, t, *_: [r, r])
-identity("EQ2.2x, tan", "tan(vartheta) = (D1/D2 - D2/D1)/2", c.r_vartheta, polar,
-         lambda m: (invariants(m)[0] / invariants(m)[1] - invariants(m)[1] / invariants(m)[0]) / 2, lambda r, t, *_: tan(t))  # fmt: skip
+identity(
+    "EQ2.2y, first",
+    "2 D1 D2 = r cos(vartheta)",
+    c.r_vartheta,
+    polar,
+    lambda m: 2 * c.determinant(m),
+    lambda r, t, *_: r * cos(t),
+)
+identity(
+    "EQ2.2y, second",
+    "D1^2 - D2^2 = r sin(vartheta)",
+    c.r_vartheta,
+    polar,
+    lambda m: invariants(m)[0] ** 2 - invariants(m)[1] ** 2,
+    lambda r, t, *_: r * sin(t),
+)
+identity(
+    "EQ2.2x, r",
+    "r = rho^2 = D1^2 + D2^2",
+    c.r_vartheta,
+    polar,
+    lambda m: [square(invariants(m)), square(m)],
+    lambda r, t, *_: [r, r],
+)
+identity(
+    "EQ2.2x, tan",
+    "tan(vartheta) = (D1/D2 - D2/D1)/2",
+    c.r_vartheta,
+    polar,
+    lambda m: (invariants(m)[0] / invariants(m)[1] - invariants(m)[1] / invariants(m)[0]) / 2,
+    lambda r, t, *_: tan(t),
+)
 identity(
     "EQ2.2z",
     "r = 2 D1 D2/cos(vartheta)",
@@ -190,7 +230,11 @@ def _(rng):
     def shear(D1, D2):
         return mp.atan2(D1**2 - D2**2, 2 * D1 * D2)
 
-    return [s**2 * (D1**2 + D2**2), s**2 * D1 * D2, shear(D1, D2)], [(s * D1) ** 2 + (s * D2) ** 2, s * D1 * s * D2, shear(s * D1, s * D2)]
+    return [s**2 * (D1**2 + D2**2), s**2 * D1 * D2, shear(D1, D2)], [
+        (s * D1) ** 2 + (s * D2) ** 2,
+        s * D1 * s * D2,
+        shear(s * D1, s * D2),
+    ]
 
 
 def logarithmic(rng):
@@ -200,8 +244,16 @@ def logarithmic(rng):
 
 defines("sec. 3, a and b", "D1 = exp((a + b)/2), D2 = exp((a - b)/2)")
 for label, truth, printed in (
-    ("alpha = sqrt2 e^(a/2) cosh(b/2)", lambda D1, D2: (D1 + D2) / sqrt(2), lambda a, b: sqrt(2) * exp(a / 2) * cosh(b / 2)),
-    ("beta = sqrt2 e^(a/2) sinh(b/2)", lambda D1, D2: (D1 - D2) / sqrt(2), lambda a, b: sqrt(2) * exp(a / 2) * sinh(b / 2)),
+    (
+        "alpha = sqrt2 e^(a/2) cosh(b/2)",
+        lambda D1, D2: (D1 + D2) / sqrt(2),
+        lambda a, b: sqrt(2) * exp(a / 2) * cosh(b / 2),
+    ),
+    (
+        "beta = sqrt2 e^(a/2) sinh(b/2)",
+        lambda D1, D2: (D1 - D2) / sqrt(2),
+        lambda a, b: sqrt(2) * exp(a / 2) * sinh(b / 2),
+    ),
     ("D1 D2 = e^a", lambda D1, D2: D1 * D2, lambda a, b: exp(a)),
     ("D1^2 + D2^2 = 2 e^a cosh b", lambda D1, D2: D1**2 + D2**2, lambda a, b: 2 * exp(a) * cosh(b)),
     ("D1^2 - D2^2 = 2 e^a sinh b", lambda D1, D2: D1**2 - D2**2, lambda a, b: 2 * exp(a) * sinh(b)),
@@ -209,9 +261,15 @@ for label, truth, printed in (
     ("sin(vartheta) = tanh b", lambda D1, D2: sin(mp.atan2(D1**2 - D2**2, 2 * D1 * D2)), lambda a, b: tanh(b)),
     ("cos(vartheta) = 1/cosh b", lambda D1, D2: cos(mp.atan2(D1**2 - D2**2, 2 * D1 * D2)), lambda a, b: 1 / cosh(b)),
     ("tan(vartheta) = sinh b", lambda D1, D2: tan(mp.atan2(D1**2 - D2**2, 2 * D1 * D2)), lambda a, b: sinh(b)),
-):  # fmt: skip
-    identity(f"sec. 3, {label}", "exponential parameters", c.exponents, logarithmic,
-             lambda m, truth=truth: truth(*invariants(m)), lambda a, b, *_, printed=printed: printed(a, b))  # fmt: skip
+):
+    identity(
+        f"sec. 3, {label}",
+        "exponential parameters",
+        c.exponents,
+        logarithmic,
+        lambda m, truth=truth: truth(*invariants(m)),
+        lambda a, b, *_, printed=printed: printed(a, b),
+    )
 
 
 # Elliptic, parabolic and bipolar coordinates, and the Euler form of the metric
@@ -222,7 +280,11 @@ def oval(rng):
     return [rng.real(0.4, 1.0), rng.real(0.2, 0.38), *rng.reals(2)], rng.reals(4)
 
 
-for name, chart in (("(i) elliptic", c.elliptic), ("(ii) parabolic", c.parabolic), ('(iii) bipolar, "two-polar"', c.bipolar)):
+for name, chart in (
+    ("(i) elliptic", c.elliptic),
+    ("(ii) parabolic", c.parabolic),
+    ('(iii) bipolar, "two-polar"', c.bipolar),
+):
 
     @states(f"sec. 3, {name}", "orthogonal coordinates on the plane of deformation invariants")
     def _(rng, chart=chart):
@@ -231,10 +293,18 @@ for name, chart in (("(i) elliptic", c.elliptic), ("(ii) parabolic", c.parabolic
 
 
 metric_formula(
-    "sec. 3, ds^2 (elliptic)", "line element in kappa, lambda, eta, gamma", c.elliptic, oval,
-    lambda q, v: (cosh(q[0]) ** 2 - cos(q[1]) ** 2) * (v[0] ** 2 + v[1] ** 2) + cosh(q[0]) ** 2 * cos(q[1]) ** 2 * v[2] ** 2
-    + sinh(q[0]) ** 2 * sin(q[1]) ** 2 * v[3] ** 2, 2, "twice the right-hand side",
-)  # fmt: skip
+    "sec. 3, ds^2 (elliptic)",
+    "line element in kappa, lambda, eta, gamma",
+    c.elliptic,
+    oval,
+    lambda q, v: (
+        (cosh(q[0]) ** 2 - cos(q[1]) ** 2) * (v[0] ** 2 + v[1] ** 2)
+        + cosh(q[0]) ** 2 * cos(q[1]) ** 2 * v[2] ** 2
+        + sinh(q[0]) ** 2 * sin(q[1]) ** 2 * v[3] ** 2
+    ),
+    2,
+    "twice the right-hand side",
+)
 
 
 @states("sec. 3, cosh^2 - cos^2", "cosh^2 kappa - cos^2 lambda = sinh^2 kappa + sin^2 lambda")
@@ -248,12 +318,33 @@ def top(q, v, sign):
     return v[1] ** 2 + v[2] ** 2 + sign * 2 * cos(q[1]) * v[2] * v[3] + v[3] ** 2
 
 
-metric_formula("sec. 3, ds^2 (r, vartheta, varphi, psi)", "line element", c.r_vartheta_angles, polar, lambda q, v: v[0] ** 2 / (4 * q[0])
-               + q[0] / 4 * v[1] ** 2 + q[0] * v[2] ** 2 - 2 * q[0] * cos(q[1]) * v[2] * v[3] + q[0] * v[3] ** 2)  # fmt: skip
-metric_formula("sec. 3, ds^2 (rho, vartheta, 2 varphi, 2 psi)", "line element", lambda rho, *q: c.r_vartheta_angles(rho**2, *q), polar,
-               lambda q, v: v[0] ** 2 + q[0] ** 2 / 4 * top(q, [v[0], v[1], 2 * v[2], 2 * v[3]], -1))  # fmt: skip
-metric_formula("sec. 3, ds^2 (r, Theta, Phi, Psi)", "line element with doubled angles", lambda r, *q: c.euler(sqrt(r), *q), polar,
-               lambda q, v: (v[0] ** 2 + q[0] ** 2 * top(q, v, -1)) / (4 * q[0]))  # fmt: skip
+metric_formula(
+    "sec. 3, ds^2 (r, vartheta, varphi, psi)",
+    "line element",
+    c.r_vartheta_angles,
+    polar,
+    lambda q, v: (
+        v[0] ** 2 / (4 * q[0])
+        + q[0] / 4 * v[1] ** 2
+        + q[0] * v[2] ** 2
+        - 2 * q[0] * cos(q[1]) * v[2] * v[3]
+        + q[0] * v[3] ** 2
+    ),
+)
+metric_formula(
+    "sec. 3, ds^2 (rho, vartheta, 2 varphi, 2 psi)",
+    "line element",
+    lambda rho, *q: c.r_vartheta_angles(rho**2, *q),
+    polar,
+    lambda q, v: v[0] ** 2 + q[0] ** 2 / 4 * top(q, [v[0], v[1], 2 * v[2], 2 * v[3]], -1),
+)
+metric_formula(
+    "sec. 3, ds^2 (r, Theta, Phi, Psi)",
+    "line element with doubled angles",
+    lambda r, *q: c.euler(sqrt(r), *q),
+    polar,
+    lambda q, v: (v[0] ** 2 + q[0] ** 2 * top(q, v, -1)) / (4 * q[0]),
+)
 
 
 def unitary(_, Theta, Phi, Psi):
@@ -265,13 +356,18 @@ def unitary(_, Theta, Phi, Psi):
     return c.product(turn(Phi), (cos(Theta / 2), -1j * sin(Theta / 2), -1j * sin(Theta / 2), cos(Theta / 2)), turn(Psi))
 
 
-@states("sec. 3, d sigma^2", "dTheta^2 + dPhi^2 - 2 cos(Theta) dPhi dPsi + dPsi^2 is the SU(2) metric after Psi -> -Psi")
+@states(
+    "sec. 3, d sigma^2", "dTheta^2 + dPhi^2 - 2 cos(Theta) dPhi dPsi + dPsi^2 is the SU(2) metric after Psi -> -Psi"
+)
 def _(rng):
     q, v = polar(rng)
     return 2 * square(along(lambda r, a, b, e: unitary(r, a, b, -e), q, v)), top(q, v, -1)
 
 
-@states("sec. 3, d sigma^2, usual sign", "dTheta^2 + dPhi^2 + 2 cos(Theta) dPhi dPsi + dPsi^2 is the doubly invariant metric of SU(2)")
+@states(
+    "sec. 3, d sigma^2, usual sign",
+    "dTheta^2 + dPhi^2 + 2 cos(Theta) dPhi dPsi + dPsi^2 is the doubly invariant metric of SU(2)",
+)
 def _(rng):
     q, v = polar(rng)
     left, right = unitary(1, *rng.reals(3, 0.2, 1)), unitary(1, *rng.reals(3, 0.2, 1))
@@ -287,7 +383,11 @@ def _(rng):
         def about3(t):
             return mp.matrix([[cos(t), -sin(t), 0], [sin(t), cos(t), 0], [0, 0, 1]])
 
-        return list(about3(Phi) * mp.matrix([[1, 0, 0], [0, cos(Theta), -sin(Theta)], [0, sin(Theta), cos(Theta)]]) * about3(Psi))
+        return list(
+            about3(Phi)
+            * mp.matrix([[1, 0, 0], [0, cos(Theta), -sin(Theta)], [0, sin(Theta), cos(Theta)]])
+            * about3(Psi)
+        )
 
     return I / 2 * square(along(turned, q, v)) / 2, I / 2 * top(q, v, +1)  # |omega|^2 = Tr(dA^T dA)/2
 
@@ -299,7 +399,10 @@ def _(rng):
     return [rho] * 3, [sqrt(square(m)), sqrt(square(invariants(m))), sqrt(c.trace(c.product(c.transposed(m), m)))]
 
 
-@states("sec. 3, rho covariant", "rho = sqrt(eta^AB G_AB) = sqrt(g_ij phi^i_A phi^j_B eta^AB): for general g, eta a Cartesian norm")
+@states(
+    "sec. 3, rho covariant",
+    "rho = sqrt(eta^AB G_AB) = sqrt(g_ij phi^i_A phi^j_B eta^AB): for general g, eta a Cartesian norm",
+)
 def _(rng):
     m, P, Q = rng.reals(4), rng.reals(4), rng.reals(4)
     g, eta = c.product(c.transposed(P), P), c.inverse(c.product(c.transposed(Q), Q))
@@ -315,7 +418,10 @@ def _(rng):
 
 
 @states(
-    "sec. 3, spherical coordinates", "x^1..x^4 with r = rho^2 as radial variable", "r stands for rho here: sum (x^i)^2 = r^2", reading=True
+    "sec. 3, spherical coordinates",
+    "x^1..x^4 with r = rho^2 as radial variable",
+    "r stands for rho here: sum (x^i)^2 = r^2",
+    reading=True,
 )
 def _(rng):
     r, *angles = [rng.real(1.2, 2), *rng.reals(3)]

@@ -1,6 +1,8 @@
-"""Independent numerics: differences, pullbacks, brackets, loops and eigenvalues from first principles, no formula of the paper.
+"""Independent numerics: differences, pullbacks, brackets, loops and eigenvalues from first principles, no formula of
+the paper.
 
-First and second derivatives are central differences with steps of 1e-12 in 50 digits: truncation and rounding leave 1e-24.
+First and second derivatives are central differences with steps of 1e-12 in 50 digits: truncation and rounding leave
+1e-24.
 """
 
 from __future__ import annotations
@@ -77,10 +79,12 @@ def bracket(f, g, z):
 
 
 def levi_civita(H, z):
-    """Return the largest of Levi-Civita's expressions, which vanish for all z if and only if H separates in these coordinates.
+    """Return the largest of Levi-Civita's expressions, which vanish for all z if and only if H separates in these
+    coordinates.
 
-    For i != j, without sums (H_i = dH/dq_i, H^i = dH/dp_i): H^i H^j H_ij + H_i H_j H^ij - H^i H_j H_i^j - H_i H^j H^i_j,
-    divided by the largest first derivative squared times the largest second one (T. Levi-Civita, Math. Ann. 59, 383, 1904).
+    For i != j, without sums (H_i = dH/dq_i, H^i = dH/dp_i): H^i H^j H_ij + H_i H_j H^ij - H^i H_j H_i^j - H_i H^j
+    H^i_j, divided by the largest first derivative squared times the largest second one (T. Levi-Civita, Math. Ann. 59,
+    383, 1904).
     """
     n = len(z) // 2
     g = gradient(H, z)
@@ -94,7 +98,9 @@ def levi_civita(H, z):
 
 
 def turning(inside, end, value):
-    """Return the zero of `value` between a point where it is positive and the end of the domain (0 or inf, or any number)."""
+    """Return the zero of `value` between a point where it is positive and the end of the domain (0 or inf, or any
+    number).
+    """
     near, far = inside, inside
     while value(far) > 0:
         near, far = far, far * mpf(5) / 4 if end == mp.inf else end + (far - end) * mpf(4) / 5
@@ -107,8 +113,8 @@ def turning(inside, end, value):
 def loop(radicand, inside, low=0, high=mp.inf):
     """Return the closed integral of sqrt(radicand) dq over the well around `inside`.
 
-    With q = middle + half cos(t) the integrand is smooth and periodic, so the trapezoidal rule converges exponentially: twice the
-    nodes square the error, and two sums that agree to 1e-20 have an error of about 1e-40.
+    With q = middle + half cos(t) the integrand is smooth and periodic, so the trapezoidal rule converges exponentially:
+    twice the nodes square the error, and two sums that agree to 1e-20 have an error of about 1e-40.
     """
     left, right = turning(inside, mpf(low), radicand), turning(inside, mpf(high), radicand)
     middle, half = (left + right) / 2, (right - left) / 2
@@ -128,7 +134,9 @@ def loop(radicand, inside, low=0, high=mp.inf):
 
 
 def frequencies(actions, energy, constants):
-    """Return nu_k = dE/dJ_k from the functions J(constants) (a list) and E(constants), by differences and one linear solve."""
+    """Return nu_k = dE/dJ_k from the functions J(constants) (a list) and E(constants), by differences and one linear
+    solve.
+    """
     return list(mp.lu_solve(jacobian(actions, constants).T, mp.matrix(gradient(energy, constants))))
 
 
@@ -138,11 +146,12 @@ def laplacian(f, x):
 
 
 def levels(potential, weight, low, high, count, step):
-    """Return the lowest eigenvalues e of -f'' + potential(t) f = e weight(t) f on the line, by sinc collocation in double.
+    """Return the lowest eigenvalues e of -f'' + potential(t) f = e weight(t) f on the line, by sinc collocation in
+    double.
 
-    f must decay at both ends. The spectrum is that of the inverse, which is well conditioned though the weight spans many
-    orders. The discretisation error is exp(-2 pi d/step) with d = pi/4 the width of the analytic strip, once pi/step exceeds
-    the largest classical momentum.
+    f must decay at both ends. The spectrum is that of the inverse, which is well conditioned though the weight spans
+    many orders. The discretisation error is exp(-2 pi d/step) with d = pi/4 the width of the analytic strip, once
+    pi/step exceeds the largest classical momentum.
     """
     t = np.arange(low, high, step)
     k = np.subtract.outer(np.arange(t.size), np.arange(t.size))

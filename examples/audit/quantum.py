@@ -43,7 +43,10 @@ def _(rng):
     def to_planes(r, t):
         return [sqrt(r) * cos(t / 2), sqrt(r) * sin(t / 2)]
 
-    fine, coarse = mp.det(metric(c.r_vartheta, [r, t, *angles])), mp.det(metric(c.alpha_beta, [*to_planes(r, t), *angles]))
+    fine, coarse = (
+        mp.det(metric(c.r_vartheta, [r, t, *angles])),
+        mp.det(metric(c.alpha_beta, [*to_planes(r, t), *angles])),
+    )
     factor = determinant_ratio(to_planes, [r, t])
     return [fine, sqrt(fine)], [coarse * factor**2, sqrt(coarse) * factor]
 
@@ -70,7 +73,9 @@ def divergence_form(chart, f, q):
 
 
 def covariant_form(chart, f, q):
-    """Return G^ij nabla_i nabla_j f = G^ij (d_i d_j f - Gamma^k_ij d_k f), Gamma^k_ij from the second derivatives of the chart."""
+    """Return G^ij nabla_i nabla_j f = G^ij (d_i d_j f - Gamma^k_ij d_k f), Gamma^k_ij from the second derivatives of
+    the chart.
+    """
     n = len(q)
     J = jacobian(chart, q)
     inverse, back, slope = mp.inverse(metric(chart, q)), mp.inverse(J), gradient(f, q)
@@ -90,7 +95,10 @@ def _(rng):
         return f(*c.r_vartheta(*x))
 
     with mp.workdps(80):
-        return [laplacian(f, c.r_vartheta(*q))] * 2, [covariant_form(c.r_vartheta, g, q), divergence_form(c.r_vartheta, g, q)]
+        return [laplacian(f, c.r_vartheta(*q))] * 2, [
+            covariant_form(c.r_vartheta, g, q),
+            divergence_form(c.r_vartheta, g, q),
+        ]
 
 
 defines("sec. 5, scalar product", "<Psi|Phi> = integral of conj(Psi) Phi dmu")
@@ -108,7 +116,11 @@ def half_line(f):
     return step * sum(f(a) * a for a in (exp(k * step) for k in range(-800, 46)))
 
 
-@states("sec. 5, Delta symmetric", "<f|Delta g> = <Delta f|g> in the plane alpha, with the measure alpha dalpha", threshold=1e-12)
+@states(
+    "sec. 5, Delta symmetric",
+    "<f|Delta g> = <Delta f|g> in the plane alpha, with the measure alpha dalpha",
+    threshold=1e-12,
+)
 def _(rng):
     f, g = decaying(rng)
 
@@ -141,7 +153,9 @@ def _(rng):
     return MU / 2 * (dq.T * G * dq)[0], (p.T * mp.inverse(G) * p)[0] / (2 * MU)
 
 
-@states("sec. 5, H operator", "H = -(hbar/2mu) Delta + V", "-(hbar^2/2mu) Delta: a plane wave exp(i p x/hbar) has p^2/2mu")
+@states(
+    "sec. 5, H operator", "H = -(hbar/2mu) Delta + V", "-(hbar^2/2mu) Delta: a plane wave exp(i p x/hbar) has p^2/2mu"
+)
 def _(rng):
     p, x = rng.reals(4), rng.reals(4)
 
@@ -159,12 +173,16 @@ def _(rng):
 def _(rng):
     q = planes(rng)
     a, b = q[2:]
-    G = mp.matrix([[a * a + b * b, b * b - a * a, 0, 0], [b * b - a * a, a * a + b * b, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    G = mp.matrix(
+        [[a * a + b * b, b * b - a * a, 0, 0], [b * b - a * a, a * a + b * b, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    )
     return metric(c.alpha_beta_angles, q), G
 
 
 def plane_operator(i, sign, factor):
-    """Return H_alpha (i = 2, sign -1) or H_beta (3, +1) without potential: (S +- Sigma)^2/(factor q^2) - hbar^2(d^2 + d/q), over 2mu."""
+    """Return H_alpha (i = 2, sign -1) or H_beta (3, +1) without potential: (S +- Sigma)^2/(factor q^2) - hbar^2(d^2 +
+    d/q), over 2mu.
+    """
 
     def act(f):
         def value(*q):
@@ -185,7 +203,9 @@ def plane_laplacian(f, m, sign):
 for name, i, sign in (("H_alpha", 2, -1), ("H_beta", 3, 1)):
 
     @states(
-        f"sec. 5, {name}", f"(1/2mu)((S {'-+'[sign > 0]} Sigma)^2/q^2 - hbar^2(d^2/dq^2 + (1/q) d/dq)) + V, q = {name[2:]}", "(...)^2/4q^2"
+        f"sec. 5, {name}",
+        f"(1/2mu)((S {'-+'[sign > 0]} Sigma)^2/q^2 - hbar^2(d^2/dq^2 + (1/q) d/dq)) + V, q = {name[2:]}",
+        "(...)^2/4q^2",
     )
     def _(rng, i=i, sign=sign):
         f, q = smooth(rng), planes(rng)
@@ -197,7 +217,11 @@ for name, i, sign in (("H_alpha", 2, -1), ("H_beta", 3, 1)):
         return truth, plane_operator(i, sign, 1)(g)(*q), plane_operator(i, sign, 4)(g)(*q)
 
 
-@states("sec. 5, H = H_alpha + H_beta", "H = H_alpha + H_beta = -(hbar^2/2mu) Delta + V", "with the corrected H_alpha, H_beta")
+@states(
+    "sec. 5, H = H_alpha + H_beta",
+    "H = H_alpha + H_beta = -(hbar^2/2mu) Delta + V",
+    "with the corrected H_alpha, H_beta",
+)
 def _(rng):
     f, q = smooth(rng), planes(rng)
 
@@ -208,7 +232,10 @@ def _(rng):
     return -(HBAR**2) / (2 * MU) * laplacian(f, c.alpha_beta_angles(*q)), *sums
 
 
-@states("sec. 5, S and Sigma", "S = (hbar/i) d/dvarphi generates spatial rotations, Sigma = (hbar/i) d/dpsi material rotations")
+@states(
+    "sec. 5, S and Sigma",
+    "S = (hbar/i) d/dvarphi generates spatial rotations, Sigma = (hbar/i) d/dpsi material rotations",
+)
 def _(rng):
     f, q = smooth(rng), planes(rng)
     m = c.alpha_beta_angles(*q)
@@ -244,8 +271,10 @@ def _(rng):
     f, q, k = smooth(rng), planes(rng), rng.reals(2)
     four = [
         with_potential(plane_operator(2, -1, 4), lambda *q: k[0] * q[2] ** 2 + 1 / q[2]),
-        with_potential(plane_operator(3, 1, 4), lambda *q: k[1] * q[3] ** 4), derivative(0), derivative(1),
-    ]  # fmt: skip
+        with_potential(plane_operator(3, 1, 4), lambda *q: k[1] * q[3] ** 4),
+        derivative(0),
+        derivative(1),
+    ]
     return [0] * 6, commutators(four, lambda *q: f(*c.alpha_beta_angles(*q)), q)
 
 
@@ -258,9 +287,9 @@ def _(rng):
 
     a, b = q[2:]
     printed = dd(g, 2, 2)(*q) + dd(g, 3, 3)(*q) + d(g, 2)(*q) / a + d(g, 3)(*q) / b
-    printed += (1 / (4 * a * a) + 1 / (4 * b * b)) * (dd(g, 0, 0)(*q) + dd(g, 1, 1)(*q)) + (1 / (2 * b * b) - 1 / (2 * a * a)) * dd(
-        g, 0, 1
-    )(*q)
+    printed += (1 / (4 * a * a) + 1 / (4 * b * b)) * (dd(g, 0, 0)(*q) + dd(g, 1, 1)(*q)) + (
+        1 / (2 * b * b) - 1 / (2 * a * a)
+    ) * dd(g, 0, 1)(*q)
     return laplacian(f, c.alpha_beta_angles(*q)), printed
 
 
@@ -287,7 +316,11 @@ for label, name, sign in (("EQ4.1", "alpha", -1), ("EQ4.2", "beta", 1)):
         return truth, dd(f, 0, 0)(at) + d(f, 0)(at) / at - mpf((m + sign * l) ** 2) / (4 * at * at) * f(at)
 
 
-@states("sec. 5, m and l", "exp(i m varphi) exp(i l psi) with any integers m, l", "m + l even: (varphi + pi, psi + pi) is the same matrix")
+@states(
+    "sec. 5, m and l",
+    "exp(i m varphi) exp(i l psi) with any integers m, l",
+    "m + l even: (varphi + pi, psi + pi) is the same matrix",
+)
 def _(rng):
     m, l = rng.choice([(1, 0), (2, 1), (0, 3)])
     varphi, psi = rng.reals(2)
@@ -314,7 +347,11 @@ def _(rng):
     return laplacian(f, c.r_vartheta_angles(*q)), 4 * r * dd(g, 0, 0)(*q) + 8 * d(g, 0)(*q) + angular + shear
 
 
-@states("sec. 5, Delta (rho, Theta)", "Laplacian in rho, Phi, Theta, Psi with 2 cot(Theta) at the mixed derivative", "2 cos(Theta)")
+@states(
+    "sec. 5, Delta (rho, Theta)",
+    "Laplacian in rho, Phi, Theta, Psi with 2 cot(Theta) at the mixed derivative",
+    "2 cos(Theta)",
+)
 def _(rng):
     f, q = smooth(rng), polar(rng)
     rho, t = q[:2]

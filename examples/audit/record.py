@@ -109,7 +109,9 @@ def claim(truth: Any) -> tuple[int, int]:
 
 
 def residual(value: Any, truth: Any) -> float:
-    """Return max |value - truth| / max |truth| (max |value| where the truth is 0: both sides are then scaled to 1); inf if not finite."""
+    """Return max |value - truth| / max |truth| (max |value| where the truth is 0: both sides are then scaled to 1); inf
+    if not finite.
+    """
     ours, theirs = flat(value), flat(truth)
     differences = [abs(v - t) for v, t in zip(ours, theirs, strict=True)]
     if not all(mp.isfinite(difference) for difference in differences):

@@ -61,11 +61,15 @@ def printed_R(Psi):
 @states("EQ6.3", "phi = O D R^-1 with half angles is EQ2.0 with Phi = 2 varphi, Psi = -2 psi")
 def _(rng):
     D1, D2, varphi, psi = [*rng.reals(2, 0.3, 1), *rng.reals(2)]
-    return c.two_polar(D1, D2, varphi, psi), c.product(c.rotation(varphi), (D1, 0, 0, D2), c.inverse(printed_R(-2 * psi)))
+    return c.two_polar(D1, D2, varphi, psi), c.product(
+        c.rotation(varphi), (D1, 0, 0, D2), c.inverse(printed_R(-2 * psi))
+    )
 
 
 @states(
-    "sec. 7, D1 and D2", "D1 = exp(a + b/2), D2 = exp(a - b/2), D = exp(a sigma0/2) exp(b sigma3/2)", "exp((a +- b)/2), as in section 3"
+    "sec. 7, D1 and D2",
+    "D1 = exp(a + b/2), D2 = exp(a - b/2), D = exp(a sigma0/2) exp(b sigma3/2)",
+    "exp((a +- b)/2), as in section 3",
 )
 def _(rng):
     a, b = rng.reals(2)
@@ -113,17 +117,28 @@ def _(rng):
     return [exp(a / 2), 0, 0, exp(a / 2)], c.exponential(times(a, TAU[0]))
 
 
-@states("sec. 7, generators of GL(2,R)", "the tau~_nu generate GL(2,R), all its matrices", "its connected part GL+(2,R)", reading=True)
+@states(
+    "sec. 7, generators of GL(2,R)",
+    "the tau~_nu generate GL(2,R), all its matrices",
+    "its connected part GL+(2,R)",
+    reading=True,
+)
 def _(rng):
-    factors = [c.exponential(tuple(sum(t * m[k] for t, m in zip(rng.reals(4), TILDE)) for k in range(4))) for _ in range(3)]
+    factors = [
+        c.exponential(tuple(sum(t * m[k] for t, m in zip(rng.reals(4), TILDE)) for k in range(4))) for _ in range(3)
+    ]
     sign = mp.sign(mp.re(c.determinant(c.product(*factors))))
     target = [mpf(1), mpf(-1)]  # signs of det in GL(2,R)
     return target, [sign, sign], [sign, -1]
 
 
-@states("sec. 7, R+SU(2)", "exp of tau_nu gives lambda u with u in SU(2); 2:1 over R+SO(3), u and -u being one rotation")
+@states(
+    "sec. 7, R+SU(2)", "exp of tau_nu gives lambda u with u in SU(2); 2:1 over R+SO(3), u and -u being one rotation"
+)
 def _(rng):
-    m = c.product(c.exponential(times(rng.real(), TAU[0])), *(c.exponential(times(rng.real(), TAU[k])) for k in (1, 2, 3)))
+    m = c.product(
+        c.exponential(times(rng.real(), TAU[0])), *(c.exponential(times(rng.real(), TAU[k])) for k in (1, 2, 3))
+    )
     size = c.determinant(m)
 
     def turned(u):  # the rotation of the sigma's
@@ -164,7 +179,8 @@ def stretched(delta, b, Phi, Psi):
 
 @states(
     "EQ6.4a",
-    "ds^2 = cosh b ddelta^2 + delta sinh b ddelta db + (delta^2/4) cosh b (db^2 + dPhi^2 + (2/cosh b) dPhi dPsi + dPsi^2)",
+    "ds^2 = cosh b ddelta^2 + delta sinh b ddelta db + (delta^2/4) cosh b (db^2 + dPhi^2 + (2/cosh b) dPhi dPsi + "
+    "dPsi^2)",
     "twice this",
 )
 def _(rng):
@@ -186,7 +202,9 @@ def _(rng):
 
 
 def euler_group(first, second, generators=TAU, turn=1):
-    """Return (a, Theta, Phi, Psi) -> exp(a tau0) exp(Phi first) exp(Theta second) exp(Psi first); turn = 1j makes a imaginary."""
+    """Return (a, Theta, Phi, Psi) -> exp(a tau0) exp(Phi first) exp(Theta second) exp(Psi first); turn = 1j makes a
+    imaginary.
+    """
 
     def phi(a, Theta, Phi, Psi):
         parts = ((turn * a, 0), (Phi, first), (Theta, second), (Psi, first))
@@ -207,7 +225,8 @@ for label, first, second in (("EQ6.5", 2, 3), ("EQ6.6", 3, 1), ("EQ6.7", 3, 2)):
 
     @states(
         label,
-        f"exp(a tau0) exp(Phi tau{first}) exp(Theta tau{second}) exp(Psi tau{first}) lies in R+SU(2); Phi, Theta, Psi are Euler angles",
+        f"exp(a tau0) exp(Phi tau{first}) exp(Theta tau{second}) exp(Psi tau{first}) lies in R+SU(2); Phi, Theta, Psi "
+        "are Euler angles",
     )
     def _(rng, first=first, second=second):
         (q, v), chart = point(rng), euler_group(first, second)
@@ -230,9 +249,10 @@ def top_forms(q, v, extra):
     a, delta, lam = q[0], exp(q[0] / 2), exp(q[0])
     ddelta, dlam = delta / 2 * v[0], lam * v[0]
     return [
-        (1 + extra) * ddelta**2 + delta**2 / 4 * wheel(q, v), ((1 + extra) * dlam**2 + lam**2 * wheel(q, v)) / (4 * lam),
+        (1 + extra) * ddelta**2 + delta**2 / 4 * wheel(q, v),
+        ((1 + extra) * dlam**2 + lam**2 * wheel(q, v)) / (4 * lam),
         exp(a) / 4 * ((1 + extra) * v[0] ** 2 + wheel(q, v)),
-    ]  # fmt: skip
+    ]
 
 
 for k, label in enumerate(("EQ6.10", "EQ6.11", "EQ6.12")):
@@ -268,12 +288,17 @@ def _(rng):
     (q, v), (left, right) = point(rng), fixed(rng)
     scale = abs(c.determinant(left) * c.determinant(right))
     here = square(along(GROUP, q, v))
-    return here, square(along(lambda *q: c.product(left, GROUP(*q), right), q, v)), square(
-        along(lambda *q: times(1 / sqrt(scale), c.product(left, GROUP(*q), right)), q, v))  # fmt: skip
+    return (
+        here,
+        square(along(lambda *q: c.product(left, GROUP(*q), right), q, v)),
+        square(along(lambda *q: times(1 / sqrt(scale), c.product(left, GROUP(*q), right)), q, v)),
+    )
 
 
 @states(
-    "EQ6.16", "a -> ia in EQ6.8, EQ6.9 gives (1/4)((1+c) da^2 + dTheta^2 + ...) on U(2), c = 0", "(1/2) Tr(dphi^+ dphi), as for EQ6.10-6.12"
+    "EQ6.16",
+    "a -> ia in EQ6.8, EQ6.9 gives (1/4)((1+c) da^2 + dTheta^2 + ...) on U(2), c = 0",
+    "(1/2) Tr(dphi^+ dphi), as for EQ6.10-6.12",
 )
 def _(rng):
     q, v = point(rng)
@@ -290,7 +315,10 @@ def _(rng):
         return square(along(chart, q, v)) / 2 + extra * abs(det) ** 2 / 4
 
     moved = element(lambda *q: c.product(left, chart(*q), right))
-    return [(1, 0, 0, 1), moved], [c.product(c.dagger(chart(*q)), chart(*q)), ((1 + extra) * v[0] ** 2 + wheel(q, v)) / 4]
+    return [(1, 0, 0, 1), moved], [
+        c.product(c.dagger(chart(*q)), chart(*q)),
+        ((1 + extra) * v[0] ** 2 + wheel(q, v)) / 4,
+    ]
 
 
 @states(

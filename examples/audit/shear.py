@@ -131,7 +131,9 @@ def _(rng):
 
 
 def shear_wave(rng):
-    """Return f, m, l, q and exp(i m varphi + i l psi) f(vartheta) as a function of the matrix elements (degree 0 in them)."""
+    """Return f, m, l, q and exp(i m varphi + i l psi) f(vartheta) as a function of the matrix elements (degree 0 in
+    them).
+    """
     f, q = generic(rng), polar(rng)
     m, l = rng.choice([(1, 1), (2, 0), (-3, 1), (0, -2), (1, 3)])
 
@@ -142,19 +144,27 @@ def shear_wave(rng):
     return f, m, l, q, wave
 
 
-@states("EQ4.4, EQ4.6", "f'' + cot f' - ((m^2 + 2ml cos + l^2)/4 sin^2 + (mu/2 hbar^2)(V - e)) f = 0 is h_vartheta f = e f")
+@states(
+    "EQ4.4, EQ4.6", "f'' + cot f' - ((m^2 + 2ml cos + l^2)/4 sin^2 + (mu/2 hbar^2)(V - e)) f = 0 is h_vartheta f = e f"
+)
 def _(rng):
     f, m, l, q, wave = shear_wave(rng)
     x, t, V = c.r_vartheta_angles(*q), q[1], generic(rng)
-    e = (-(HBAR**2) / (2 * MU) * square(x) * laplacian(wave, x) / wave(*x) + V(t)) * f(t)  # h f; on an eigenfunction e f
+    e = (-(HBAR**2) / (2 * MU) * square(x) * laplacian(wave, x) / wave(*x) + V(t)) * f(
+        t
+    )  # h f; on an eigenfunction e f
     left = (
-        dd(f, 0, 0)(t) + cot(t) * d(f, 0)(t) - ((m * m + 2 * m * l * cos(t) + l * l) / (4 * sin(t) ** 2) + MU / (2 * HBAR**2) * V(t)) * f(t)
+        dd(f, 0, 0)(t)
+        + cot(t) * d(f, 0)(t)
+        - ((m * m + 2 * m * l * cos(t) + l * l) / (4 * sin(t) ** 2) + MU / (2 * HBAR**2) * V(t)) * f(t)
     )
     return e, -2 * HBAR**2 / MU * left
 
 
 def radial_truth(f, rho, e, V):
-    """Return (H f)(rho) for a function of rho times an eigenfunction of h_vartheta with eigenvalue e, by the Laplacian of R^4."""
+    """Return (H f)(rho) for a function of rho times an eigenfunction of h_vartheta with eigenvalue e, by the Laplacian
+    of R^4.
+    """
     radial = laplacian(lambda *x: f(sqrt(square(x))), [rho / 2] * 4)
     return -(HBAR**2) / (2 * MU) * radial + (V + e / rho**2) * f(rho)
 
@@ -186,7 +196,9 @@ def _(rng):
     return square(x) * laplacian(wave, x) / wave(*x) * f(t) / 4, halved(f, t, mpf(m) / 2, mpf(l) / 2)
 
 
-@states("EQ4.8, m and l", "m, l run over the non-negative integers and half-integers", "over both signs, m - l an integer")
+@states(
+    "EQ4.8, m and l", "m, l run over the non-negative integers and half-integers", "over both signs, m - l an integer"
+)
 def _(rng):
     f, q = generic(rng), polar(rng)
     m, l = rng.choice([(1, -1), (3, -1), (-2, 2), (-3, 1)])
@@ -248,22 +260,30 @@ def shear_levels(m, l, V, count):
     return levels(potential, lambda t: mu / (2 * hbar**2) * np.cosh(t) ** -2.0, -15.0, 15.0, count, 0.12)
 
 
-@states("sec. 5, e_Theta", "e_{Theta j} = (2 hbar^2/mu) j(j+1), j = 0, 1/2, 1, ...: eigenvalues of EQ4.10", threshold=DOUBLE)
+@states(
+    "sec. 5, e_Theta", "e_{Theta j} = (2 hbar^2/mu) j(j+1), j = 0, 1/2, 1, ...: eigenvalues of EQ4.10", threshold=DOUBLE
+)
 def _(rng):
     m, l = ((3, 1), (2, 0), (1, -5))[rng.index]
     least = mpf(max(abs(m), abs(l))) / 2
     return shear_levels(m, l, lambda x: 0 * x, 3), [2 * HBAR**2 / MU * (least + k) * (least + k + 1) for k in range(3)]
 
 
-@states("sec. 5, D^j", "D^j_ml = exp(i m Phi) d^j_ml(Theta) exp(i l Psi) are matrix elements of a unitary representation of SU(2)")
+@states(
+    "sec. 5, D^j",
+    "D^j_ml = exp(i m Phi) d^j_ml(Theta) exp(i l Psi) are matrix elements of a unitary representation of SU(2)",
+)
 def _(rng):
     def D(j, Phi, Theta, Psi):
         size = range(int(2 * j + 1))
-        return mp.matrix([[expj((a - j) * Phi) * little_d(j, a - j, b - j, Theta) * expj((b - j) * Psi) for b in size] for a in size])
+        return mp.matrix(
+            [[expj((a - j) * Phi) * little_d(j, a - j, b - j, Theta) * expj((b - j) * Psi) for b in size] for a in size]
+        )
 
     one, two = rng.reals(3), rng.reals(3)
     product_half = D(mpf(1) / 2, *one) * D(mpf(1) / 2, *two)
-    # Euler angles of the product from its j = 1/2 matrix [[e^{-i(P+Q)/2} cos, ...]], d^{1/2} = [[cos, +-sin], [-+sin, cos]](T/2)
+    # Euler angles of the product from its j = 1/2 matrix [[e^{-i(P+Q)/2} cos, ...]], d^{1/2} = [[cos, +-sin], [-+sin,
+    # cos]](T/2)
     T = 2 * mp.atan2(abs(product_half[0, 1]), abs(product_half[0, 0]))
     rising = D(mpf(1) / 2, 0, T, 0)
     plus, minus = mp.arg(product_half[1, 1] / rising[1, 1]), mp.arg(product_half[1, 0] / rising[1, 0])
@@ -271,7 +291,10 @@ def _(rng):
     return D(mpf(3) / 2, *one) * D(mpf(3) / 2, *two), D(mpf(3) / 2, *three)
 
 
-@states("sec. 5, eigenvalues m, l", "(hbar/i) d/dPhi D = hbar m D, (hbar/i) d/dPsi D = hbar l D; m, l from -j to j by steps of one")
+@states(
+    "sec. 5, eigenvalues m, l",
+    "(hbar/i) d/dPhi D = hbar m D, (hbar/i) d/dPsi D = hbar l D; m, l from -j to j by steps of one",
+)
 def _(rng):
     j, m, l = HALVES[rng.index]
     q = rng.reals(3)
@@ -288,7 +311,9 @@ def _(rng):
 
 
 def harmonic_polynomials(degree):
-    """Return the number of harmonic polynomials of a degree in 4 variables: the kernel of the Laplacian on monomials."""
+    """Return the number of harmonic polynomials of a degree in 4 variables: the kernel of the Laplacian on
+    monomials.
+    """
 
     def monomials(n):
         return [tuple(Counter(k)[i] for i in range(4)) for k in combinations_with_replacement(range(4), n)]
@@ -298,7 +323,9 @@ def harmonic_polynomials(degree):
     for column, powers in enumerate(here):
         for i in range(4):
             if powers[i] > 1:
-                matrix[below.index(tuple(p - 2 * (k == i) for k, p in enumerate(powers))), column] += powers[i] * (powers[i] - 1)
+                matrix[below.index(tuple(p - 2 * (k == i) for k, p in enumerate(powers))), column] += powers[i] * (
+                    powers[i] - 1
+                )
     return len(here) - np.linalg.matrix_rank(matrix)
 
 
@@ -321,20 +348,25 @@ def symmetric_top(j, I, K):
     return sorted(mp.eighe(HBAR**2 * ((a * a + b * b) / (2 * I) + e * e / (2 * K)))[0])
 
 
-@states("sec. 5, symmetric top", "E_{j,l} = (hbar^2/2I) j(j+1) + hbar^2 (1/2I - 1/2K) l^2", "+ hbar^2 (1/2K - 1/2I) l^2")
+@states(
+    "sec. 5, symmetric top", "E_{j,l} = (hbar^2/2I) j(j+1) + hbar^2 (1/2I - 1/2K) l^2", "+ hbar^2 (1/2K - 1/2I) l^2"
+)
 def _(rng):
     I, K, j = *rng.reals(2, 0.5, 2), HALVES[rng.index][0]
 
     def form(sign):
         return sorted(
-            HBAR**2 / (2 * I) * j * (j + 1) + sign * HBAR**2 * (1 / (2 * I) - 1 / (2 * K)) * (-j + k) ** 2 for k in range(int(2 * j + 1))
+            HBAR**2 / (2 * I) * j * (j + 1) + sign * HBAR**2 * (1 / (2 * I) - 1 / (2 * K)) * (-j + k) ** 2
+            for k in range(int(2 * j + 1))
         )
 
     return symmetric_top(j, I, K), form(1), form(-1)
 
 
 @states(
-    "sec. 5, symmetric top, degeneracy", "the levels E_{j,l} are 2(2j+1)-fold degenerate", "2(2j+1)-fold for l != 0, (2j+1)-fold for l = 0"
+    "sec. 5, symmetric top, degeneracy",
+    "the levels E_{j,l} are 2(2j+1)-fold degenerate",
+    "2(2j+1)-fold for l != 0, (2j+1)-fold for l = 0",
 )
 def _(rng):
     j = mpf(rng.index + 1)

@@ -34,7 +34,9 @@ def in_planes(strength, start, constants):
 
 
 def in_shear(strength, start, constants):
-    """Return J_r, J_vartheta, J_varphi, J_psi of (E, h_vartheta, p_varphi, p_psi), with V_vartheta = strength 2C/cos^2(vartheta/2)."""
+    """Return J_r, J_vartheta, J_varphi, J_psi of (E, h_vartheta, p_varphi, p_psi), with V_vartheta = strength
+    2C/cos^2(vartheta/2).
+    """
     E, h, s, v = constants
     r, vartheta = start
     J_r = loop(lambda r: (2 * MU * (E - C / 2 * r) - 2 * MU * h / r) / (4 * r), r)
@@ -71,9 +73,20 @@ def torus(strength, chart, index, signs=None):
 
     J = actions(*constants)
     return SimpleNamespace(
-        J=J, E=E, E_alpha=E_alpha, E_beta=E_beta, s=s, v=v, p_eta=p_eta, p_gamma=p_gamma, energy=energy, actions=actions,
-        constants=constants, start=start, strength=strength,
-    )  # fmt: skip
+        J=J,
+        E=E,
+        E_alpha=E_alpha,
+        E_beta=E_beta,
+        s=s,
+        v=v,
+        p_eta=p_eta,
+        p_gamma=p_gamma,
+        energy=energy,
+        actions=actions,
+        constants=constants,
+        start=start,
+        strength=strength,
+    )
 
 
 @cache

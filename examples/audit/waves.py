@@ -82,10 +82,16 @@ def _(rng):
     return truth, [[HBAR * omega() / 2 * (4 * n + 2 + abs(m + s * l)) for n in range(4)] for s in (-1, 1)]
 
 
-@states("EQ5.1, m and l", "m, l = 0, +-1, ...: the level N = 2n + max(|m|, |l|) of four oscillators is (N+3 choose 3)-fold", "m + l even")
+@states(
+    "EQ5.1, m and l",
+    "m, l = 0, +-1, ...: the level N = 2n + max(|m|, |l|) of four oscillators is (N+3 choose 3)-fold",
+    "m + l even",
+)
 def _(rng):
     N = rng.index + 2
-    quanta = [(n, m, l) for m in range(-N, N + 1) for l in range(-N, N + 1) for n in [N - max(abs(m), abs(l))] if n % 2 == 0]
+    quanta = [
+        (n, m, l) for m in range(-N, N + 1) for l in range(-N, N + 1) for n in [N - max(abs(m), abs(l))] if n % 2 == 0
+    ]
     # n = n_alpha + n_beta = (N - max)/2 is reached in n + 1 ways
     count = [sum(n // 2 + 1 for n, m, l in quanta if not even or (m + l) % 2 == 0) for even in (False, True)]
     return comb(N + 3, 3), *count
@@ -120,7 +126,11 @@ for roman, region, rows, pick in (
         number, q = rows[rng.index][pick], rng.real(0.5, 1)
         a, b = mpf(abs(m - l)) / 2, mpf(abs(m + l)) / 2
         E = plane_energy(lambda q: regular(a, n, q), q, a) + plane_energy(lambda q: regular(b, 0, q), q, b)
-        return [E, E], [HBAR * omega() * (2 * n + 2 + s * number) for s in (1, -1)], [HBAR * omega() * (2 * n + 2 + abs(number))] * 2
+        return (
+            [E, E],
+            [HBAR * omega() * (2 * n + 2 + s * number) for s in (1, -1)],
+            [HBAR * omega() * (2 * n + 2 + abs(number))] * 2,
+        )
 
 
 defines("sec. 6, F_1 and F_2", "the hypergeometric functions 2F1 and 1F1")
@@ -158,8 +168,12 @@ def plane_function(name, model, exponent, wall):
         E = HBAR * omega() * (2 * n + 1 + s)
         return E, plane_energy(printed_plane(s, n), rng.real(0.4, 1.2), p, wall)
 
-    @states(f"sec. 6, f_{name} norm ({model})", "kappa^(1/4 + s/2) as normalisation in the measure q dq",
-            "kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1)", threshold=1e-15)  # fmt: skip
+    @states(
+        f"sec. 6, f_{name} norm ({model})",
+        "kappa^(1/4 + s/2) as normalisation in the measure q dq",
+        "kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1)",
+        threshold=1e-15,
+    )
     def _(rng):
         _, s, n = case(rng)
         f, k = printed_plane(s, n), kappa()
@@ -187,7 +201,9 @@ plane_function("beta", "harmonic", sum_exponent, 0)
 
 
 @states(
-    "sec. 6, the constant 4", "the rigorous level exceeds the quasiclassical one EQ3.2 by the constant 4 (2 hbar omega)", threshold=DOUBLE
+    "sec. 6, the constant 4",
+    "the rigorous level exceeds the quasiclassical one EQ3.2 by the constant 4 (2 hbar omega)",
+    threshold=DOUBLE,
 )
 def _(rng):
     n, m, l = ((1, 3, 1), (0, 1, -3), (1, 4, 2))[rng.index]
@@ -217,7 +233,11 @@ plane_function("beta", "EQa", sum_exponent, 0)
 defines("sec. 6, chi", "chi = sqrt((m - l)^2 + 16 C mu/hbar^2)/2")
 
 
-@states("sec. 6, EQ3.6 again", "the quasiclassical formula is almost identical with the rigorous one: the same, less 4", threshold=DOUBLE)
+@states(
+    "sec. 6, EQ3.6 again",
+    "the quasiclassical formula is almost identical with the rigorous one: the same, less 4",
+    threshold=DOUBLE,
+)
 def _(rng):
     m, l = CLASSES[rng.index]
     return tower(m, l, 1, 1)[0] - quantised(1, 0, m, l), 4 * HBAR * omega() / 2
@@ -261,13 +281,18 @@ def shear_constant(n, m, l):
     return HBAR**2 / (8 * MU) * ((4 * n + 2 + abs(m + l) + sqrt((m - l) ** 2 + quotient())) ** 2 - 4 - quotient())
 
 
-@states("EQ3.2.2", "E = (hbar omega/2)(4n + 4 + |m + l| + sqrt((m - l)^2 + 16 C mu/hbar^2)), n = n_r + n_vartheta", threshold=DOUBLE)
+@states(
+    "EQ3.2.2",
+    "E = (hbar omega/2)(4n + 4 + |m + l| + sqrt((m - l)^2 + 16 C mu/hbar^2)), n = n_r + n_vartheta",
+    threshold=DOUBLE,
+)
 def _(rng):
     m, l = CLASSES[rng.index]
     k = float(C)
     two_steps = [radial_levels(e, lambda r: k / 2 * (r + 4 / r), 3) for e in shear_levels(m, l, well, 2)]
     return two_steps, [
-        [HBAR * omega() / 2 * (4 * (n + j) + 4 + abs(m + l) + sqrt((m - l) ** 2 + quotient())) for n in range(3)] for j in range(2)
+        [HBAR * omega() / 2 * (4 * (n + j) + 4 + abs(m + l) + sqrt((m - l) ** 2 + quotient())) for n in range(3)]
+        for j in range(2)
     ]
 
 
@@ -302,7 +327,9 @@ def shear_function(n, m, l):
 def radial_function(n, eps):
     """Return f_r as printed."""
     k = kappa()
-    return lambda r: r ** (eps - mpf(1) / 2) * k ** (eps + mpf(1) / 2) * exp(-k * r / 2) * hyp1f1(-n, 1 + 2 * eps, k * r)
+    return lambda r: (
+        r ** (eps - mpf(1) / 2) * k ** (eps + mpf(1) / 2) * exp(-k * r / 2) * hyp1f1(-n, 1 + 2 * eps, k * r)
+    )
 
 
 def epsilon(n, m, l, term):
@@ -330,12 +357,17 @@ def _(rng):
     return truth, printed, corrected
 
 
-@states("sec. 6, f_r", "f_r = r^(-1/2 + eps) exp(-kappa r/2) F_2(-n_r; 1 + 2 eps; kappa r) solves EQ4.7 (with the corrected epsilon)")
+@states(
+    "sec. 6, f_r",
+    "f_r = r^(-1/2 + eps) exp(-kappa r/2) F_2(-n_r; 1 + 2 eps; kappa r) solves EQ4.7 (with the corrected epsilon)",
+)
 def _(rng):
     return radial_sides(rng, 4)
 
 
-@states("sec. 6, f_vartheta", "f_vartheta solves EQ4.6 with V_vartheta = 2C tan^2(vartheta/2) and the printed e_vartheta")
+@states(
+    "sec. 6, f_vartheta", "f_vartheta solves EQ4.6 with V_vartheta = 2C tan^2(vartheta/2) and the printed e_vartheta"
+)
 def _(rng):
     (m, l), n, t = CLASSES[rng.index], rng.index, rng.real(0.4, 1.3)
     f = shear_function(n, m, l)
@@ -357,8 +389,12 @@ def _(rng):
     return 1, square, square * gamma(n + 2 * eps + 1) / factorial(n) / gamma(2 * eps + 1) ** 2
 
 
-@states("sec. 6, f_vartheta norm", "1 as normalisation in the measure sin(vartheta) dvartheta",
-        "((1+chi)_n/n!) sqrt((2n+g+chi+1) n! Gamma(n+g+chi+1)/(2 Gamma(n+g+1) Gamma(n+chi+1)))", threshold=1e-15)  # fmt: skip
+@states(
+    "sec. 6, f_vartheta norm",
+    "1 as normalisation in the measure sin(vartheta) dvartheta",
+    "((1+chi)_n/n!) sqrt((2n+g+chi+1) n! Gamma(n+g+chi+1)/(2 Gamma(n+g+1) Gamma(n+chi+1)))",
+    threshold=1e-15,
+)
 def _(rng):
     (m, l), n = CLASSES[rng.index], rng.index
     g, x, f = sum_exponent(m, l), chi(m, l), shear_function(n, m, l)

@@ -13,8 +13,14 @@ SMALL = 6
 
 
 def screen(result: Any) -> str:
-    """Return the class of a result, its `summary()` where it has one, and a line for each field: the `__repr__` of results."""
-    names = [f.name for f in dataclasses.fields(result) if f.repr] if hasattr(result, "__dataclass_fields__") else result._fields
+    """Return the class of a result, its `summary()` where it has one, and a line for each field: the `__repr__` of
+    results.
+    """
+    names = (
+        [f.name for f in dataclasses.fields(result) if f.repr]
+        if hasattr(result, "__dataclass_fields__")
+        else result._fields
+    )
     said = result.summary() if hasattr(result, "summary") else ""
     width = max(map(len, names), default=0)
     lines = [f"  {name:<{width}}  {_cut(brief(getattr(result, name)), WIDTH - width - 4)}" for name in names]

@@ -69,7 +69,9 @@ def number_of_steps(time: Any, step: Any) -> np.ndarray:
     """Return how many steps `time` takes, as floats; ValueError for more than 2**53."""
     wanted = np.ceil(time / np.asarray(step) * (1 - 1e-12))
     if not np.all(wanted < MOST):
-        raise ValueError(f"time (or max_time) needs {np.max(wanted):.3g} steps of {np.min(step):.3g}: no run comes to its end")
+        raise ValueError(
+            f"time (or max_time) needs {np.max(wanted):.3g} steps of {np.min(step):.3g}: no run comes to its end"
+        )
     return wanted
 
 
@@ -86,7 +88,9 @@ def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
 
 
 def an_array(name: str, value: Any) -> np.ndarray:
-    """Return `value` as an array of whatever entries; ValueError for masked ones, rows of different lengths, too many dimensions."""
+    """Return `value` as an array of whatever entries; ValueError for masked ones, rows of different lengths, too many
+    dimensions.
+    """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ValueError(f"{name} must have no masked entries, whose values mean nothing; got {shown(value)}")
     try:
@@ -107,8 +111,12 @@ def numbers(name: str, value: Any) -> np.ndarray:
 
 
 def entries(name: str, value: Any, takes: str, *counts: int) -> list[Any]:
-    """Return the entries of a tuple, list or array; TypeError with what it `takes` for anything else, or for another count."""
-    listed = isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0 and not np.ma.is_masked(value))
+    """Return the entries of a tuple, list or array; TypeError with what it `takes` for anything else, or for another
+    count.
+    """
+    listed = isinstance(value, (tuple, list)) or (
+        isinstance(value, np.ndarray) and value.ndim > 0 and not np.ma.is_masked(value)
+    )
     if not listed or (counts and len(value) not in counts):
         raise TypeError(f"{name} must be {takes}, got {shown(value)} ({type(value).__name__})")
     return list(value)
@@ -158,30 +166,45 @@ def function(name: str, value: Any) -> Any:
 def reporter(value: Any) -> Any:
     """Return `value` if it is None or can be called with the fraction that is done."""
     if value is not None and not callable(value):
-        raise TypeError(f"report must be a function of the fraction that is done, or None, got {shown(value)} ({type(value).__name__})")
+        raise TypeError(
+            f"report must be a function of the fraction that is done, or None, got {shown(value)} "
+            f"({type(value).__name__})"
+        )
     return value
 
 
 def fits(name: str, *shape: int, itemsize: int = 8) -> None:
-    """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make smaller."""
+    """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make
+    smaller.
+    """
     size, free = itemsize * math.prod(map(int, shape)), free_memory()
     if size > free:
-        raise ValueError(f"{name} asks for {_bytes(size)} of memory (an array of {' x '.join(map(shown, shape))}), {_bytes(free)} are free")
+        raise ValueError(
+            f"{name} asks for {_bytes(size)} of memory (an array of {' x '.join(map(shown, shape))}), {_bytes(free)} "
+            "are free"
+        )
 
 
 def free_memory() -> int:
-    """Return the bytes that this process may still take, as far as the system tells: of the machine and of its control group."""
+    """Return the bytes that this process may still take, as far as the system tells: of the machine and of its control
+    group.
+    """
     known = []
     with contextlib.suppress(OSError, ValueError, IndexError):
         rows = Path("/proc/meminfo").read_text().splitlines()
         known += [1024 * int(row.split()[1]) for row in rows if row.startswith("MemAvailable:")]
-    for limit, used in (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes")):
+    for limit, used in (
+        ("memory.max", "memory.current"),
+        ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+    ):
         with contextlib.suppress(OSError, ValueError):
             group = Path("/sys/fs/cgroup")
             taken = int((group / used).read_text())
             with contextlib.suppress(OSError, ValueError, StopIteration):  # files in memory give way
                 rows = (group / used).with_name("memory.stat").read_text().splitlines()
-                taken -= next(int(row.split()[1]) for row in rows if row.startswith(("inactive_file", "total_inactive_file")))
+                taken -= next(
+                    int(row.split()[1]) for row in rows if row.startswith(("inactive_file", "total_inactive_file"))
+                )
             known.append(max(0, int((group / limit).read_text()) - taken))
     if not known:
         with contextlib.suppress(OSError, ValueError, AttributeError):

@@ -18,7 +18,9 @@ OWN = "fastaff"
 
 
 class Call(NamedTuple):
-    """A call of a public function: its name, its arguments as `encoded` data, and the names of those that are no data (functions)."""
+    """A call of a public function: its name, its arguments as `encoded` data, and the names of those that are no data
+    (functions).
+    """
 
     function: str
     arguments: dict[str, Any]
@@ -32,8 +34,8 @@ class NoData(TypeError):
 def recorded(function: Callable) -> Callable:
     """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
 
-    `report` is no part of it: it is checked here. A partial result of an interrupted call keeps it too. Where the arguments are wrong
-    the function itself says so.
+    `report` is no part of it: it is checked here. A partial result of an interrupted call keeps it too. Where the
+    arguments are wrong the function itself says so.
     """
     signature = inspect.signature(function)
 
@@ -78,7 +80,8 @@ def _call(name: str, given: dict[str, Any]) -> Call:
 def encoded(value: Any) -> Any:
     """Return a value as data that JSON holds exactly, but for arrays, which are copied; NoData for what is none.
 
-    Values and schemes become their class with its fields, a class of the user's with its module, a model of a formula with its text.
+    Values and schemes become their class with its fields, a class of the user's with its module, a model of a formula
+    with its text.
     """
     if value is None or isinstance(value, (bool, str)):
         return value

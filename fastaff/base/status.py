@@ -45,16 +45,20 @@ class Status(IntEnum):
 _SENTENCES = {
     Status.OK: "finished",
     Status.NONFINITE: "a coordinate became infinite or NaN",
-    Status.COLLAPSED: "left the domain of the potential (det phi > 0 for most bodies): where a wall bounds it the step is too long",
+    Status.COLLAPSED: "left the domain of the potential (det phi > 0 for most bodies): where a wall bounds it the step "
+    "is too long",
     Status.ESCAPED: "went beyond the escape radius, a million times the orbit's own size",
     Status.ENERGY_DRIFT: "energy error above the tolerance: shorten the step or use an adaptive scheme",
     Status.TOO_FEW_CROSSINGS: "reached max_time before the asked number of crossings",
     Status.NOT_CONVERGED: "an iteration did not reach its tolerance",
     Status.INTERRUPTED: "stopped by the user before its end",
     Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time",
-    Status.UNBOUND: "no torus: a coordinate has no turning point on one side (it escapes, or falls to alpha = beta = 0)",
-    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, NaN in theta says which",
-    Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that is NaN has "
+    Status.UNBOUND: "no torus: a coordinate has no turning point on one side (it escapes, or falls to alpha = beta = "
+    "0)",
+    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, NaN in theta says "
+    "which",
+    Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that "
+    "is NaN has "
     "two limits, one from each side",
 }
 

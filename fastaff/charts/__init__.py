@@ -21,22 +21,24 @@ difference, a function of one coordinate, a conformal map of the plane of invari
 | PARABOLIC | xi, delta, eta, gamma | alpha + i beta = (xi + i delta)^2/2 |
 | bipolar(c) | e, f, eta, gamma | alpha, beta = c (sinh e, sin f)/(cosh e - cos f) |
 | CARTESIAN | x, y, z, u | the matrix elements |
-| SPHERICAL | r, lambda, mu, nu | x, y = r sin(lambda) cos(mu) (cos, sin)(nu), z = r sin(lambda) sin(mu), u = r cos(lambda) |
+| SPHERICAL | r, lambda, mu, nu | x, y = r sin(lambda) cos(mu) (cos, sin)(nu), z = r sin(lambda) sin(mu), u = r
+cos(lambda) |
 | SPHERICAL_CARTESIAN | R, theta, chi, u | x, y = R sin(theta) (cos, sin)(chi), z = R cos(theta): R^3 x R |
-| POLAR_POLAR, POLAR_CARTESIAN | r1, chi1, r2, chi2 (z, u) | (x, y) = r1 (cos, sin)(chi1), (z, u) = r2 (cos, sin)(chi2): R^2 x R^2 |
+| POLAR_POLAR, POLAR_CARTESIAN | r1, chi1, r2, chi2 (z, u) | (x, y) = r1 (cos, sin)(chi1), (z, u) = r2 (cos, sin)(chi2):
+R^2 x R^2 |
 
-CHARTS has them all by name (bipolar with c = 1). The Euler angles have Psi = -2 psi, the usual sign of the cross term of
-EQ6.4; with +2 psi, the other convention of section 3, it would be -2 cos(Theta) dPhi dPsi.
+CHARTS has them all by name (bipolar with c = 1). The Euler angles have Psi = -2 psi, the usual sign of the cross term
+of EQ6.4; with +2 psi, the other convention of section 3, it would be -2 cos(Theta) dPhi dPsi.
 
 Conventions. One matrix has many coordinates: (D1, D2, phi, psi), (D2, D1, phi + pi/2, psi + pi/2), (D1, D2, phi + pi,
-psi + pi) and (-D1, -D2, phi + pi, psi) are the same phi. So the exchange D1 <-> D2 is beta -> -beta, gamma -> gamma + pi;
-the third is one turn of gamma; the fourth is alpha, beta -> -alpha, -beta, eta + pi, gamma + pi. `to_planes` and
-every other method that starts from coordinates takes any sheet: negative radii, any turn of an angle.
-`from_planes` answers in the canonical sheet: alpha, beta >= 0; eta, gamma in [0, 2 pi); hence D1 >= |D2| with the sign
-of det phi = D1 D2 (det phi < 0 is vartheta > pi/2 and beta > alpha), vartheta in [0, pi], b >= 0, kappa >= 0, lambda in
-[0, pi/2], xi >= delta >= 0, e >= 0, f in [0, pi] and, of the two pairs (phi, psi) ~ (phi + pi, psi + pi) of one matrix,
-the one with phi in [0, 2 pi), psi in (-pi, pi); Phi in [0, 4 pi), Psi in (-2 pi, 2 pi). In SPHERICAL lambda is in
-[0, pi], mu in [-pi/2, pi/2]. Rotations and reflections: `rotate`, `reflect_space`, `reflect_body`.
+psi + pi) and (-D1, -D2, phi + pi, psi) are the same phi. So the exchange D1 <-> D2 is beta -> -beta, gamma -> gamma +
+pi; the third is one turn of gamma; the fourth is alpha, beta -> -alpha, -beta, eta + pi, gamma + pi. `to_planes` and
+every other method that starts from coordinates takes any sheet: negative radii, any turn of an angle. `from_planes`
+answers in the canonical sheet: alpha, beta >= 0; eta, gamma in [0, 2 pi); hence D1 >= |D2| with the sign of det phi =
+D1 D2 (det phi < 0 is vartheta > pi/2 and beta > alpha), vartheta in [0, pi], b >= 0, kappa >= 0, lambda in [0, pi/2],
+xi >= delta >= 0, e >= 0, f in [0, pi] and, of the two pairs (phi, psi) ~ (phi + pi, psi + pi) of one matrix, the one
+with phi in [0, 2 pi), psi in (-pi, pi); Phi in [0, 4 pi), Psi in (-2 pi, 2 pi). In SPHERICAL lambda is in [0, pi], mu
+in [-pi/2, pi/2]. Rotations and reflections: `rotate`, `reflect_space`, `reflect_body`.
 
 Polar coordinates end where the radius is 0. There the angle is that of the momentum, so that p_radius = |momentum| and
 p_angle = 0 exactly, the limit along the straight motion through that point, and the phase point comes back; where the
@@ -53,9 +55,9 @@ outside of the chart. Each refusal is a ValueError that names the set and the or
 singular sets wherever they are finite; `inverse_metric` needs density > 0.
 
 Rounding: a round trip returns z to a few units of rounding of each plane in ALPHA_BETA. The charts that mix alpha and
-beta keep one only beside the larger one, so near a singular set they return momenta to eps |p| sqrt(r)/min(alpha, beta),
-and a radius below eps sqrt(r) reads as 0 (`to_planes` then refuses an angular momentum that is not 0). At distance d
-from a focus of ELLIPTIC the loss is sqrt(focus/d) more.
+beta keep one only beside the larger one, so near a singular set they return momenta to eps |p| sqrt(r)/min(alpha,
+beta), and a radius below eps sqrt(r) reads as 0 (`to_planes` then refuses an angular momentum that is not 0). At
+distance d from a focus of ELLIPTIC the loss is sqrt(focus/d) more.
 
 Source: Martens, Slawianowski, "Affinely-Rigid Body and Oscillatory Dynamical Models on GL(2,R)", labels as cited.
 """

@@ -86,13 +86,24 @@ def elliptic(focus: float) -> Chart:
     Formula: alpha + i beta = focus cosh(kappa + i lambda).  Source: section 3, elliptic variables.
     """
     f = positive("focus", focus)
-    singular = "at the focus D1 = D2 (kappa = lambda = 0) or where alpha = 0 (lambda = pi/2) or beta = 0 (kappa = 0 or lambda = 0)"
+    singular = (
+        "at the focus D1 = D2 (kappa = lambda = 0) or where alpha = 0 (lambda = pi/2) or beta = 0 (kappa = 0 or "
+        "lambda = 0)"
+    )
     step = Conformal(0, 2, partial(_elliptic, f), partial(_elliptic_slope, f), partial(_elliptic_inverse, f))
-    return Chart("elliptic", ("kappa", "lambda", "eta", "gamma"), (*PLANES, step), (0, 2, 1, 3), partial(metrics.elliptic, f), singular)
+    return Chart(
+        "elliptic",
+        ("kappa", "lambda", "eta", "gamma"),
+        (*PLANES, step),
+        (0, 2, 1, 3),
+        partial(metrics.elliptic, f),
+        singular,
+    )
 
 
 def bipolar(c: float) -> Chart:
-    """Build the bipolar chart e, f of the plane of invariants (the paper's "two-polar" e, f) with poles alpha = +-c, beta = 0.
+    """Build the bipolar chart e, f of the plane of invariants (the paper's "two-polar" e, f) with poles alpha = +-c,
+    beta = 0.
 
     c: the scale, > 0, in the units of alpha.  Returns a Chart. Raises TypeError or ValueError for a c that is not a
     positive number. `from_planes` answers e >= 0, f in [0, pi], and refuses the pole (e infinite, D1 = D2 = c/sqrt2);
@@ -100,9 +111,14 @@ def bipolar(c: float) -> Chart:
     Formula: alpha, beta = c (sinh e, sin f)/(cosh e - cos f).  Source: section 3, the variables (e, f).
     """
     c = positive("c", c)
-    singular = "at its poles alpha = c, beta = 0 (e infinite), at infinity (e = f = 0) or where alpha = 0 (e = 0) or beta = 0 (sin f = 0)"
+    singular = (
+        "at its poles alpha = c, beta = 0 (e infinite), at infinity (e = f = 0) or where alpha = 0 (e = 0) or "
+        "beta = 0 (sin f = 0)"
+    )
     step = Conformal(0, 2, partial(_bipolar, c), partial(_bipolar_slope, c), partial(_bipolar_inverse, c), sign=-1)
-    return Chart("bipolar", ("e", "f", "eta", "gamma"), (*PLANES, step), (0, 2, 1, 3), partial(metrics.bipolar, c), singular)
+    return Chart(
+        "bipolar", ("e", "f", "eta", "gamma"), (*PLANES, step), (0, 2, 1, 3), partial(metrics.bipolar, c), singular
+    )
 
 
 def _elliptic(focus: float, k: Array, lam: Array) -> tuple[Array, Array]:
@@ -154,76 +170,157 @@ _CENTRE = "r = 0 or where alpha = 0 (vartheta = pi) or beta = 0 (vartheta = 0)"
 _DET = "as it covers det phi = D1 D2 > 0 only and is singular at D1 = D2 (b = 0)"
 
 ALPHA_BETA = Chart(
-    "alpha-beta", ("alpha", "beta", "eta", "gamma"), PLANES, (0, 2, 1, 3), metrics.alpha_beta, "where alpha = 0 or beta = 0"
+    "alpha-beta",
+    ("alpha", "beta", "eta", "gamma"),
+    PLANES,
+    (0, 2, 1, 3),
+    metrics.alpha_beta,
+    "where alpha = 0 or beta = 0",
 )
 ALPHA_BETA_PHI_PSI = Chart(
-    "alpha-beta-phi-psi", ("alpha", "beta", "phi", "psi"), _TURNED, (0, 2, 3, 1), metrics.alpha_beta_phi_psi, "where alpha = 0 or beta = 0"
+    "alpha-beta-phi-psi",
+    ("alpha", "beta", "phi", "psi"),
+    _TURNED,
+    (0, 2, 3, 1),
+    metrics.alpha_beta_phi_psi,
+    "where alpha = 0 or beta = 0",
 )
 TWO_POLAR = Chart(
-    "two-polar", ("D1", "D2", "phi", "psi"), (*_D1_D2, HALF_TURNS), (0, 2, 3, 1), metrics.two_polar, "where D1 = D2 or D1 = -D2"
+    "two-polar",
+    ("D1", "D2", "phi", "psi"),
+    (*_D1_D2, HALF_TURNS),
+    (0, 2, 3, 1),
+    metrics.two_polar,
+    "where D1 = D2 or D1 = -D2",
 )
 RHO_EPSILON = Chart(
-    "rho-epsilon", ("rho", "epsilon", "eta", "gamma"), (*PLANES, _polar_invariants("rho", "epsilon", 1)), (0, 2, 1, 3),
-    metrics.rho_epsilon, "at rho = 0 or where alpha = 0 (epsilon = pi/2) or beta = 0 (epsilon = 0)",
-)  # fmt: skip
+    "rho-epsilon",
+    ("rho", "epsilon", "eta", "gamma"),
+    (*PLANES, _polar_invariants("rho", "epsilon", 1)),
+    (0, 2, 1, 3),
+    metrics.rho_epsilon,
+    "at rho = 0 or where alpha = 0 (epsilon = pi/2) or beta = 0 (epsilon = 0)",
+)
 RHO_VARTHETA = Chart(
-    "rho-vartheta", ("rho", "vartheta", "eta", "gamma"), (*PLANES, _polar_invariants("rho", "vartheta", 2)), (0, 2, 1, 3),
-    metrics.rho_vartheta, f"at rho^2 = {_CENTRE}",
-)  # fmt: skip
+    "rho-vartheta",
+    ("rho", "vartheta", "eta", "gamma"),
+    (*PLANES, _polar_invariants("rho", "vartheta", 2)),
+    (0, 2, 1, 3),
+    metrics.rho_vartheta,
+    f"at rho^2 = {_CENTRE}",
+)
 R_VARTHETA_ETA_GAMMA = Chart(
-    "r-vartheta-eta-gamma", ("r", "vartheta", "eta", "gamma"), (*PLANES, _polar_invariants("r", "vartheta", 2), SQUARE), (0, 2, 1, 3),
-    metrics.r_vartheta_eta_gamma, f"at {_CENTRE}",
-)  # fmt: skip
+    "r-vartheta-eta-gamma",
+    ("r", "vartheta", "eta", "gamma"),
+    (*PLANES, _polar_invariants("r", "vartheta", 2), SQUARE),
+    (0, 2, 1, 3),
+    metrics.r_vartheta_eta_gamma,
+    f"at {_CENTRE}",
+)
 R_VARTHETA = Chart(
-    "r-vartheta", ("r", "vartheta", "phi", "psi"), (*_TURNED, _polar_invariants("r", "vartheta", 2), SQUARE), (0, 2, 3, 1),
-    metrics.r_vartheta, f"at {_CENTRE}",
-)  # fmt: skip
+    "r-vartheta",
+    ("r", "vartheta", "phi", "psi"),
+    (*_TURNED, _polar_invariants("r", "vartheta", 2), SQUARE),
+    (0, 2, 3, 1),
+    metrics.r_vartheta,
+    f"at {_CENTRE}",
+)
 EULER = Chart(
-    "Euler", ("rho", "Phi", "Theta", "Psi"), (*PLANES, _polar_invariants("rho", "Theta", 2), DOUBLED_ANGLES), (0, 1, 2, 3),
-    metrics.euler, "at rho = 0 or where sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
-)  # fmt: skip
+    "Euler",
+    ("rho", "Phi", "Theta", "Psi"),
+    (*PLANES, _polar_invariants("rho", "Theta", 2), DOUBLED_ANGLES),
+    (0, 1, 2, 3),
+    metrics.euler,
+    "at rho = 0 or where sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
+)
 R_EULER = Chart(
-    "r-Euler", ("r", "Phi", "Theta", "Psi"), (*PLANES, _polar_invariants("r", "Theta", 2), DOUBLED_ANGLES, SQUARE), (0, 1, 2, 3),
-    metrics.r_euler, "at r = 0 or where sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
-)  # fmt: skip
+    "r-Euler",
+    ("r", "Phi", "Theta", "Psi"),
+    (*PLANES, _polar_invariants("r", "Theta", 2), DOUBLED_ANGLES, SQUARE),
+    (0, 1, 2, 3),
+    metrics.r_euler,
+    "at r = 0 or where sin(Theta) = 0 (D1 = D2 or D1 = -D2)",
+)
 ELLIPTIC = elliptic(ROOT2)
 PARABOLIC = Chart(
-    "parabolic", ("xi", "delta", "eta", "gamma"),
-    (*PLANES, Conformal(0, 2, _parabola, _parabola_slope, _parabola_inverse)), (0, 2, 1, 3), metrics.parabolic,
+    "parabolic",
+    ("xi", "delta", "eta", "gamma"),
+    (*PLANES, Conformal(0, 2, _parabola, _parabola_slope, _parabola_inverse)),
+    (0, 2, 1, 3),
+    metrics.parabolic,
     "at its focus D1 = D2 = 0 (xi = delta = 0) or where alpha = 0 (xi^2 = delta^2) or beta = 0 (xi delta = 0)",
-)  # fmt: skip
+)
 EXPONENTIAL = Chart(
     "exponential", ("a", "b", "phi", "psi"), (*_D1_D2, HALF_TURNS, *LOGARITHMS), (0, 2, 3, 1), metrics.exponential, _DET
 )
 DELTA_B = Chart(
-    "delta-b", ("delta", "b", "Phi", "Psi"), (*_D1_D2, DOUBLED_ANGLES, *LOGARITHMS, DILATATION), (0, 2, 1, 3), metrics.delta_b, _DET
+    "delta-b",
+    ("delta", "b", "Phi", "Psi"),
+    (*_D1_D2, DOUBLED_ANGLES, *LOGARITHMS, DILATATION),
+    (0, 2, 1, 3),
+    metrics.delta_b,
+    _DET,
 )
 CARTESIAN = Chart("Cartesian", ("x", "y", "z", "u"), ELEMENTS, (0, 1, 3, 2), metrics.cartesian, "nowhere")
 SPHERICAL = Chart(
-    "spherical", ("r", "lambda", "mu", "nu"),
+    "spherical",
+    ("r", "lambda", "mu", "nu"),
     (
-        *ELEMENTS, Polar(0, 1, "r sin(lambda) cos(mu)", "p_nu"), Polar(0, 3, "r sin(lambda)", "p_mu", wrap=False),
+        *ELEMENTS,
+        Polar(0, 1, "r sin(lambda) cos(mu)", "p_nu"),
+        Polar(0, 3, "r sin(lambda)", "p_mu", wrap=False),
         Polar(2, 0, "r", "p_lambda"),
-    ), (2, 0, 3, 1), metrics.spherical, "at r = 0, sin(lambda) = 0 (x = y = z = 0) or cos(mu) = 0 (x = y = 0)",
-)  # fmt: skip
+    ),
+    (2, 0, 3, 1),
+    metrics.spherical,
+    "at r = 0, sin(lambda) = 0 (x = y = z = 0) or cos(mu) = 0 (x = y = 0)",
+)
 SPHERICAL_CARTESIAN = Chart(
-    "spherical-Cartesian", ("R", "theta", "chi", "u"),
-    (*ELEMENTS, Polar(0, 1, "R sin(theta)", "p_chi"), Polar(3, 0, "R", "p_theta")), (3, 0, 1, 2), metrics.spherical_cartesian,
+    "spherical-Cartesian",
+    ("R", "theta", "chi", "u"),
+    (*ELEMENTS, Polar(0, 1, "R sin(theta)", "p_chi"), Polar(3, 0, "R", "p_theta")),
+    (3, 0, 1, 2),
+    metrics.spherical_cartesian,
     "at R = 0 (x = y = z = 0) or sin(theta) = 0 (x = y = 0)",
-)  # fmt: skip
+)
 POLAR_POLAR = Chart(
-    "polar-polar", ("r1", "chi1", "r2", "chi2"), (*ELEMENTS, Polar(0, 1, "r1", "p_chi1"), Polar(3, 2, "r2", "p_chi2")), (0, 1, 3, 2),
-    metrics.polar_polar, "at r1 = 0 (x = y = 0) or r2 = 0 (z = u = 0)",
-)  # fmt: skip
+    "polar-polar",
+    ("r1", "chi1", "r2", "chi2"),
+    (*ELEMENTS, Polar(0, 1, "r1", "p_chi1"), Polar(3, 2, "r2", "p_chi2")),
+    (0, 1, 3, 2),
+    metrics.polar_polar,
+    "at r1 = 0 (x = y = 0) or r2 = 0 (z = u = 0)",
+)
 POLAR_CARTESIAN = Chart(
-    "polar-Cartesian", ("r1", "chi1", "z", "u"), (*ELEMENTS, Polar(0, 1, "r1", "p_chi1")), (0, 1, 3, 2), metrics.polar_cartesian,
+    "polar-Cartesian",
+    ("r1", "chi1", "z", "u"),
+    (*ELEMENTS, Polar(0, 1, "r1", "p_chi1")),
+    (0, 1, 3, 2),
+    metrics.polar_cartesian,
     "at r1 = 0 (x = y = 0)",
-)  # fmt: skip
+)
 
 CHARTS: dict[str, Chart] = {
     chart.name: chart
     for chart in (
-        CARTESIAN, TWO_POLAR, ALPHA_BETA, ALPHA_BETA_PHI_PSI, R_VARTHETA, R_VARTHETA_ETA_GAMMA, RHO_VARTHETA, RHO_EPSILON, EULER, R_EULER,
-        ELLIPTIC, PARABOLIC, bipolar(1.0), EXPONENTIAL, DELTA_B, SPHERICAL, SPHERICAL_CARTESIAN, POLAR_POLAR, POLAR_CARTESIAN,
+        CARTESIAN,
+        TWO_POLAR,
+        ALPHA_BETA,
+        ALPHA_BETA_PHI_PSI,
+        R_VARTHETA,
+        R_VARTHETA_ETA_GAMMA,
+        RHO_VARTHETA,
+        RHO_EPSILON,
+        EULER,
+        R_EULER,
+        ELLIPTIC,
+        PARABOLIC,
+        bipolar(1.0),
+        EXPONENTIAL,
+        DELTA_B,
+        SPHERICAL,
+        SPHERICAL_CARTESIAN,
+        POLAR_POLAR,
+        POLAR_CARTESIAN,
     )
-}  # fmt: skip
+}

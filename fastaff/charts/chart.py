@@ -115,7 +115,8 @@ class Chart(NamedTuple):
         return self._defined("q", np.concatenate([rows[:4], p[list(self.rows)]]), rows)
 
     def velocities_from_momenta(self, q: ArrayLike, mu: float = 1.0) -> Array:
-        """Convert coordinates and momenta q (8, ...) to coordinates and velocities, the inverse Legendre transformation.
+        """Convert coordinates and momenta q (8, ...) to coordinates and velocities, the inverse Legendre
+        transformation.
 
         mu: the inertia, > 0.  Formula: dq/dt = J^-1 J^-T p/mu; a rate 0 where a radius and its angular momentum are 0.
         Source: EQ2.1a.

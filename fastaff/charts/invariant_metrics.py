@@ -7,14 +7,15 @@ of exponentials exp(q0 e0) exp(q1 e1) exp(q2 e2) exp(q3 e1) of its generators:
 |---|---|---|---|---|
 | AFFINE_BODY | GL+(2,R) | a, Phi, b, Psi | tilde tau_0, tilde tau_2, tilde tau_3, tilde tau_2 | EQ6.20 |
 | BREATHING_TOP | R+SU(2) | a, Phi, Theta, Psi | tau_0, tau_2, tau_3, tau_2 | EQ6.5 |
-| BREATHING_TOP_313, BREATHING_TOP_323 | R+SU(2) | a, Phi, Theta, Psi | tau_0, tau_3, tau_1 (tau_2), tau_3 | EQ6.6, EQ6.7 |
+| BREATHING_TOP_313, BREATHING_TOP_323 | R+SU(2) | a, Phi, Theta, Psi | tau_0, tau_3, tau_1 (tau_2), tau_3 | EQ6.6,
+EQ6.7 |
 | UNITARY | U(2) | a, Phi, Theta, Psi | i tau_0, tau_2, tau_3, tau_2 | below EQ6.15 |
 
-AFFINE_BODY is the two-polar form with D1, D2 = e^{(a +- b)/2}, Phi = 2 phi, Psi = -2 psi, so its coordinates are those of the
-charts EXPONENTIAL and DELTA_B (delta = e^{a/2}). The metrics are functions of the coordinates, (4, ...) in, (4, 4, ...) out, in
-the row order above; they take complex coordinates, because b = i Theta, a -> i a leads from one real form to another.
-The metric of the affine body that is isotropic but not affinely invariant, EQ6.4 and EQ6.4a, is that of the charts EULER and
-DELTA_B; in the planes it is the breathing top's own (`top_of_planes`).
+AFFINE_BODY is the two-polar form with D1, D2 = e^{(a +- b)/2}, Phi = 2 phi, Psi = -2 psi, so its coordinates are those
+of the charts EXPONENTIAL and DELTA_B (delta = e^{a/2}). The metrics are functions of the coordinates, (4, ...) in, (4,
+4, ...) out, in the row order above; they take complex coordinates, because b = i Theta, a -> i a leads from one real
+form to another. The metric of the affine body that is isotropic but not affinely invariant, EQ6.4 and EQ6.4a, is that
+of the charts EULER and DELTA_B; in the planes it is the breathing top's own (`top_of_planes`).
 
 Two factors of the paper are read as follows. Tr(dphi^+ dphi) is twice EQ6.10-EQ6.12, so these stand for half the trace.
 EQ6.22 has no factor e^a (delta^2, lambda): with it the metric is only conformal to an affinely invariant one.
@@ -31,7 +32,8 @@ import numpy as np
 from ..base.arrays import Array, at_orbit, checked, first
 from .kinematics import inverse
 
-# sigma_0 .. sigma_3, tau_a = sigma_a/2i (tau_0 = 1/2) and tilde tau = (tau_0, i tau_1, tau_2, i tau_3), real: below EQ6.3.
+# sigma_0 .. sigma_3, tau_a = sigma_a/2i (tau_0 = 1/2) and tilde tau = (tau_0, i tau_1, tau_2, i tau_3), real: below
+# EQ6.3.
 PAULI = np.array([[[1, 0], [0, 1]], [[0, 1], [1, 0]], [[0, -1j], [1j, 0]], [[1, 0], [0, -1]]])
 TAU = np.concatenate([PAULI[:1] / 2, PAULI[1:] / 2j])
 TAU_TILDE = np.stack([TAU[0], 1j * TAU[1], TAU[2], 1j * TAU[3]]).real
@@ -49,7 +51,9 @@ class Parametrization(NamedTuple):
     generators: np.ndarray
 
     def matrix(self, q: Any) -> np.ndarray:
-        """Compute phi (2, 2, ...) at coordinates q (4, ...), real or complex. Raises TypeError or ValueError for other input."""
+        """Compute phi (2, 2, ...) at coordinates q (4, ...), real or complex. Raises TypeError or ValueError for other
+        input.
+        """
         factors = self._factors(_coordinates(q))
         return _product(_product(factors[0], factors[1]), _product(factors[2], factors[3]))
 
@@ -83,7 +87,11 @@ def exponential(generator: np.ndarray, t: Any) -> np.ndarray:
     """
     e, parameter = np.asarray(generator), np.asarray(t)
     square = e @ e
-    if e.shape != (2, 2) or not np.allclose(square, square[0, 0] * np.eye(2), rtol=0, atol=1e-15) or abs(abs(square[0, 0]) - 0.25) > 1e-15:
+    if (
+        e.shape != (2, 2)
+        or not np.allclose(square, square[0, 0] * np.eye(2), rtol=0, atol=1e-15)
+        or abs(abs(square[0, 0]) - 0.25) > 1e-15
+    ):
         raise ValueError(f"generator must be one of tau_a, tilde tau_a, of square +-1/4; got {generator!r}")
     compact = square[0, 0].real < 0
     even, odd = (np.cos, np.sin) if compact else (np.cosh, np.sinh)
@@ -98,7 +106,9 @@ UNITARY = Parametrization("U(2)", ("a", "Phi", "Theta", "Psi"), np.concatenate([
 
 
 def commutator(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
-    """Compute [X, Y] = X Y - Y X of matrices (2, 2, ...). Raises ValueError for other shapes.  Source: section 7, below EQ6.3."""
+    """Compute [X, Y] = X Y - Y X of matrices (2, 2, ...). Raises ValueError for other shapes.  Source: section 7, below
+    EQ6.3.
+    """
     first_matrix, second_matrix = _matrices("X", X), _matrices("Y", Y)
     return _product(first_matrix, second_matrix) - _product(second_matrix, first_matrix)
 
@@ -106,8 +116,8 @@ def commutator(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
 def structure_constants(basis: np.ndarray) -> np.ndarray:
     """Compute c[a, b, k] of [e_a, e_b] = sum_k c[a, b, k] e_k.
 
-    basis: (n, 2, 2), closed under commutators.  Returns (n, n, n). Raises ValueError for a set that is not such a basis.
-    Source: section 7, below EQ6.3.
+    basis: (n, 2, 2), closed under commutators.  Returns (n, n, n). Raises ValueError for a set that is not such a
+    basis. Source: section 7, below EQ6.3.
     """
     e = np.asarray(basis)
     if e.ndim != 3 or e.shape[1:] != (2, 2) or np.linalg.matrix_rank(e.reshape(len(e), 4)) < len(e):
@@ -162,8 +172,8 @@ def killing_form(X: Any, Y: Any) -> np.ndarray:
 def gram(form: Any, basis: np.ndarray) -> np.ndarray:
     """Compute the matrix form(e_i, e_j) (n, n, ...) of a bilinear form on vectors `basis` (n, 2, 2, ...).
 
-    With `basis` the Cartan forms along the coordinates this is the pullback of the form, a metric. Raises ValueError for
-    other shapes.  Source: EQ6.17.
+    With `basis` the Cartan forms along the coordinates this is the pullback of the form, a metric. Raises ValueError
+    for other shapes.  Source: EQ6.17.
     """
     vectors = np.asarray(basis)
     if vectors.ndim < 3 or vectors.shape[1:3] != (2, 2):
@@ -186,7 +196,11 @@ def signature(metric: Any) -> tuple[int, int, int]:
     Raises ValueError for other input.  Source: below EQ6.19 (signature (+++-)).
     """
     g = checked("metric", metric, ())
-    if g.ndim != 2 or g.shape[0] != g.shape[1] or not np.allclose(g, g.T, rtol=0, atol=1e-12 * np.max(np.abs(g), initial=0.0)):
+    if (
+        g.ndim != 2
+        or g.shape[0] != g.shape[1]
+        or not np.allclose(g, g.T, rtol=0, atol=1e-12 * np.max(np.abs(g), initial=0.0))
+    ):
         raise ValueError(f"metric takes one symmetric matrix (n, n); got shape {g.shape}")
     values = np.linalg.eigvalsh(g)
     floor = 1e-12 * np.max(np.abs(values))
@@ -217,7 +231,8 @@ def breathing_metric(q: Any, c: float = 0.0) -> np.ndarray:
 
 
 def breathing_metric_delta(q: Any, c: float = 0.0) -> np.ndarray:
-    """Compute the metric of R+SU(2) at (delta, Phi, Theta, Psi), delta = e^{a/2}; q, c, returns, raises as `breathing_metric`.
+    """Compute the metric of R+SU(2) at (delta, Phi, Theta, Psi), delta = e^{a/2}; q, c, returns, raises as
+    `breathing_metric`.
 
     Formula: (1 + c) ddelta^2 + (delta^2/4) dsigma^2.  Source: EQ6.10, EQ6.13.
     """
@@ -226,9 +241,11 @@ def breathing_metric_delta(q: Any, c: float = 0.0) -> np.ndarray:
 
 
 def breathing_metric_lambda(q: Any, c: float = 0.0) -> np.ndarray:
-    """Compute the metric of R+SU(2) at (lambda, Phi, Theta, Psi), lambda = e^a; q, c, returns, raises as `breathing_metric`.
+    """Compute the metric of R+SU(2) at (lambda, Phi, Theta, Psi), lambda = e^a; q, c, returns, raises as
+    `breathing_metric`.
 
-    Formula: ((1 + c) dlambda^2 + lambda^2 dsigma^2)/4 lambda.  Raises ValueError where lambda = 0.  Source: EQ6.11, EQ6.14.
+    Formula: ((1 + c) dlambda^2 + lambda^2 dsigma^2)/4 lambda.  Raises ValueError where lambda = 0.  Source: EQ6.11,
+    EQ6.14.
     """
     lam, _, Theta, _ = _coordinates(q)
     return _with_size((1 + c) / (4 * _nonzero("lambda", lam)), lam / 4, np.cos(Theta))
@@ -237,9 +254,9 @@ def breathing_metric_lambda(q: Any, c: float = 0.0) -> np.ndarray:
 def unitary_metric(q: Any, c: float = 0.0) -> np.ndarray:
     """Compute the two-sided invariant metric of U(2) at (a, Phi, Theta, Psi).
 
-    q: (4, ...).  c: weight of the dilatational correction.  Returns (4, 4, ...). Raises TypeError or ValueError for other input.
-    Formula: ((1 + c) da^2 + dsigma^2)/4 = -Tr(Omega^2)/2 - (c/4) Tr(Omega)^2; at c = 0 half of Tr(dphi^+ dphi).
-    Source: EQ6.16.
+    q: (4, ...).  c: weight of the dilatational correction.  Returns (4, 4, ...). Raises TypeError or ValueError for
+    other input. Formula: ((1 + c) da^2 + dsigma^2)/4 = -Tr(Omega^2)/2 - (c/4) Tr(Omega)^2; at c = 0 half of Tr(dphi^+
+    dphi). Source: EQ6.16.
     """
     _, _, Theta, _ = _coordinates(q)
     return _with_size((1 + c) / 4 * np.ones_like(Theta), np.ones_like(Theta) / 4, np.cos(Theta))
@@ -248,30 +265,32 @@ def unitary_metric(q: Any, c: float = 0.0) -> np.ndarray:
 def affine_metric(q: Any, c: float = 0.0) -> np.ndarray:
     """Compute the affinely invariant metric of GL+(2,R) at (a, Phi, b, Psi), of signature (+++-) for c > -1.
 
-    q: (4, ...).  c: weight of the dilatational term.  Returns (4, 4, ...). Raises TypeError or ValueError for other input.
-    Formula: ((1 + c) da^2 + db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4 = Tr(Omega^2)/2 + (c/4) Tr(Omega)^2; at c = -2
-    it is -det(dphi)/det(phi), at c = -1 an eighth of the Killing form. Invariant under GL+(2,R) on both sides.
-    Source: EQ6.17, EQ6.18, EQ6.22; corrected, the printed factor e^a spoils the invariance.
+    q: (4, ...).  c: weight of the dilatational term.  Returns (4, 4, ...). Raises TypeError or ValueError for other
+    input. Formula: ((1 + c) da^2 + db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4 = Tr(Omega^2)/2 + (c/4) Tr(Omega)^2;
+    at c = -2 it is -det(dphi)/det(phi), at c = -1 an eighth of the Killing form. Invariant under GL+(2,R) on both
+    sides. Source: EQ6.17, EQ6.18, EQ6.22; corrected, the printed factor e^a spoils the invariance.
     """
     _, _, b, _ = _coordinates(q)
     return _affine((1 + c) / 4 * np.ones_like(b), b)
 
 
 def affine_metric_delta(q: Any, c: float = 0.0) -> np.ndarray:
-    """Compute the affinely invariant metric at (delta, Phi, b, Psi), delta = e^{a/2}; q, c, returns, raises as `affine_metric`.
+    """Compute the affinely invariant metric at (delta, Phi, b, Psi), delta = e^{a/2}; q, c, returns, raises as
+    `affine_metric`.
 
-    Formula: (1 + c) ddelta^2/delta^2 + (db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4. Raises ValueError where delta = 0.
-    Source: EQ6.22, first line; corrected.
+    Formula: (1 + c) ddelta^2/delta^2 + (db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4. Raises ValueError where delta
+    = 0. Source: EQ6.22, first line; corrected.
     """
     delta, _, b, _ = _coordinates(q)
     return _affine((1 + c) / _nonzero("delta", delta) ** 2, b)
 
 
 def affine_metric_lambda(q: Any, c: float = 0.0) -> np.ndarray:
-    """Compute the affinely invariant metric at (lambda, Phi, b, Psi), lambda = e^a; q, c, returns, raises as `affine_metric`.
+    """Compute the affinely invariant metric at (lambda, Phi, b, Psi), lambda = e^a; q, c, returns, raises as
+    `affine_metric`.
 
-    Formula: (1 + c) dlambda^2/4 lambda^2 + (db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4. Raises ValueError where lambda = 0.
-    Source: EQ6.22, second line; corrected.
+    Formula: (1 + c) dlambda^2/4 lambda^2 + (db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4. Raises ValueError where
+    lambda = 0. Source: EQ6.22, second line; corrected.
     """
     lam, _, b, _ = _coordinates(q)
     return _affine((1 + c) / (4 * _nonzero("lambda", lam) ** 2), b)
@@ -293,11 +312,10 @@ def continued_affine_metric(q: Any, c: float = 0.0) -> np.ndarray:
 def top_of_planes(planes: Any) -> np.ndarray:
     """Carry planes of the affine body to the breathing top: the linear isometry behind EQ6.4 and EQ6.10.
 
-    planes: a1, a2, b1, b2 (4, ...), the first rows of z.  Returns the matrix in R+SU(2) (and 0) (2, 2, ...) with the same
-    coordinates rho = delta, Phi, Theta, Psi; Tr(dphi^+ dphi)/2 there is Tr(dphi^T dphi) of the body.
-    Raises TypeError or ValueError for other input.
-    Formula: a1 + 2 (a2 tau_2 + b1 tau_3 + b2 tau_1), and phi = (a1 + 2 (a2, b1, b2) . (tilde tau_2, tilde tau_3, tilde tau_1))/sqrt2.
-    Source: EQ6.4, EQ6.10; the map is derived.
+    planes: a1, a2, b1, b2 (4, ...), the first rows of z.  Returns the matrix in R+SU(2) (and 0) (2, 2, ...) with the
+    same coordinates rho = delta, Phi, Theta, Psi; Tr(dphi^+ dphi)/2 there is Tr(dphi^T dphi) of the body. Raises
+    TypeError or ValueError for other input. Formula: a1 + 2 (a2 tau_2 + b1 tau_3 + b2 tau_1), and phi = (a1 + 2 (a2,
+    b1, b2) . (tilde tau_2, tilde tau_3, tilde tau_1))/sqrt2. Source: EQ6.4, EQ6.10; the map is derived.
     """
     rows = checked("planes", planes, (4,))
     return np.einsum("k...,kij->ij...", rows, 2 * TAU[[0, 2, 3, 1]])

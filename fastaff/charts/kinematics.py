@@ -12,7 +12,9 @@ from ..base.numbers import positive
 
 
 class Inertia(NamedTuple):
-    """Hold what affine constraints leave of a mass distribution: total mass, centre of mass (2,), second moments J (2, 2)."""
+    """Hold what affine constraints leave of a mass distribution: total mass, centre of mass (2,), second moments J (2,
+    2).
+    """
 
     mass: float
     centre: Array
@@ -64,8 +66,8 @@ def kinetic_energy(velocity: ArrayLike, moments: ArrayLike) -> Array:
     """Compute the internal kinetic energy of an affine body.
 
     velocity: dphi/dt (2, 2, ...).  moments: J (2, 2), or the number mu > 0 of an isotropic body, J = mu times identity.
-    Returns T (...). Raises TypeError or ValueError for other shapes and for numbers not real and finite.
-    Formula: T = Tr(dphi/dt^T dphi/dt J)/2.  (The centre of mass adds m |dx/dt|^2/2.)  Source: section 2, last formula; EQ2.2a.
+    Returns T (...). Raises TypeError or ValueError for other shapes and for numbers not real and finite. Formula: T =
+    Tr(dphi/dt^T dphi/dt J)/2.  (The centre of mass adds m |dx/dt|^2/2.)  Source: section 2, last formula; EQ2.2a.
     """
     rate = checked("velocity", velocity, (2, 2))
     J = positive("moments", moments) * np.eye(2) if np.ndim(moments) == 0 else checked("moments", moments, (2, 2))
@@ -86,7 +88,8 @@ def cauchy_tensor(phi: ArrayLike) -> Array:
     """Compute the Cauchy deformation tensor, the metric of the body pushed forward to space.
 
     phi: (2, 2, ...), det phi != 0.  Returns (2, 2, ...). Raises ValueError where det phi = 0, naming the orbit.
-    Formula: phi^-T phi^-1 = (phi phi^T)^-1 = O(phi) diag(D1^-2, D2^-2) O(phi)^T.  Source: derived, with the Green tensor.
+    Formula: phi^-T phi^-1 = (phi phi^T)^-1 = O(phi) diag(D1^-2, D2^-2) O(phi)^T.  Source: derived, with the Green
+    tensor.
     """
     back = inverse(checked("phi", phi, (2, 2)))
     return np.einsum("ai...,aj...->ij...", back, back)
@@ -95,10 +98,9 @@ def cauchy_tensor(phi: ArrayLike) -> Array:
 def tensor_invariants(tensor: ArrayLike) -> TensorInvariants:
     """Compute the invariants of symmetric tensors.
 
-    tensor: (2, 2, ...), symmetric.  Returns TensorInvariants: r = D1^2 + D2^2, (D1 D2)^2, D1^2, D2^2 for the Green tensor.
-    Raises TypeError or ValueError for other input.
-    Formula: (trace +- hypot(t11 - t22, 2 t12))/2; the second is determinant/first where that loses fewer digits.
-    Source: section 3, below EQ2.2f (rho = sqrt(Tr G)).
+    tensor: (2, 2, ...), symmetric.  Returns TensorInvariants: r = D1^2 + D2^2, (D1 D2)^2, D1^2, D2^2 for the Green
+    tensor. Raises TypeError or ValueError for other input. Formula: (trace +- hypot(t11 - t22, 2 t12))/2; the second is
+    determinant/first where that loses fewer digits. Source: section 3, below EQ2.2f (rho = sqrt(Tr G)).
     """
     (t11, t12), (t21, t22) = checked("tensor", tensor, (2, 2))
     bad = np.abs(t12 - t21) > 1e-12 * (np.abs(t11) + np.abs(t22) + np.abs(t12))

@@ -1,4 +1,5 @@
-"""The line elements of the paper, one function per chart: ds^2 = Tr(dphi^T dphi) and the volume element, in closed form.
+"""The line elements of the paper, one function per chart: ds^2 = Tr(dphi^T dphi) and the volume element, in closed
+form.
 
 Each takes the four coordinates as arrays and returns a `Form`. They are written from the paper (corrected where a note
 says so), not from the charts: the tests hold the two against each other.
@@ -14,7 +15,9 @@ from ..base.arrays import Array
 
 
 class Form(NamedTuple):
-    """Hold a line element: ds^2 = sum diagonal_i dq_i^2 + sum 2 g dq_i dq_j over `cross` = ((i, j, g), ...), and sqrt|g|."""
+    """Hold a line element: ds^2 = sum diagonal_i dq_i^2 + sum 2 g dq_i dq_j over `cross` = ((i, j, g), ...), and
+    sqrt|g|.
+    """
 
     diagonal: tuple[Array | float, Array | float, Array | float, Array | float]
     density: Array | float
@@ -43,7 +46,9 @@ def alpha_beta(alpha: Array, beta: Array, eta: Array, gamma: Array) -> Form:
 
 
 def alpha_beta_phi_psi(alpha: Array, beta: Array, phi: Array, psi: Array) -> Form:
-    """dalpha^2 + dbeta^2 + (alpha^2 + beta^2)(dphi^2 + dpsi^2) + 2 (beta^2 - alpha^2) dphi dpsi.  Source: EQ2.0b, section 5."""
+    """dalpha^2 + dbeta^2 + (alpha^2 + beta^2)(dphi^2 + dpsi^2) + 2 (beta^2 - alpha^2) dphi dpsi.  Source: EQ2.0b,
+    section 5.
+    """
     one, size = np.ones_like(alpha), alpha**2 + beta**2
     return Form((one, one, size, size), 2 * alpha * beta, ((2, 3, (beta - alpha) * (beta + alpha)),))
 
@@ -55,26 +60,34 @@ def two_polar(D1: Array, D2: Array, phi: Array, psi: Array) -> Form:
 
 
 def rho_epsilon(rho: Array, epsilon: Array, eta: Array, gamma: Array) -> Form:
-    """drho^2 + rho^2 (depsilon^2 + cos^2(epsilon) deta^2 + sin^2(epsilon) dgamma^2).  Source: section 3, below EQ2.2c'."""
+    """drho^2 + rho^2 (depsilon^2 + cos^2(epsilon) deta^2 + sin^2(epsilon) dgamma^2).  Source: section 3, below
+    EQ2.2c'.
+    """
     c, s, r = np.cos(epsilon), np.sin(epsilon), rho**2
     return Form((np.ones_like(rho), r, r * c**2, r * s**2), rho**3 * s * c)
 
 
 def rho_vartheta(rho: Array, vartheta: Array, eta: Array, gamma: Array) -> Form:
-    """drho^2 + rho^2 (dvartheta^2/4 + cos^2(vartheta/2) deta^2 + sin^2(vartheta/2) dgamma^2).  Source: section 3, below EQ2.2c'."""
+    """drho^2 + rho^2 (dvartheta^2/4 + cos^2(vartheta/2) deta^2 + sin^2(vartheta/2) dgamma^2).  Source: section 3, below
+    EQ2.2c'.
+    """
     r = rho**2
     diagonal = (np.ones_like(rho), r / 4, r * np.cos(vartheta / 2) ** 2, r * np.sin(vartheta / 2) ** 2)
     return Form(diagonal, rho**3 / 4 * np.sin(vartheta))
 
 
 def r_vartheta_eta_gamma(r: Array, vartheta: Array, eta: Array, gamma: Array) -> Form:
-    """dr^2/4r + (r/4) dvartheta^2 + r cos^2(vartheta/2) deta^2 + r sin^2(vartheta/2) dgamma^2.  Source: section 3, below EQ2.2c'."""
+    """dr^2/4r + (r/4) dvartheta^2 + r cos^2(vartheta/2) deta^2 + r sin^2(vartheta/2) dgamma^2.  Source: section 3,
+    below EQ2.2c'.
+    """
     diagonal = (1 / (4 * r), r / 4, r * np.cos(vartheta / 2) ** 2, r * np.sin(vartheta / 2) ** 2)
     return Form(diagonal, r / 8 * np.sin(vartheta))
 
 
 def r_vartheta(r: Array, vartheta: Array, phi: Array, psi: Array) -> Form:
-    """dr^2/4r + (r/4) dvartheta^2 + r (dphi^2 - 2 cos(vartheta) dphi dpsi + dpsi^2).  Source: section 3, below EQ2.2f."""
+    """dr^2/4r + (r/4) dvartheta^2 + r (dphi^2 - 2 cos(vartheta) dphi dpsi + dpsi^2).  Source: section 3, below
+    EQ2.2f.
+    """
     return Form((1 / (4 * r), r / 4, r, r), r / 4 * np.sin(vartheta), ((2, 3, -r * np.cos(vartheta)),))
 
 
@@ -101,7 +114,9 @@ def elliptic(focus: float, kappa: Array, lam: Array, eta: Array, gamma: Array) -
 
 
 def parabolic(xi: Array, delta: Array, eta: Array, gamma: Array) -> Form:
-    """(xi^2 + delta^2)(dxi^2 + ddelta^2) + alpha^2 deta^2 + beta^2 dgamma^2.  Source: section 3, parabolic variables; derived."""
+    """(xi^2 + delta^2)(dxi^2 + ddelta^2) + alpha^2 deta^2 + beta^2 dgamma^2.  Source: section 3, parabolic variables;
+    derived.
+    """
     stretch, alpha, beta = xi**2 + delta**2, (xi**2 - delta**2) / 2, xi * delta
     return Form((stretch, stretch, alpha**2, beta**2), stretch * alpha * beta)
 
@@ -126,7 +141,8 @@ def exponential(a: Array, b: Array, phi: Array, psi: Array) -> Form:
 
 
 def delta_b(delta: Array, b: Array, Phi: Array, Psi: Array) -> Form:
-    """2 cosh(b) ddelta^2 + 2 delta sinh(b) ddelta db + (delta^2/2) cosh(b) (db^2 + dPhi^2 + 2 dPhi dPsi/cosh(b) + dPsi^2).
+    """2 cosh(b) ddelta^2 + 2 delta sinh(b) ddelta db + (delta^2/2) cosh(b) (db^2 + dPhi^2 + 2 dPhi dPsi/cosh(b) +
+    dPsi^2).
 
     Source: EQ6.4a; corrected, twice what is printed.
     """

@@ -38,8 +38,8 @@ class Step(Protocol):
 class Polar(NamedTuple):
     """Polar coordinates: (x_i, x_j) = radius (cos, sin)(angle/fold), the radius in row i, the angle in row j.
 
-    radius, momentum: names for messages.  wrap: angles in [0, 2 pi fold), else as arctan2 gives them.
-    Where the radius is 0 the angle is that of the motion, so p_radius = |p|, p_angle = 0, and the phase point comes back.
+    radius, momentum: names for messages.  wrap: angles in [0, 2 pi fold), else as arctan2 gives them. Where the radius
+    is 0 the angle is that of the motion, so p_radius = |p|, p_angle = 0, and the phase point comes back.
     """
 
     i: int
@@ -79,7 +79,10 @@ class Polar(NamedTuple):
         """The component of d along the radius, from x itself where x has a direction."""
         cosine, sine = direction(y[self.j] / self.fold)
         radius = y[self.i]
-        return np.where(radius == 0, cosine, x[self.i] / radius) * d[self.i] + np.where(radius == 0, sine, x[self.j] / radius) * d[self.j]
+        return (
+            np.where(radius == 0, cosine, x[self.i] / radius) * d[self.i]
+            + np.where(radius == 0, sine, x[self.j] / radius) * d[self.j]
+        )
 
     def _cross(self, x: Array, d: Array) -> Array:
         return x[self.i] * d[self.j] - x[self.j] * d[self.i]
@@ -126,11 +129,15 @@ class Mix(NamedTuple):
         return self._into(v)
 
     def _into(self, rows: Array) -> Array:
-        return _replaced(rows, self.i, (rows[self.i] + rows[self.j]) / self.scale, self.j, (rows[self.i] - rows[self.j]) / self.scale)
+        return _replaced(
+            rows, self.i, (rows[self.i] + rows[self.j]) / self.scale, self.j, (rows[self.i] - rows[self.j]) / self.scale
+        )
 
     def _back(self, rows: Array) -> Array:
         half = self.scale / 2
-        return _replaced(rows, self.i, (rows[self.i] + rows[self.j]) * half, self.j, (rows[self.i] - rows[self.j]) * half)
+        return _replaced(
+            rows, self.i, (rows[self.i] + rows[self.j]) * half, self.j, (rows[self.i] - rows[self.j]) * half
+        )
 
 
 class Warp(NamedTuple):

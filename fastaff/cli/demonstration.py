@@ -59,7 +59,9 @@ class Portrait:
 
     @property
     def shown(self) -> np.ndarray:
-        """Orbits (orbits,) drawn in the plane of frequencies: those that have some, but for islands, whose chain has its own."""
+        """Orbits (orbits,) drawn in the plane of frequencies: those that have some, but for islands, whose chain has
+        its own.
+        """
         found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
         r = found.nu[found.names.index("r")]
         near = (np.abs(r / np.median(r) - 1.0) < 0.2) & (ratio > 1.001) & (ratio < 1.999)
@@ -67,18 +69,24 @@ class Portrait:
 
 
 def run(
-    out_dir: Any, quick: bool = False, *, threads: int | None = None, say: Say = print, meter: Meter | None = None,
+    out_dir: Any,
+    quick: bool = False,
+    *,
+    threads: int | None = None,
+    say: Say = print,
+    meter: Meter | None = None,
     force: bool = False,
-) -> list[Path]:  # fmt: skip
+) -> list[Path]:
     """Compute both bodies, draw the figure and save it with its data; return the files written.
 
-    Parameters: out_dir, made if missing; quick: a small version in seconds; threads; say: where lines of text go; meter: gives, for a
-    title, a report(fraction) callback; force: replace earlier files instead of numbering the new ones.
+    Parameters: out_dir, made if missing; quick: a small version in seconds; threads; say: where lines of text go;
+    meter: gives, for a title, a report(fraction) callback; force: replace earlier files instead of numbering the new
+    ones.
 
-    Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean body,
-    2 C for the hyperelastic one). At this energy of the neo-Hookean body (G = 1, K = 2) the chains of islands of the
-    resonances 3:2, 4:3, 10:7 stand in a sea of chaos that covers about a third of the section; at 1.2 there is hardly any chaos,
-    at 1.8 little else. Cost: about three minutes on two cores, and one of compilation the first time.
+    Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean
+    body, 2 C for the hyperelastic one). At this energy of the neo-Hookean body (G = 1, K = 2) the chains of islands of
+    the resonances 3:2, 4:3, 10:7 stand in a sea of chaos that covers about a third of the section; at 1.2 there is
+    hardly any chaos, at 1.8 little else. Cost: about three minutes on two cores, and one of compilation the first time.
     """
     size, folder = QUICK if quick else FULL, Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
@@ -95,18 +103,41 @@ def run(
     written = []
     for p in portraits:
         common = {
-            "model": p.body, "energy": p.energy, "p_eta": P_ETA, "seed": SEED, "threads": threads or files.cores(), "quick": quick,
-        }  # fmt: skip
+            "model": p.body,
+            "energy": p.energy,
+            "p_eta": P_ETA,
+            "seed": SEED,
+            "threads": threads or files.cores(),
+            "quick": quick,
+        }
         for part, result, extra in (
             ("section", p.section, {"p_gamma": P_GAMMA, "diffusion": p.diffusion, "wall_time": p.seconds[0]}),
-            ("map", p.map, {"section": SECTION, "z0": p.grid.z0, "cell": p.grid.cell, "shown": p.shown, "axis_0": p.grid.axes[0],
-                            "axis_1": p.grid.axes[1], "axis_names": p.grid.names, "wall_time": p.seconds[1]}),
-        ):  # fmt: skip
+            (
+                "map",
+                p.map,
+                {
+                    "section": SECTION,
+                    "z0": p.grid.z0,
+                    "cell": p.grid.cell,
+                    "shown": p.shown,
+                    "axis_0": p.grid.axes[0],
+                    "axis_1": p.grid.axes[1],
+                    "axis_names": p.grid.names,
+                    "wall_time": p.seconds[1],
+                },
+            ),
+        ):
             path = stem.with_name(f"{stem.name}-{p.name.lower()}-{part}.npz")
             written.append(files.save(path, result, force=force, **common, **extra))
     image = stem.with_name(stem.name + ".png")
     figure = draw(*portraits)
-    facts = {**files.provenance(), "seed": SEED, "energies": [p.energy for p in portraits], "p_eta": P_ETA, "p_gamma": P_GAMMA}
+    facts = {
+        **files.provenance(),
+        "seed": SEED,
+        "energies": [p.energy for p in portraits],
+        "p_eta": P_ETA,
+        "p_gamma": P_GAMMA,
+    }
     figure.savefig(image, metadata={"Title": "fastaff demo", "Description": json.dumps(facts)})
     for p in portraits:
         for line in numbers(p):
@@ -127,9 +158,15 @@ def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | N
     start = clock.perf_counter()
     # Return times are below one breathing period.
     section = poincare_map(
-        body, z0, section=SECTION, crossings=size.crossings, max_time=20.0 * size.crossings, accuracy=1e-8, threads=threads,
+        body,
+        z0,
+        section=SECTION,
+        crossings=size.crossings,
+        max_time=20.0 * size.crossings,
+        accuracy=1e-8,
+        threads=threads,
         report=report(f"{name}, section"),
-    )  # fmt: skip
+    )
     between = clock.perf_counter()
     diffusion = frequency_map(body, z0, time=size.time, threads=threads).diffusion
     say(f"{name}: frequency map")
@@ -177,7 +214,12 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> Grid:
     forbidden = np.ones(cells[0] * cells[1], bool)
     forbidden[np.concatenate(cell)] = False
     return Grid(
-        np.concatenate(z0, axis=1), np.concatenate(cell), forbidden.reshape(cells), (beta, p_gamma), ("beta", "p_gamma"), energy
+        np.concatenate(z0, axis=1),
+        np.concatenate(cell),
+        forbidden.reshape(cells),
+        (beta, p_gamma),
+        ("beta", "p_gamma"),
+        energy,
     )
 
 
@@ -187,9 +229,11 @@ def numbers(p: Portrait) -> list[str]:
     chaotic = np.count_nonzero(p.map.diffusion > CHAOTIC)
     lines = [
         f"{p.name}, E = {p.energy:g}:",
-        f"  section: {p.section.status.size} orbits, {crossings} crossings, {crossings / section_time:,.0f} crossings/s, "
+        f"  section: {p.section.status.size} orbits, {crossings} crossings, {crossings / section_time:,.0f} "
+        "crossings/s, "
         f"largest energy error {p.section.energy_error.max():.1e}; {p.section.summary()}",
-        f"  frequency map: {p.map.status.size} orbits, {p.map.status.size / map_time:,.0f} orbits/s, largest energy error "
+        f"  frequency map: {p.map.status.size} orbits, {p.map.status.size / map_time:,.0f} orbits/s, largest energy "
+        "error "
         f"{p.map.energy_error.max():.1e}; {describe(p.map.status)}",
         f"  {chaotic} chaotic (diffusion > {CHAOTIC:g}), {p.map.status.size - chaotic} regular; "
         f"{np.count_nonzero(~p.shown)} not drawn in the plane of frequencies",
@@ -261,14 +305,21 @@ def _caption(chaotic: Portrait, integrable: Portrait) -> str:
     a, b = chaotic, integrable
     worst = max(p.map.energy_error.max() for p in (a, b))
     return (
-        r"Units: $G=\mu=1$ (top, $K=2$, $E=1.5$) and $C=\mu=1$ (bottom, $E=3.5$); both energies are 1.5 above the minimum of the "
-        r"potential. $p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines." "\n"
-        rf"Sections: {a.section.status.size} orbits × {a.section.points.shape[1]} crossings, grey: edge of the accessible region. "
-        rf"(b), (e): {a.map.status.size} and {b.map.status.size} orbits over the time {a.map.time:g}, halves (1) and (2). "
-        r"$\nu_{\rm area}$, $\nu_r$: librations of area and" "\n"
-        r"size, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm area}=m\,\nu_r$, "
+        r"Units: $G=\mu=1$ (top, $K=2$, $E=1.5$) and $C=\mu=1$ (bottom, $E=3.5$); both energies are 1.5 above the "
+        r"minimum of the "
+        r"potential. $p_\eta=0.3$; $p_\gamma=0.2$ in (a), (d) and on the dashed lines."
+        "\n"
+        rf"Sections: {a.section.status.size} orbits × {a.section.points.shape[1]} crossings, grey: edge of the "
+        rf"accessible region. "
+        rf"(b), (e): {a.map.status.size} and {b.map.status.size} orbits over the time {a.map.time:g}, halves (1) and "
+        rf"(2). "
+        r"$\nu_{\rm area}$, $\nu_r$: librations of area and"
+        "\n"
+        r"size, $\nu_\gamma$: rotation of the plane b. Lines and labels $m\!:\!n$: resonances $n\,\nu_{\rm "
+        r"area}=m\,\nu_r$, "
         r"gaps or chaos beside them; orbits in their islands have the chain's own frequencies. "
-        rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and" "\n"
+        rf"Not drawn: {np.count_nonzero(~a.shown)} orbits in (c) and"
+        "\n"
         rf"{np.count_nonzero(~b.shown)} in (f), chaotic, undecided or in islands. "
         rf"Colour scale clipped at 5 % and 95 % of the top row. Largest energy error {worst:.0e}."
     )

@@ -1,7 +1,7 @@
 """The command line: its entry point, which commands there are, and what happens to errors.
 
-Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Each command is a module of
-`fastaff.cli.commands`.
+Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Each command is
+a module of `fastaff.cli.commands`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,14 @@ from .progress import EXIT_INTERRUPTED, say
 
 EXIT_WRONG_INPUT = 2
 COMMANDS: dict[str, Any] = {
-    "demo": demo, "poincare": poincare, "frequency-map": frequencies, "chaos-map": chaos_map, "spectrum": energy_levels,
-    "warmup": warmup, "doctor": doctor,
-}  # fmt: skip
+    "demo": demo,
+    "poincare": poincare,
+    "frequency-map": frequencies,
+    "chaos-map": chaos_map,
+    "spectrum": energy_levels,
+    "warmup": warmup,
+    "doctor": doctor,
+}
 NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
 
 
@@ -65,9 +70,13 @@ def _app() -> Any:
     from .. import __version__
 
     app = cyclopts.App(
-        name="fastaff", version=__version__, help_format="markdown", suppress_keyboard_interrupt=False, help=HELP,
+        name="fastaff",
+        version=__version__,
+        help_format="markdown",
+        suppress_keyboard_interrupt=False,
+        help=HELP,
         default_parameter=Parameter(negative="", show_default=False),
-    )  # fmt: skip
+    )
     for name, command in COMMANDS.items():
         app.command(command, name=name)
     return app

@@ -40,6 +40,7 @@ SECTIONS = ("alpha-turning", "beta-turning", "alpha=c", "beta=c", "area=c", "x=c
 class Wrong(ValueError):
     """Wrong input: its text is all that the user sees."""
 
+
 HELP = """Poincaré sections, frequency maps and chaos maps of planar affinely-rigid bodies.
 
 Each command computes many orbits on all cores, draws a PNG and writes an .npz file with the numbers, all
@@ -68,7 +69,9 @@ class Model:
     """The body."""
 
     model: str | None = None
-    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam). [neo-hookean]"""
+    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam).
+    [neo-hookean]
+    """
     C: Annotated[float | None, Parameter(name="--C")] = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
     A: Annotated[float | None, Parameter(name="--A")] = None
@@ -124,10 +127,15 @@ class Model:
             if name in values:
                 raise Wrong(f"--parameter {name} is given twice")
             if name in ("mu", "domain", "coordinates", "masses"):
-                raise Wrong(f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose another letter")
+                raise Wrong(
+                    f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
+                    "another letter"
+                )
             values[name] = value
         if self.formula is not None and self.coordinates is not None:
-            raise Wrong("--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ...")
+            raise Wrong(
+                "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
+            )
         if self.formula is None and self.mu != 1.0:
             raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
         maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
@@ -164,7 +172,8 @@ class Surface:
         plane = not isinstance(body, fastaff.Body)
         if plane and body.degrees_of_freedom != 2:
             raise Wrong(
-                "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system of two "
+                "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system "
+                "of two "
                 f"coordinates; this one has the {body.degrees_of_freedom} coordinates {', '.join(body.coordinates)}: "
                 "use fastaff.poincare_map or fastaff.chaos from Python"
             )
@@ -181,7 +190,9 @@ class Surface:
             except ValueError:
                 raise Wrong(f"--section {name}=c needs a number for c, got {constant!r}") from None
         if plane != (form in planes) or (not plane and form not in SECTIONS[:5]):
-            raise Wrong(f"--section {text} does not suit {type(body).__name__}; it takes {', '.join(planes or SECTIONS[:5])}")
+            raise Wrong(
+                f"--section {text} does not suit {type(body).__name__}; it takes {', '.join(planes or SECTIONS[:5])}"
+            )
         if plane:
             normal = (1.0, 0.0, 0.0, 0.0) if form == planes[0] else (0.0, 1.0, 0.0, 0.0)
             return fastaff.Linear(normal, value, direction)
@@ -197,7 +208,9 @@ class Starts:
     """Where the orbits start."""
 
     grid: str | None = None
-    """Cells N1xN2 over the section's coordinate and its momentum; cells beyond the energy are left out. [20x20, 40x40 or 60x60]"""
+    """Cells N1xN2 over the section's coordinate and its momentum; cells beyond the energy are left out. [20x20, 40x40
+    or 60x60]
+    """
     orbits: int | None = None
     """Random starts, uniform over the accessible part of the section, instead of a grid."""
     seed: int = 0
@@ -228,10 +241,15 @@ class Starts:
                 raise Wrong(f"{problem}; or give --range1 and --range2") from None
         if self.orbits is not None:
             narrowed = None if not any(self.ranges()) else ranges
-            drawn = fastaff.energy_sample(body, section=section, orbits=self.orbits, seed=self.seed, axes=narrowed, **where)
+            drawn = fastaff.energy_sample(
+                body, section=section, orbits=self.orbits, seed=self.seed, axes=narrowed, **where
+            )
             return drawn, edge, drawn.z0
         # Cell centres: the ends of the range are the edge itself.
-        axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, _cells(self.grid or default))]
+        axes = [
+            low + (high - low) * (np.arange(n) + 0.5) / n
+            for (low, high), n in zip(ranges, _cells(self.grid or default))
+        ]
         grid = fastaff.energy_grid(body, section=section, axes=axes, **where)
         return grid, edge, grid.z0
 
@@ -246,7 +264,9 @@ class Run:
     """How to integrate."""
 
     scheme: str = "KAHAN_LI8"
-    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive). [KAHAN_LI8]"""
+    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive).
+    [KAHAN_LI8]
+    """
     step: float | None = None
     """Fixed step. [chosen for each orbit by a short trial]"""
     threads: int | None = None
@@ -269,7 +289,9 @@ class Output:
     """What is written."""
 
     out: Path | None = None
-    """Path without ending; .npz and .png are added, and a number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]"""
+    """Path without ending; .npz and .png are added, and a number where they exist. [fastaff-poincare,
+    fastaff-frequency-map, ...]
+    """
     force: bool = False
     """Replace existing files instead of numbering the new ones."""
     no_figure: bool = False
@@ -304,7 +326,9 @@ def named(option: str, given: str, names: tuple[str, ...]) -> str:
     if given in names:
         return given
     near = difflib.get_close_matches(given, names, n=1, cutoff=0.5)
-    raise Wrong(f"{option} must be one of {', '.join(names)}, got {given!r}." + (f" Did you mean {near[0]}?" if near else ""))
+    raise Wrong(
+        f"{option} must be one of {', '.join(names)}, got {given!r}." + (f" Did you mean {near[0]}?" if near else "")
+    )
 
 
 def _parameter(text: str) -> tuple[str, float]:

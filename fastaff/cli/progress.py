@@ -40,10 +40,15 @@ class Progress:
 
         rate = [] if orbits is None else [TextColumn("{task.fields[rate]}")]
         self.bar = Bar(
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"),
-            *rate, TimeRemainingColumn(compact=True), TextColumn("left"),
-            console=Console(stderr=True), transient=True,
-        )  # fmt: skip
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:3.0f} %"),
+            *rate,
+            TimeRemainingColumn(compact=True),
+            TextColumn("left"),
+            console=Console(stderr=True),
+            transient=True,
+        )
         self.shown = self.bar.console.is_terminal
         self.task = self.bar.add_task(title, total=1.0, rate="")
         self.orbits, self.share = orbits or 0, share
@@ -98,7 +103,9 @@ def kept(result: Any, save: Callable[[], Any]) -> None:
 
 
 def begun(partial: Any, z0: np.ndarray) -> tuple[Any, dict[str, Any]]:
-    """Return a partial section map of the orbits that have begun, and their z0: the others' empty rows take seconds to write."""
+    """Return a partial section map of the orbits that have begun, and their z0: the others' empty rows take seconds to
+    write.
+    """
     rows = np.flatnonzero((partial.status != Status.INTERRUPTED) | (partial.counts > 0))
     values = {entry.name: getattr(partial, entry.name) for entry in fields(partial)}
     cut = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
@@ -121,7 +128,9 @@ def _crossings(result: Any) -> str:
 
 
 def compiled(what: str, first: Any, announce: bool = True) -> None:
-    """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the compiler."""
+    """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the
+    compiler.
+    """
     failure: list[BaseException] = []
     finished = threading.Event()
 
@@ -152,7 +161,8 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
 
 
 def _leave_the_compiler(*_: Any) -> None:
-    # A thread inside the compiler cannot be stopped; Numba moves finished cache files into place, so none is left half written.
+    # A thread inside the compiler cannot be stopped; Numba moves finished cache files into place, so none is left half
+    # written.
     say("stopped by Ctrl-C before any orbit was finished (compiling); nothing is kept")
     sys.stderr.flush()
     os._exit(EXIT_INTERRUPTED)

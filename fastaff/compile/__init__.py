@@ -1,1 +1,3 @@
-"""Compilation: the cache, and the text of the loops around methods of models, sections and angles. The only place with code in strings."""
+"""Compilation: the cache, and the text of the loops around methods of models, sections and angles. The only place with
+code in strings.
+"""

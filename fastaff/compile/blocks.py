@@ -1,7 +1,7 @@
 """Block functions: loops over lanes generated around the scalar methods of a model, a section or a set of angles.
 
-A value (a NamedTuple, possibly of NamedTuples) enters a kernel as a typed pointer to a compiled loop and a vector of parameters,
-so the engine is compiled once for all models and parameters stay run-time values.
+A value (a NamedTuple, possibly of NamedTuples) enters a kernel as a typed pointer to a compiled loop and a vector of
+parameters, so the engine is compiled once for all models and parameters stay run-time values.
 """
 
 from __future__ import annotations
@@ -73,7 +73,8 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
             flat.append(_float(f"{type(value).__name__}.{field}", entry))
         else:
             raise TypeError(
-                f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got {entry!r} "
+                f"{type(value).__name__}.{field} must be a float{'' if number else ' or a NamedTuple of floats'}, got "
+                f"{entry!r} "
                 f"({type(entry).__name__})" + (": wrap it, one_variable(f)" if inspect.isfunction(entry) else "")
             )
     return f"{name}({', '.join(arguments) or '0.0'})"
@@ -91,10 +92,11 @@ def _compilable(cls: type) -> type:
 
 
 def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
-    """Return the compiled block function `kind` of a model or section; a state is an orbit with so many tangent vectors.
+    """Return the compiled block function `kind` of a model or section; a state is an orbit with so many tangent
+    vectors.
 
-    Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is symplectic,
-    and a Runge-Kutta tableau solves the variational equations.
+    Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
+    symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
     classes: dict[type, str] = {}
     constructor = _walk(value, [], classes)
@@ -102,7 +104,9 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
 
 
 def function_block(function: Any, variable: str) -> Any:
-    """Return the compiled block of a function of one variable: its `regular(s)`, or value(x) with the text `variable` for x(s)."""
+    """Return the compiled block of a function of one variable: its `regular(s)`, or value(x) with the text `variable`
+    for x(s).
+    """
     classes: dict[type, str] = {}
     constructor = _walk(function, [], classes)
     term = "regular(z[i])" if hasattr(function, "regular") else f"value({variable.format('z[i]')})"
@@ -111,7 +115,8 @@ def function_block(function: Any, variable: str) -> Any:
         return _compiled("value", constructor, tuple(classes.items()), body, (("np", np),))
     except numba.core.errors.NumbaError as problem:
         raise TypeError(
-            f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python functions): "
+            f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python "
+            "functions): "
             f"{str(problem).strip().splitlines()[-1]}"
         ) from problem
 

@@ -1,6 +1,7 @@
 """exp and log without branches or tables, for loops over lanes, which then vectorise; and models that use them.
 
-Numba's own are calls for one number at a time: in a loop over lanes they cost five times as much and keep the rest of it scalar too.
+Numba's own are calls for one number at a time: in a loop over lanes they cost five times as much and keep the rest of
+it scalar too.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 def exp(x):
     """Return e^x: by the branch-free formula where it is compiled, else NumPy's.
 
-    The reduced argument |r| <= ln(2)/2 leaves 4e-18 to the Taylor series of degree 13. Below -708 the value stays at e^-708.
+    The reduced argument |r| <= ln(2)/2 leaves 4e-18 to the Taylor series of degree 13. Below -708 the value stays at
+    e^-708.
     """
     return np.exp(x)
 
@@ -34,8 +36,8 @@ def exp(x):
 def log(x):
     """Return ln x, NaN for x <= 0: by the branch-free formula where it is compiled, else NumPy's.
 
-    With x = 2^k m, sqrt(1/2) <= m < sqrt(2): ln m = 2 artanh(s), s = (m - 1)/(m + 1). Numbers below 2e-308 are not normal, and inaccurate.
-    Source: FDLIBM e_log.c (Sun Microsystems 1993), the polynomial in s^2.
+    With x = 2^k m, sqrt(1/2) <= m < sqrt(2): ln m = 2 artanh(s), s = (m - 1)/(m + 1). Numbers below 2e-308 are not
+    normal, and inaccurate. Source: FDLIBM e_log.c (Sun Microsystems 1993), the polynomial in s^2.
     """
     return np.log(x)
 
@@ -99,7 +101,8 @@ _numpy.exp, _numpy.log = exp, log
 
 
 def branch_free(value: Any) -> Any:
-    """Return a model or other value whose methods use this module's exp and log for np.exp and np.log, and are always inlined.
+    """Return a model or other value whose methods use this module's exp and log for np.exp and np.log, and are always
+    inlined.
 
     One call left in a loop over lanes, because LLVM finds a method too long, and the loop does not vectorise.
     """

@@ -75,16 +75,19 @@ def cache_directory() -> Path | None:
     except OSError as problem:
         refused = f"fastaff cannot write its compile cache ({problem})", "Set FASTAFF_CACHE_DIR to a writable folder."
     if refused is not None:
-        warnings.warn(f"{refused[0]}; kernels are compiled anew in every process. {refused[1]}", RuntimeWarning, stacklevel=2)
+        warnings.warn(
+            f"{refused[0]}; kernels are compiled anew in every process. {refused[1]}", RuntimeWarning, stacklevel=2
+        )
         return None
     return folder
 
 
 def who_else_writes(folder: Path) -> tuple[str, str] | None:
-    """Return what is wrong with a folder of code that somebody else could write to, and what mends it; None where only this user can.
+    """Return what is wrong with a folder of code that somebody else could write to, and what mends it; None where only
+    this user can.
 
-    A folder for all like /tmp, where only owners may rename (sticky), will do for the folders in it. A link is followed: what counts is
-    the folder that it leads to. Windows keeps a user's folders private by itself.
+    A folder for all like /tmp, where only owners may rename (sticky), will do for the folders in it. A link is
+    followed: what counts is the folder that it leads to. Windows keeps a user's folders private by itself.
     """
     if not hasattr(os, "getuid"):
         return None
@@ -117,8 +120,8 @@ def _private_cache(folder: Path | None) -> Iterator[bool]:
 def jit(function: Callable | None = None, *, parallel: bool = False, constants: bool = False) -> Callable:
     """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
 
-    With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes, which
-    that makes up to a third faster. Else one code serves all numbers.
+    With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes,
+    which that makes up to a third faster. Else one code serves all numbers.
     """
     if function is None:
         return functools.partial(jit, parallel=parallel, constants=constants)
@@ -130,11 +133,15 @@ def jit(function: Callable | None = None, *, parallel: bool = False, constants: 
 
 
 def _for_all_numbers(kernel: Any) -> Any:
-    """Make kernels that call this one with constants share the code for all numbers: Numba would compile it anew for each."""
+    """Make kernels that call this one with constants share the code for all numbers: Numba would compile it anew for
+    each.
+    """
     template = kernel.get_call_template
 
     def get_call_template(args, kws):
-        return template(tuple(map(types.unliteral, args)), {name: types.unliteral(entry) for name, entry in kws.items()})
+        return template(
+            tuple(map(types.unliteral, args)), {name: types.unliteral(entry) for name, entry in kws.items()}
+        )
 
     kernel.get_call_template = get_call_template
     return kernel
@@ -169,8 +176,8 @@ def _atomic_write(typingcontext, array, index, value):
 def read_now(array, index):
     """Read array[index] (int64) from memory at this very moment.
 
-    Kernels promise LLVM that nobody else writes to their arrays, so a plain read of a flag that another thread sets is moved
-    out of the loop that polls it.
+    Kernels promise LLVM that nobody else writes to their arrays, so a plain read of a flag that another thread sets is
+    moved out of the loop that polls it.
     """
     return _atomic_read(array, index)
 
@@ -217,7 +224,8 @@ _loops: dict[tuple, Callable] = {}
 
 
 def loop_over_units(loop: Any, work: Callable, arguments: tuple) -> Callable:
-    """Return loop(work, ., .) with both compiled for arguments of these types: run it with the arguments and the number of units.
+    """Return loop(work, ., .) with both compiled for arguments of these types: run it with the arguments and the number
+    of units.
 
     `work` is work(unit, *arguments), not compiled yet; see `kernels.drive.run_units`.
     """

@@ -14,7 +14,9 @@ VECTORS_PER_LOOP = {1: 8, 2: 4}
 
 
 class Rows:
-    """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one after another)."""
+    """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
+    after another).
+    """
 
     def __init__(self, n: int, vectors: int):
         self.n, self.vectors, self.half = n, vectors, n * (1 + vectors)
@@ -31,7 +33,9 @@ class Rows:
 
     @property
     def groups(self) -> list[range]:
-        """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other vectors."""
+        """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other
+        vectors.
+        """
         width = VECTORS_PER_LOOP.get(self.n, 2)
         ends = [1 + min(self.vectors, width), *range(1 + 2 * width, 1 + self.vectors + width, width)]
         ends = [min(end, 1 + self.vectors) * self.n for end in ends]
@@ -41,14 +45,20 @@ class Rows:
         return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
 
     def velocities(self, rows: range) -> str:
-        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own momenta."""
+        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
+        momenta.
+        """
         return "".join(f"{_list('v', part)}, = value.velocity({_list('p', part)})\n" for part in self._parts(rows))
 
     def forces(self, rows: range) -> str:
         """Text that sets the f of these rows to the force at q, or its change along a vector."""
         text, orbit = "", range(self.n)
         for part in self._parts(rows):
-            call = f"force({_list('q', orbit)})" if part == orbit else f"tangent_force({_list('q', orbit)}, {_list('q', part)})"
+            call = (
+                f"force({_list('q', orbit)})"
+                if part == orbit
+                else f"tangent_force({_list('q', orbit)}, {_list('q', part)})"
+            )
             text += f"{_list('f', part)}, = value.{call}\n"
         return text
 
@@ -71,7 +81,9 @@ def _stage(rows: Rows) -> str:
 
 
 def _precise_stage(rows: Rows) -> str:
-    """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small size."""
+    """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small
+    size.
+    """
     return _drift_kick(rows, 2 * rows.half)
 
 
@@ -85,9 +97,15 @@ def _drift_kick(rows: Rows, first: int) -> str:
     drift = kick = ""
     for group in rows.groups:
         move = "".join(f"p{r} = {now(n + r)}\n" for r in group) + rows.velocities(group) + "hd = drift*step[i]\n"
-        move += "".join(f"d{r} = {_at(first + r)} + hd*v{r}\n" for r in group) + "".join(f"{_at(first + r)} = d{r}\n" for r in group)
+        move += "".join(f"d{r} = {_at(first + r)} + hd*v{r}\n" for r in group) + "".join(
+            f"{_at(first + r)} = d{r}\n" for r in group
+        )
         push = "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
-        push += "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in group) + rows.forces(group) + "hk = kick*step[i]\n"
+        push += (
+            "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in group)
+            + rows.forces(group)
+            + "hk = kick*step[i]\n"
+        )
         push += "".join(f"{_at(first + n + r)} = {_at(first + n + r)} + hk*f{r}\n" for r in group)
         drift, kick = drift + _loop(move, 2), kick + _loop(move + push, 1)
     return f"    if kick == 0.0:\n{drift}        return\n{kick}"
@@ -142,8 +160,9 @@ def _check(rows: Rows) -> str:
         "code = code if size < radius[i]*radius[i] else 3.0\n"
         "result[i] = code if finite == 0.0 else 1.0\n"
         f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[n:])})\n"
-        "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n", 1
-    )  # fmt: skip
+        "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n",
+        1,
+    )
 
 
 def _inside(rows: Rows) -> str:
@@ -153,8 +172,9 @@ def _inside(rows: Rows) -> str:
         f"margin = value.margin({', '.join(z[: rows.n])})\n"
         f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
         "code = 2.0 if finite == 0.0 else 1.0\n"
-        "result[i] = 0.0 if margin > 0.0 else code\n", 1
-    )  # fmt: skip
+        "result[i] = 0.0 if margin > 0.0 else code\n",
+        1,
+    )
 
 
 def _value(rows: Rows) -> str:

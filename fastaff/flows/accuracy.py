@@ -23,7 +23,9 @@ SHARE = 0.25
 """Share of the accuracy that the error expected from the trial may take."""
 
 SAFETY = 0.5
-"""Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached late."""
+"""Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached
+late.
+"""
 
 HALVINGS = 3
 """How often steps are halved at most beyond the first pair of runs."""
@@ -33,7 +35,9 @@ NOISE = float(np.finfo(float).eps)
 
 
 class Plan(NamedTuple):
-    """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN radians, the scales."""
+    """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN
+    radians, the scales.
+    """
 
     step: np.ndarray
     local: np.ndarray
@@ -41,7 +45,8 @@ class Plan(NamedTuple):
 
 
 def wants_accuracy(scheme: Any, step: Any, accuracy: Any, default: float = ACCURACY) -> float | None:
-    """Return the accuracy to reach by halving, or the default; None where a step or a scheme that controls its steps was chosen instead.
+    """Return the accuracy to reach by halving, or the default; None where a step or a scheme that controls its steps
+    was chosen instead.
 
     Raises ValueError where both were, TypeError or ValueError for an accuracy that is no number between 0 and 1.
     """
@@ -52,15 +57,22 @@ def wants_accuracy(scheme: Any, step: Any, accuracy: Any, default: float = ACCUR
     if value >= 1:
         raise ValueError(f"accuracy must be below 1, relative to the amplitudes of the motion, got {accuracy!r}")
     if step is not None:
-        raise ValueError(f"accuracy and step exclude one another: give one of them, got accuracy={accuracy!r} and step={step!r}")
+        raise ValueError(
+            f"accuracy and step exclude one another: give one of them, got accuracy={accuracy!r} and step={step!r}"
+        )
     if not fixed:
         name = getattr(scheme, "name", shown(scheme))
-        raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has tolerances of its own, or is no scheme")
+        raise ValueError(
+            f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has tolerances of its own, or is no "
+            "scheme"
+        )
     return value
 
 
 def refined(flow: Flow | TransformedFlow, step: np.ndarray) -> Flow | TransformedFlow:
-    """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances by its order."""
+    """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances by
+    its order.
+    """
     if isinstance(flow, TransformedFlow):
         return replace(flow, flow=replace(flow.flow, step=float(step[0])))
     if flow.adaptive:
@@ -70,27 +82,34 @@ def refined(flow: Flow | TransformedFlow, step: np.ndarray) -> Flow | Transforme
 
 
 def planned_alike(flow: Flow | TransformedFlow, model: Any, z: np.ndarray, threads: int) -> Plan:
-    """Return one step for all orbits, that of the flow (1 for an adaptive one): a plan for schemes that others chose."""
+    """Return one step for all orbits, that of the flow (1 for an adaptive one): a plan for schemes that others
+    chose.
+    """
     found = motion(model, z, threads)
     step = 1.0 if flow.adaptive else float(np.max(flow.step))
     return Plan(np.full(z.shape[1], step), np.full(z.shape[1], np.nan), found)
 
 
 def planned(flow: Flow, z: np.ndarray, found: Motion, time: np.ndarray | float, accuracy: float) -> Plan:
-    """Return steps whose errors, growing in proportion to time as on regular orbits, stay below a share of the accuracy."""
+    """Return steps whose errors, growing in proportion to time as on regular orbits, stay below a share of the
+    accuracy.
+    """
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)
     return Plan(step, local, found)
 
 
-def estimated(flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and rounding's share.
+def estimated(
+    flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and
+    rounding's share.
 
-    phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY order/(2^order - 1) of the distance is the scheme's;
-    rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these grow like phase, so their share of the
-    distance follows from the local errors of both. Errors never fall with time. Where the local errors are not known, as of adaptive
-    schemes, orbits count as regular: rounding errors grow like phase^(3/2). No error is below that of a single step: within the first
-    step both runs may do the same.
+    phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY order/(2^order - 1) of the
+    distance is the scheme's; rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these
+    grow like phase, so their share of the distance follows from the local errors of both. Errors never fall with time.
+    Where the local errors are not known, as of adaptive schemes, orbits count as regular: rounding errors grow like
+    phase^(3/2). No error is below that of a single step: within the first step both runs may do the same.
     """
     order = flow.scheme.order
     spans = np.maximum(phase / SPAN, 1.0)
@@ -108,16 +127,19 @@ def estimated(flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase
 
 
 def halved(
-    flow: Flow | TransformedFlow, plan: Plan, accuracy: float, run: Callable[[np.ndarray, np.ndarray], Any],
+    flow: Flow | TransformedFlow,
+    plan: Plan,
+    accuracy: float,
+    run: Callable[[np.ndarray, np.ndarray], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
-) -> None:  # fmt: skip
+) -> None:
     """Run all orbits with twice their steps and with these, then those that need it with steps halved again.
 
-    run(orbits, step) integrates the orbits of that index array; compare(fine, coarse, orbits) returns distances of states and phases
-    (moments, orbits), and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results
-    numbered `chosen` of a run. Orbits whose error is too large for one more halving, as chaotic ones', are left at that. Cost: one and a
-    half runs for orbits as expected.
+    run(orbits, step) integrates the orbits of that index array; compare(fine, coarse, orbits) returns distances of
+    states and phases (moments, orbits), and how many times the error of a state counts; keep(orbits, fine, chosen,
+    error) takes over the results numbered `chosen` of a run. Orbits whose error is too large for one more halving, as
+    chaotic ones', are left at that. Cost: one and a half runs for orbits as expected.
     """
     orbits, order = np.arange(len(plan.step)), flow.scheme.order
     step, local = plan.step, plan.local
@@ -125,7 +147,9 @@ def halved(
     for round_ in range(HALVINGS + 1):
         fine = run(orbits, step)
         apart, phase, weight = compare(fine, coarse, orbits)
-        error, rounding = (weight * part for part in estimated(flow, Plan(step, local, plan.motion.of(orbits)), apart, phase))
+        error, rounding = (
+            weight * part for part in estimated(flow, Plan(step, local, plan.motion.of(orbits)), apart, phase)
+        )
         worst = error.max(axis=0)
         again = (worst > accuracy) & (worst <= accuracy * 2.0**order) & (rounding.max(axis=0) < 0.5 * worst)
         again &= round_ < HALVINGS and not flow.adaptive

@@ -34,7 +34,9 @@ def checked_model(model: Any, name: str = "body") -> Any:
     if isinstance(model, (Body, StackelBody)) and not is_value(model.potential):
         raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
     if isinstance(model, (Body, StackelBody)) and not hasattr(model.potential, "slopes"):
-        raise TypeError(f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}")
+        raise TypeError(
+            f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}"
+        )
     flat = _parameters(name, model)
     if not np.all(np.isfinite(flat)):
         raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
@@ -54,9 +56,14 @@ def _evaluated(name: str, model: Any) -> None:
     q, p = np.linspace(1.3, 0.2, n), np.linspace(0.3, 1.1, n)
     try:
         with np.errstate(all="ignore"):
-            numbers_of = [*(getattr(model, method)(*q) for method in ("potential_energy", "margin")), model.kinetic_energy(*p)]
+            numbers_of = [
+                *(getattr(model, method)(*q) for method in ("potential_energy", "margin")),
+                model.kinetic_energy(*p),
+            ]
             rows = model.force(*q), model.velocity(*p)
-        if [len(row) for row in rows] != [n, n] or any(np.shape(number) != () for number in (*numbers_of, *rows[0], *rows[1])):
+        if [len(row) for row in rows] != [n, n] or any(
+            np.shape(number) != () for number in (*numbers_of, *rows[0], *rows[1])
+        ):
             raise TypeError("one number for each coordinate is needed, and one for energies and the margin")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
@@ -79,13 +86,17 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
             model.tangent_force(*np.linspace(1.3, 0.2, n), *np.ones(n))
     except AttributeError as problem:
         raise TypeError(
-            f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need tangent_force(q..., dq...) of a "
+            f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
+            "tangent_force(q..., dq...) of a "
             "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
         ) from None
     p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
     linear = np.array(model.velocity(*(p + d))) - np.array(model.velocity(*p)) - np.array(model.velocity(*d))
     if not np.abs(linear).max() <= 1e-12 * np.abs(model.velocity(*p)).max():
-        raise ValueError(f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent vectors")
+        raise ValueError(
+            f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent "
+            "vectors"
+        )
     return model
 
 
@@ -93,7 +104,8 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     """Return `scheme` if it is one that steps in time itself."""
     if isinstance(scheme, TimeTransformed):
         raise TypeError(
-            f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it elsewhere, where a "
+            f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it "
+            "elsewhere, where a "
             "Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
         )
     if not isinstance(scheme, (Splitting, RungeKutta)):
@@ -116,7 +128,11 @@ def checked_function(field: str, entry: Any) -> Any:
     """Return the entry of the field V_... if it is a function of one variable."""
     if not is_value(entry) or not hasattr(entry, "value"):
         angle = field in ("V_eta", "V_gamma")
-        what = "of the angle such as one_variable(f) or Zero()" if angle else "such as Oscillator(k=1.0) or one_variable(f)"
+        what = (
+            "of the angle such as one_variable(f) or Zero()"
+            if angle
+            else "such as Oscillator(k=1.0) or one_variable(f)"
+        )
         raise TypeError(f"{field} must be a function {what}, got {entry!r}")
     return entry
 
@@ -124,7 +140,9 @@ def checked_function(field: str, entry: Any) -> Any:
 def checked_chart(chart: Any) -> Chart:
     """Return `chart` if it is one of GL(2,R)."""
     if not isinstance(chart, Chart):
-        raise TypeError(f"chart must be a chart such as fastaff.ALPHA_BETA, got {shown(chart)} ({type(chart).__name__})")
+        raise TypeError(
+            f"chart must be a chart such as fastaff.ALPHA_BETA, got {shown(chart)} ({type(chart).__name__})"
+        )
     return chart
 
 
@@ -216,8 +234,9 @@ FARTHEST, ESCAPE = 1e150, 1e6
 def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped.
 
-    ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along, if that is farther;
-    `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company nor the zero of V.
+    ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along,
+    if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
+    nor the zero of V.
     """
     n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
@@ -230,7 +249,10 @@ def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
         unit = np.where(np.isfinite(unit), unit, 0.0)
         limit = kinetic_energies(model, z) + model.potential_energy(*q)
         reach, away = size.copy(), ~(size > 0)
-        for orbits, decades in ((np.flatnonzero(~away), np.arange(-2.0, 21.0)), (np.flatnonzero(away), np.arange(-30.0, 31.0))):
+        for orbits, decades in (
+            (np.flatnonzero(~away), np.arange(-2.0, 21.0)),
+            (np.flatnonzero(away), np.arange(-30.0, 31.0)),
+        ):
             scale = np.where(size[orbits] > 0, size[orbits], 1.0)
             for sign in (1.0, -1.0):
                 turned = _turning_distance(model, q[:, orbits], sign * unit[:, orbits] * scale, limit[orbits], decades)
@@ -238,7 +260,9 @@ def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 
-def _turning_distance(model: Any, q: np.ndarray, along: np.ndarray, limit: np.ndarray, decades: np.ndarray) -> np.ndarray:
+def _turning_distance(
+    model: Any, q: np.ndarray, along: np.ndarray, limit: np.ndarray, decades: np.ndarray
+) -> np.ndarray:
     """Return the largest s at which V(q + s along) rises through `limit`, to two digits; 0 where it never does."""
 
     def allowed(exponent: np.ndarray) -> np.ndarray:

@@ -35,7 +35,9 @@ class Interrupted(KeyboardInterrupt):
 
 
 def default_threads() -> int:
-    """Return the number of threads that kernels use unless told otherwise: $NUMBA_NUM_THREADS or the cores of this process."""
+    """Return the number of threads that kernels use unless told otherwise: $NUMBA_NUM_THREADS or the cores of this
+    process.
+    """
     return 1 if JIT_DISABLED else numba.get_num_threads()
 
 
@@ -53,13 +55,19 @@ def checked_threads(threads: Any) -> int:
 
 
 def launch(
-    kernel: Callable, arguments: tuple, stop: np.ndarray, progress: np.ndarray, work: float, threads: int,
+    kernel: Callable,
+    arguments: tuple,
+    stop: np.ndarray,
+    progress: np.ndarray,
+    work: float,
+    threads: int,
     report: Report | None,
-) -> None:  # fmt: skip
-    """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a worker thread.
+) -> None:
+    """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a
+    worker thread.
 
-    The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised when the kernel
-    has put its state back.
+    The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised
+    when the kernel has put its state back.
     """
 
     def run() -> None:
@@ -91,8 +99,8 @@ def launch(
 def _worker(process: int) -> ThreadPoolExecutor:
     """Return this process's one kernel thread.
 
-    One, because parallel kernels must take turns (the workqueue threading layer) and a new thread would start new OpenMP
-    threads; of this process, because threads don't survive a fork.
+    One, because parallel kernels must take turns (the workqueue threading layer) and a new thread would start new
+    OpenMP threads; of this process, because threads don't survive a fork.
     """
     return ThreadPoolExecutor(1, thread_name_prefix="fastaff")
 
@@ -101,9 +109,9 @@ def _worker(process: int) -> ThreadPoolExecutor:
 class Ensemble:
     """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
 
-    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise; energy at the
-    start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no zero of V; radius: the distance
-    from the origin beyond which an orbit has escaped.
+    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise;
+    energy at the start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no
+    zero of V; radius: the distance from the origin beyond which an orbit has escaped.
     """
 
     z: np.ndarray
@@ -177,13 +185,19 @@ class Flow:
 
     @property
     def precise(self) -> bool:
-        """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that small."""
+        """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that
+        small.
+        """
         return isinstance(self.scheme, Splitting) and self.scheme.order >= 10
 
-    def ensemble(self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None) -> Ensemble:
-        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n, orbits).
+    def ensemble(
+        self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None
+    ) -> Ensemble:
+        """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n,
+        orbits).
 
-        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, where they are known already.
+        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, where they are known
+        already.
         """
         n = self.model.degrees_of_freedom
         state = z0
@@ -205,7 +219,9 @@ class Flow:
         return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
 
     def _stepping(self) -> tuple[Callable, Callable]:
-        """Return the blocks stage, which splittings step by, and derivative, which Runge-Kutta tableaux step by; the other is idle."""
+        """Return the blocks stage, which splittings step by, and derivative, which Runge-Kutta tableaux step by; the
+        other is idle.
+        """
         if isinstance(self.scheme, Splitting):
             return self._block("precise_stage" if self.precise else "stage"), idle_block("derivative")
         return idle_block("stage"), self._block("derivative")
@@ -239,20 +255,36 @@ class Flow:
         return min(LANES, math.ceil(orbits / self.threads))
 
     def advance(
-        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float | np.ndarray,
-        observations: int = 0, refill: bool = False, report: Report | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        ensemble: Ensemble,
+        observer: Observer,
+        memory: np.ndarray,
+        out: np.ndarray,
+        *,
+        time: float | np.ndarray,
+        observations: int = 0,
+        refill: bool = False,
+        report: Report | None = None,
+    ) -> None:
         """Advance the ensemble to `time`, with fixed steps perhaps one for each orbit, and update its status.
 
-        The observer sees `observations` equidistant states, for which steps are shortened as they need, or every step where that is 0.
+        The observer sees `observations` equidistant states, for which steps are shortened as they need, or every step
+        where that is 0.
         """
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, report)
 
     def sampled(
-        self, ensemble: Ensemble, count: int, *, time: float | np.ndarray, states: np.ndarray | None = None, report: Report | None = None
-    ) -> np.ndarray:  # fmt: skip
-        """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not reached.
+        self,
+        ensemble: Ensemble,
+        count: int,
+        *,
+        time: float | np.ndarray,
+        states: np.ndarray | None = None,
+        report: Report | None = None,
+    ) -> np.ndarray:
+        """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not
+        reached.
 
         They are written to `states` where it is given, so that those met before Ctrl-C are not lost.
         """
@@ -273,10 +305,32 @@ class Flow:
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
         errors, dense = self.scheme.error_array, self.scheme.dense_array  # type: ignore[union-attr]
         arguments = (
-            derivative, check, observer.function, parameters(self.model), observer.parameters, a, b, errors, dense,
-            self.rtol, self.atol, time, time / observations if observations else 0.0, self.vectors > 0, ensemble.radius, unit,
-            ensemble.z, ensemble.time, ensemble.ahead, ensemble.ticks, ensemble.kinetic, memory, out, ensemble.status, ensemble.count,
-        )  # fmt: skip
+            derivative,
+            check,
+            observer.function,
+            parameters(self.model),
+            observer.parameters,
+            a,
+            b,
+            errors,
+            dense,
+            self.rtol,
+            self.atol,
+            time,
+            time / observations if observations else 0.0,
+            self.vectors > 0,
+            ensemble.radius,
+            unit,
+            ensemble.z,
+            ensemble.time,
+            ensemble.ahead,
+            ensemble.ticks,
+            ensemble.kinetic,
+            memory,
+            out,
+            ensemble.status,
+            ensemble.count,
+        )
         launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
@@ -299,19 +353,41 @@ class Flow:
         stage, derivative = (idle_block("stage"), idle_block("derivative")) if solo else self._stepping()
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
         arguments = (
-            stage, march, derivative, self._block("inside"), check, observer.function, parameters(self.model), observer.parameters,
-            drift, kick, a, b,
-            h, total, every, order, ensemble.radius, self.precise, self.vectors > 0, refill, solo, unit, ensemble.z,
-            ensemble.count, ensemble.kinetic, memory, out, ensemble.status,
-        )  # fmt: skip
+            stage,
+            march,
+            derivative,
+            self._block("inside"),
+            check,
+            observer.function,
+            parameters(self.model),
+            observer.parameters,
+            drift,
+            kick,
+            a,
+            b,
+            h,
+            total,
+            every,
+            order,
+            ensemble.radius,
+            self.precise,
+            self.vectors > 0,
+            refill,
+            solo,
+            unit,
+            ensemble.z,
+            ensemble.count,
+            ensemble.kinetic,
+            memory,
+            out,
+            ensemble.status,
+        )
         try:
             launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)
         finally:
             ensemble.time[:] = ensemble.count * h
 
-    def locate(
-        self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None
-    ) -> None:  # fmt: skip
+    def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
@@ -319,11 +395,19 @@ class Flow:
         progress = np.zeros(math.ceil(where.size / LANES), np.int64)
         value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)
         arguments = (
-            stage, derivative, value, parameters(self.model), parameters(section), *self._tables(),
-            float(section.direction), self.precise, 2 * self.model.degrees_of_freedom * (1 + self.vectors), records, where,
-        )  # fmt: skip
+            stage,
+            derivative,
+            value,
+            parameters(self.model),
+            parameters(section),
+            *self._tables(),
+            float(section.direction),
+            self.precise,
+            2 * self.model.degrees_of_freedom * (1 + self.vectors),
+            records,
+            where,
+        )
         launch(crossings.locate, arguments, stop, progress, float(where.size), self.threads, report)
-
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
@@ -347,5 +431,3 @@ def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
 def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
     """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
     ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
-
-

@@ -9,7 +9,8 @@ from typing import Any
 
 
 def interruptible(function: Callable, *arguments: Any) -> Any:
-    """Return function(*arguments), run by a thread of its own, so that Ctrl-C reaches the main thread while LAPACK is busy.
+    """Return function(*arguments), run by a thread of its own, so that Ctrl-C reaches the main thread while LAPACK is
+    busy.
 
     After Ctrl-C the thread ends with the call of a library that it is in; it does not keep the process alive.
     """

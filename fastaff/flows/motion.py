@@ -34,11 +34,12 @@ VANISHING = 1e3
 class Motion(NamedTuple):
     """The scales of orbits, of each orbit by itself.
 
-    rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an oscillator;
-    kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the amplitudes
-    (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius (orbits,): the distance from
-    the origin beyond which an orbit has escaped, `escape_radii`. They follow changes of units and know not the zero of V; all but the
-    radius know not the origin of coordinates. Of an orbit at rest in an equilibrium kinetic is 0.
+    rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an
+    oscillator; kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the
+    amplitudes (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius
+    (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`. They follow changes of
+    units and know not the zero of V; all but the radius know not the origin of coordinates. Of an orbit at rest in an
+    equilibrium kinetic is 0.
     """
 
     rate: np.ndarray
@@ -52,7 +53,9 @@ class Motion(NamedTuple):
         return Motion(*(entry[..., orbits] for entry in self))
 
     def distance(self, apart: np.ndarray) -> np.ndarray:
-        """Return the size of differences of phase points (..., 2n, orbits): the largest of the coordinates' in their amplitudes."""
+        """Return the size of differences of phase points (..., 2n, orbits): the largest of the coordinates' in their
+        amplitudes.
+        """
         size = np.concatenate([self.position, self.momentum])
         size = np.where(size > 0, size, 1.0)
         return np.abs(apart / size).max(axis=-2)
@@ -66,7 +69,8 @@ def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
 def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
 
-    The look's step is fitted to what it finds until it is about a fifth of a radian. Cost: 64 steps a look, mostly one or two.
+    The look's step is fitted to what it finds until it is about a fifth of a radian. Cost: 64 steps a look, mostly one
+    or two.
     """
     n, orbits = z.shape[0] // 2, z.shape[1]
     found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)), np.zeros(orbits))
@@ -103,8 +107,12 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
         return Motion(rate, kinetic, np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own), radius)
 
 
-def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who failed."""
+def _look(
+    model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who
+    failed.
+    """
     flow = Flow(model, KAHAN_LI8, step, 1e-12, 1e-12, threads)
     ensemble = flow.ensemble(z.copy(), radius=radius)
     states = flow.sampled(ensemble, LOOKS, time=LOOKS * step).transpose(1, 2, 0)
@@ -112,7 +120,9 @@ def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threa
 
 
 def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angular frequency and the largest kinetic energy of states (samples, 2n, orbits), over those that are finite."""
+    """Return the angular frequency and the largest kinetic energy of states (samples, 2n, orbits), over those that are
+    finite.
+    """
     n = states.shape[1] // 2
     z = np.moveaxis(states, 1, 0)
     with np.errstate(all="ignore"):
@@ -125,7 +135,9 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
 
 
 def total(rows: np.ndarray) -> np.ndarray:
-    """Return the sum over the first axis, row by row: NumPy's own order of summation depends on the number of orbits."""
+    """Return the sum over the first axis, row by row: NumPy's own order of summation depends on the number of
+    orbits.
+    """
     result = np.zeros(rows.shape[1:])
     for row in rows:
         result += row
@@ -147,7 +159,9 @@ def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
 
 
 def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
-    """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the path."""
+    """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the
+    path.
+    """
     n = z.shape[0] // 2
     q, p = z[:n], z[n:]
     with np.errstate(all="ignore"):
@@ -159,13 +173,17 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
         guesses += [_curvature(model, z, W, direction / size) for direction, size in ((u, pull), (v, speed))]
     known = np.array([np.where(np.isfinite(guess) & (guess > 0), guess, 0.0) for guess in guesses])
     stiff = known[2:].max(axis=0)
-    path = np.where((stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0])  # next to a turning point the path turns at once
+    path = np.where(
+        (stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0]
+    )  # next to a turning point the path turns at once
     best = np.maximum(stiff, path)
     return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0))
 
 
 def _curvature(model: Any, z: np.ndarray, W: np.ndarray, unit: np.ndarray) -> np.ndarray:
-    """Return the angular frequency of small oscillations along unit vectors (n, orbits), from a difference of forces; NaN where none."""
+    """Return the angular frequency of small oscillations along unit vectors (n, orbits), from a difference of forces;
+    NaN where none.
+    """
     q = z[: z.shape[0] // 2]
     length = np.sqrt(total(q * q))
     shift = NUDGE * np.where(length > 0, length, 1.0) * unit
@@ -175,7 +193,9 @@ def _curvature(model: Any, z: np.ndarray, W: np.ndarray, unit: np.ndarray) -> np
 
 
 def _small_oscillations(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
-    """Return the angular frequency (orbits,) of small oscillations along a direction of no symmetry; 0 where there are none."""
+    """Return the angular frequency (orbits,) of small oscillations along a direction of no symmetry; 0 where there are
+    none.
+    """
     n = z.shape[0] // 2
     with np.errstate(all="ignore"):
         unit = np.array([np.sqrt(np.abs(W[i, i])) * (1.0 + 0.618 * i) for i in range(n)])
@@ -192,6 +212,8 @@ def _velocity(model: Any, p: np.ndarray) -> np.ndarray:
 
 
 def typical_rate(model: Any, z: np.ndarray) -> float:
-    """Return the median natural angular frequency of a set of orbits: for what belongs to the set, never to an orbit."""
+    """Return the median natural angular frequency of a set of orbits: for what belongs to the set, never to an
+    orbit.
+    """
     rates = natural_rates(model, z)
     return float(np.median(rates)) if rates.size and math.isfinite(np.median(rates)) else 1.0

@@ -1,7 +1,8 @@
 """Observers: what is kept from running orbits, as values that the drivers call block by block.
 
-An observer is a compiled block function with its parameters, rows of memory for each orbit (they survive an interruption) and numbers
-written for each orbit. `together` makes one observer of several, so that one pass gives, say, a section and frequencies.
+An observer is a compiled block function with its parameters, rows of memory for each orbit (they survive an
+interruption) and numbers written for each orbit. `together` makes one observer of several, so that one pass gives, say,
+a section and frequencies.
 """
 
 from __future__ import annotations
@@ -23,9 +24,11 @@ from ..kernels import zero_one as zero_one_kernels
 
 @dataclass(frozen=True)
 class Observer:
-    """What to keep of running orbits: the value and the text of a block function, and the rows of memory that an orbit needs.
+    """What to keep of running orbits: the value and the text of a block function, and the rows of memory that an orbit
+    needs.
 
-    The text may use `value`, the arguments of an observer (see `fastaff.compile.blocks`) and the package's kernels in `names`.
+    The text may use `value`, the arguments of an observer (see `fastaff.compile.blocks`) and the package's kernels in
+    `names`.
     """
 
     value: Any
@@ -101,12 +104,19 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int =
 
 
 def deviations(
-    model: Any, vectors: int, readings: tuple[str, ...], signs: tuple[float, ...], *, time: float, early_stop: bool, slots: int,
-) -> Observer:  # fmt: skip
+    model: Any,
+    vectors: int,
+    readings: tuple[str, ...],
+    signs: tuple[float, ...],
+    *,
+    time: float,
+    early_stop: bool,
+    slots: int,
+) -> Observer:
     """Keep growth and alignment of the tangent vectors at every step, and judge orbits by readings of them.
 
-    `readings` are texts over the rows of `kernels.deviations`; out holds `slots` records of the time and the readings. Of the memory the
-    caller sets each orbit's stride, columns, limits and metric.
+    `readings` are texts over the rows of `kernels.deviations`; out holds `slots` records of the time and the readings.
+    Of the memory the caller sets each orbit's stride, columns, limits and metric.
     """
     n, k, m = model.degrees_of_freedom, vectors, len(readings)
     rows, across = Rows(n, k), any("ACROSS" in reading for reading in readings)
@@ -127,14 +137,32 @@ def deviations(
         f"    sums, lengths, readings, metric = {', '.join(f'place(k, m, {what})*{LANES}' for what in (0, 2, 5, 9))}\n"
         f"    peak({n}, k, place(k, m, 9), lanes, fresh, z, memory)\n{along if across else ''}"
         "    if wait(value.time, value.slots, lanes, fresh, t, memory) == 0.0:\n        return 0\n"
-        f"    orthonormalise({n}, k, place(k, m, 9), lanes, z, memory)\n    grow(k, lanes, t, memory)\n    follow(k, lanes, memory)\n"
+        f"    orthonormalise({n}, k, place(k, m, 9), lanes, z, memory)\n    grow(k, lanes, t, memory)\n    follow(k, "
+        "lanes, memory)\n"
         "    for i in range(lanes):\n"
         "        if memory[DUE * LANES + i] > 0.0:\n"
         + "".join(f"            memory[readings + {j * LANES} + i] = {reading}\n" for j, reading in enumerate(readings))
-        + "    return judge(k, m, value.signs, value.early_stop, value.slots, value.time, lanes, orbit, t, memory, out, done)\n"
+        + "    return judge(k, m, value.signs, value.early_stop, value.slots, value.time, lanes, orbit, t, memory, "
+        "out, done)\n"
     )
-    names = ("wait", "peak", "orthonormalise", "follow", "grow", "peak_across", "volume", "alignment", "judge", "place", "LN10", "LANES",
-             "DUE", "AREA", "LARGEST", "LARGEST_ACROSS")  # fmt: skip
+    names = (
+        "wait",
+        "peak",
+        "orthonormalise",
+        "follow",
+        "grow",
+        "peak_across",
+        "volume",
+        "alignment",
+        "judge",
+        "place",
+        "LN10",
+        "LANES",
+        "DUE",
+        "AREA",
+        "LARGEST",
+        "LARGEST_ACROSS",
+    )
     # Without the flow it is one function for all models.
     value = _Deviations(model if across else _Nothing(), signs, time, float(early_stop), float(slots))
     end = deviation_kernels.place(k, m, 9) + 2 * n
@@ -169,8 +197,8 @@ def _kinetic(model: Any, vectors: int) -> str:
 def together(first: Observer, second: Observer, columns: int) -> Observer:
     """Make one observer of two: a single pass over the orbits serves both.
 
-    Memory and `out` hold those of the first, then those of the second; `columns` is the width of the first one's `out`. An
-    orbit is done when both are done with it; the rows after their memory keep which are.
+    Memory and `out` hold those of the first, then those of the second; `columns` is the width of the first one's `out`.
+    An orbit is done when both are done with it; the rows after their memory keep which are.
     """
     split, rows = first.rows, first.rows + second.rows
     scratch = rows * LANES
@@ -181,9 +209,11 @@ def together(first: Observer, second: Observer, columns: int) -> Observer:
         text += "".join(f"    {line}\n" for line in part.text.splitlines())
     text += "    ended = 0\n"
     for number, (field, memory, out) in enumerate(
-        (("first", f"memory[: {split * LANES}]", f"out[:, :{columns}]"),
-         ("second", f"memory[{split * LANES} : {scratch}]", f"out[:, {columns}:]"))
-    ):  # fmt: skip
+        (
+            ("first", f"memory[: {split * LANES}]", f"out[:, :{columns}]"),
+            ("second", f"memory[{split * LANES} : {scratch}]", f"out[:, {columns}:]"),
+        )
+    ):
         done, fresh = scratch + number * LANES, scratch + 2 * LANES
         text += (
             f"    finished, seen = memory[{done} : {done + LANES}], memory[{fresh} : {fresh + LANES}]\n"

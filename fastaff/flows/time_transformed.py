@@ -61,9 +61,11 @@ def _levels(row: int, count: int, rows: int) -> Observer:
 
 @dataclass(frozen=True)
 class TransformedFlow:
-    """A flow in the fictitious time s of a transformed model up to `time`; `pace` is about dt/ds, to expect numbers of steps by.
+    """A flow in the fictitious time s of a transformed model up to `time`; `pace` is about dt/ds, to expect numbers of
+    steps by.
 
-    It stands in for `Flow` where states are those of the transformed model (see `lifted`); an ensemble's `time` is the orbits' time.
+    It stands in for `Flow` where states are those of the transformed model (see `lifted`); an ensemble's `time` is the
+    orbits' time.
     """
 
     flow: Flow
@@ -96,16 +98,27 @@ class TransformedFlow:
         return self.patience * math.ceil(time / (self.step * self.pace))
 
     def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
-        """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over; radius: those of the orbits in the model."""
+        """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over; radius: those of the orbits in
+        the model.
+        """
         started = self.flow.ensemble(z0, radius=radius)
         started.radius = np.hypot(started.radius, OVERSHOOT)
         return started
 
     def advance(
-        self, ensemble: Ensemble, observer: Observer, memory: np.ndarray, out: np.ndarray, *, time: float,
-        refill: bool = True, report: Report | None = None,
-    ) -> None:  # fmt: skip
-        """Advance the ensemble until it has reached the model's time or the observer has what it wants; see `Flow.advance`."""
+        self,
+        ensemble: Ensemble,
+        observer: Observer,
+        memory: np.ndarray,
+        out: np.ndarray,
+        *,
+        time: float,
+        refill: bool = True,
+        report: Report | None = None,
+    ) -> None:
+        """Advance the ensemble until it has reached the model's time or the observer has what it wants; see
+        `Flow.advance`.
+        """
         most = self.steps(time)
         running = (ensemble.status == Status.OK) & (ensemble.count < most)
         watcher = _until(observer, self.row, 1.0)
@@ -130,7 +143,8 @@ class TransformedFlow:
         return self.flow.shifted(z, steps)
 
     def sample(self, ensemble: Ensemble, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
-        """Run to the end; return states (count, 2n + 2, orbits) at equidistant times, NaN where not reached, and whether interrupted.
+        """Run to the end; return states (count, 2n + 2, orbits) at equidistant times, NaN where not reached, and
+        whether interrupted.
 
         Orbits that finish end at the last of them.
         """
@@ -163,7 +177,16 @@ class TransformedFlow:
 
 
 def flow_over(
-    time: float, model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, error: float | None = ERROR
+    time: float,
+    model: Any,
+    z0: Any,
+    scheme: Any,
+    step: Any,
+    rtol: Any,
+    atol: Any,
+    threads: Any,
+    *,
+    error: float | None = ERROR,
 ) -> tuple[Flow | TransformedFlow, np.ndarray]:
     """Return the flow of any scheme for a run over `time`, and z0 as a fresh array of its states; see `make_flow`."""
     if isinstance(scheme, Automatic):
@@ -191,12 +214,19 @@ def chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads) -> Trial:
 
 
 def prepared(
-    time: float, model: Any, z: np.ndarray, scheme: TimeTransformed, step: float | None, threads: int, error: float = 1e-11
+    time: float,
+    model: Any,
+    z: np.ndarray,
+    scheme: TimeTransformed,
+    step: float | None,
+    threads: int,
+    error: float = 1e-11,
 ) -> tuple[TransformedFlow, float, float]:
-    """Return the flow with rate and step, by trial where they are missing; its largest energy error there and its forces per unit time.
+    """Return the flow with rate and step, by trial where they are missing; its largest energy error there and its
+    forces per unit time.
 
-    Each rate tries steps that shrink until the largest energy error of a sample of orbits is below `error`; the rate with
-    the fewest forces per unit time is taken, or where none gets there that of least error.
+    Each rate tries steps that shrink until the largest energy error of a sample of orbits is below `error`; the rate
+    with the fewest forces per unit time is taken, or where none gets there that of least error.
     """
     _check_rate(model, scheme, z)
     if scheme.rate is not None and step is not None:
@@ -237,7 +267,9 @@ def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
         if g.shape != V.shape:
             raise ValueError(f"shape {g.shape} for V of shape {V.shape}")
     except Exception as problem:
-        raise TypeError(f"rate {scheme.rate!r} must be arithmetic of V that takes arrays; at(V) fails: {problem}") from problem
+        raise TypeError(
+            f"rate {scheme.rate!r} must be arithmetic of V that takes arrays; at(V) fails: {problem}"
+        ) from problem
     if not (np.all(np.isfinite(g)) and g.min() > 1e-12 and g.max() < 1e12):
         raise ValueError(
             f"rate {scheme.rate!r} must be a number near 1 at the starts, it is {g.min():.3g} to {g.max():.3g}: "
@@ -257,7 +289,9 @@ def _flow(
 def _tried(
     model: Any, scheme: TimeTransformed, step: float, span: float, rounds: int, sample: np.ndarray, threads: int
 ) -> tuple[TransformedFlow, float, float]:
-    """Run the sample over `rounds` times `span`; return the flow with its pace, the largest energy error and forces per unit time."""
+    """Run the sample over `rounds` times `span`; return the flow with its pace, the largest energy error and forces per
+    unit time.
+    """
     flow = _flow(span * rounds, model, scheme, step, 1.0, threads, 100)
     ensemble = flow.ensemble(lifted(sample, energies(model, sample)))
     states, _ = flow.sample(ensemble, rounds, None)
@@ -269,7 +303,9 @@ def _tried(
 
 
 def survey(model: Any, sample: np.ndarray, threads: int) -> tuple[float, float, float, float]:
-    """Return a time of some librations, the typical angular frequency, the lowest potential and the highest energy of orbits."""
+    """Return a time of some librations, the typical angular frequency, the lowest potential and the highest energy of
+    orbits.
+    """
     n, rows = model.degrees_of_freedom, len(sample)
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
     ensemble, span = flow.ensemble(sample.copy()), 20 / typical_rate(model, sample)

@@ -40,13 +40,21 @@ TRIALS = 8
 
 
 def make_flow(
-    model: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any, *, time: float | None = None,
+    model: Any,
+    z0: Any,
+    scheme: Any,
+    step: Any,
+    rtol: Any,
+    atol: Any,
+    threads: Any,
+    *,
+    time: float | None = None,
     error: float | None = ERROR,
-) -> tuple[Flow, np.ndarray]:  # fmt: skip
+) -> tuple[Flow, np.ndarray]:
     """Check what every computation takes; return the flow and z0 as a fresh array (2n, orbits).
 
-    A missing fixed step is chosen for each orbit by `chosen_steps`, for that `error`, as a fraction of `time` where it is known; for no
-    error it is left to the caller, as inf.
+    A missing fixed step is chosen for each orbit by `chosen_steps`, for that `error`, as a fraction of `time` where it
+    is known; for no error it is left to the caller, as inf.
     """
     checked_model(model)
     count = checked_threads(threads)
@@ -67,18 +75,21 @@ def make_flow(
 
 
 def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
-    """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, ... (factors 2^(1/4))."""
+    """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, ...
+    (factors 2^(1/4)).
+    """
     least = np.maximum(time / (parts * step) * (1 - 1e-12), 1.0)
     rung = np.ceil(LADDER * np.log2(least) - 1e-9)
     return time / (parts * np.ceil(2 ** (rung / LADDER) * (1 - 1e-12)))
 
 
 def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`, and the error to expect there.
+    """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`, and the error to
+    expect there.
 
-    The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`). Steps are tried
-    until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians do not reach it, that is the step.
-    Every orbit decides for itself. Cost: some 500 steps an orbit.
+    The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
+    Steps are tried until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians
+    do not reach it, that is the step. Every orbit decides for itself. Cost: some 500 steps an orbit.
     """
     order = flow.scheme.order
     orbits = z.shape[1]
@@ -102,7 +113,9 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
 
 
 def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: Motion) -> np.ndarray:
-    """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf where none."""
+    """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf
+    where none.
+    """
     coarse, fine = (_states(replace(flow, step=size), z, time, found.radius) for size in (step, step / 2))
     with np.errstate(all="ignore"):
         apart = found.distance(coarse - fine)
@@ -124,7 +137,10 @@ def checked_step(step: Any, orbits: int) -> float | np.ndarray:
     except (TypeError, ValueError):
         raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
     if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
-        raise ValueError(f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape {steps.shape}")
+        raise ValueError(
+            f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape "
+            f"{steps.shape}"
+        )
     return steps
 
 
@@ -160,10 +176,11 @@ def trials_in_time(
 
 
 def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> tuple[np.ndarray, int]:
-    """Return the orbits of a sample that stay in the domain for `time` and a while after, and how many steps to try on them.
+    """Return the orbits of a sample that stay in the domain for `time` and a while after, and how many steps to try on
+    them.
 
-    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are returned, for
-    one step.
+    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are
+    returned, for one step.
     """
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
     ensemble = flow.ensemble(sample.copy())
@@ -177,7 +194,8 @@ def try_steps(
 ) -> tuple[Flow, float]:
     """Return the flow with the longest `trial_step` below the error, and that quantile of its energy errors.
 
-    The errors are those at the ends of `rounds` spans; where none of `most` steps gets there the one of least error is taken.
+    The errors are those at the ends of `rounds` spans; where none of `most` steps gets there the one of least error is
+    taken.
     """
     best, least, k = math.inf, math.inf, 0
     rate = typical_rate(flow.model, sample)
@@ -198,19 +216,25 @@ def trial_step(k: int, rate: float) -> float:
 
 
 def following_step(k: int, worst: float, error: float, order: int) -> int:
-    """Return which step to try after the k-th gave the error `worst`: that before the one that should reach `error`, by the order."""
+    """Return which step to try after the k-th gave the error `worst`: that before the one that should reach `error`, by
+    the order.
+    """
     ahead = 2 * math.log2(worst / error) / order if math.isfinite(worst) else 0.0
     return k + max(1, int(ahead) - 1)
 
 
 def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rounds: int) -> tuple[float, float]:
-    """Return that quantile of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in one."""
+    """Return that quantile of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in
+    one.
+    """
     energy, z, errors, steps = energies(flow.model, sample), sample, [], 0.0
     kinetic = np.zeros(sample.shape[1])
     for _ in range(rounds):
         ensemble = flow.ensemble(z.copy())
         np.maximum(ensemble.kinetic, kinetic, out=ensemble.kinetic)
-        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=span, observations=0 if flow.adaptive else 1)
+        flow.advance(
+            ensemble, observers.nothing(), *no_memory(ensemble), time=span, observations=0 if flow.adaptive else 1
+        )
         drift, kinetic = energy_drift(flow.model, ensemble.z, energy, ensemble.scale), ensemble.kinetic
         errors.append(np.where(ensemble.status == Status.OK, drift, np.inf))
         z, steps = ensemble.z, steps + float(ensemble.count.mean())

@@ -37,6 +37,7 @@ def ceiling(seconds: float = CEILING) -> Iterator[None]:
             timer.cancel()
     except _TooLong:
         raise ValueError(
-            f"text: the derivatives of the formula take more than {seconds:.0f} s: write it with fewer nested powers and quotients, or as "
+            f"text: the derivatives of the formula take more than {seconds:.0f} s: write it with fewer nested powers "
+            "and quotients, or as "
             "a class with force and tangent_force of your own"
         ) from None

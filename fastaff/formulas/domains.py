@@ -1,8 +1,8 @@
 """Where a formula lives: conditions that are positive there.
 
-Arguments of logarithms and of roots and powers that are not whole must be positive, those of asin and acos below 1 in size, and a pole
-1/g is a wall g > 0 (or -g > 0) where g has one sign on the whole region: D1 > D2 > 0 for a body, everywhere for other systems.
-1/g^2 is always one.
+Arguments of logarithms and of roots and powers that are not whole must be positive, those of asin and acos below 1 in
+size, and a pole 1/g is a wall g > 0 (or -g > 0) where g has one sign on the whole region: D1 > D2 > 0 for a body,
+everywhere for other systems. 1/g^2 is always one.
 """
 
 from __future__ import annotations

@@ -22,22 +22,24 @@ _SYMPY_LENGTH = 8000
 def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **parameters: float) -> Any:
     """Make a body of a potential energy written as one line of mathematics, with exact derivatives.
 
-    Parameters: text: the formula V, or a SymPy expression, in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u
-    (phi = [[x, y], [z, u]]); a1, a2, b1, b2, which may be mixed; numbers, pi, + - * / **, sqrt exp log sin cos tan sinh cosh tanh asin
-    acos atan; mu: the inertia, or a pair (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2; domain: a formula that is
-    positive where the potential lives; parameters: each by its name, floats.
-    Returns Body(potential, mu) where V depends on alpha, beta alone and mu is a number, else a body of four degrees of freedom with the
-    parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values: `body.potential._replace(C=2.0)` compiles nothing.
-    `.formula`, `.domain` and `.proof`, how the isotropy is known, are attributes of the potential or the body.
-    Raises ValueError or TypeError for what is no formula (nothing is ever executed), for a name without a value or a value without use, and
-    for a V that D1 <-> D2, two names of one matrix, changes; ImportError where a new formula finds no SymPy.
+    Parameters: text: the formula V, or a SymPy expression, in the variables D1, D2; alpha, beta; r, vartheta; rho; x,
+    y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2, which may be mixed; numbers, pi, + - * / **, sqrt exp log sin cos
+    tan sinh cosh tanh asin acos atan; mu: the inertia, or a pair (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2
+    + u'^2))/2; domain: a formula that is positive where the potential lives; parameters: each by its name, floats.
+    Returns Body(potential, mu) where V depends on alpha, beta alone and mu is a number, else a body of four degrees of
+    freedom with the parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values:
+    `body.potential._replace(C=2.0)` compiles nothing. `.formula`, `.domain` and `.proof`, how the isotropy is known,
+    are attributes of the potential or the body. Raises ValueError or TypeError for what is no formula (nothing is ever
+    executed), for a name without a value or a value without use, and for a V that D1 <-> D2, two names of one matrix,
+    changes; ImportError where a new formula finds no SymPy.
 
-    Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign where D1 > D2 > 0.
-    Decimal numbers are exact while derivatives are taken. V and its derivatives are then evaluated as written: accurate to rounding,
-    as fast as a hand-written model (bench/test_formula.py). Where V has no formula in beta^2 (cos(D1) + cos(D2)), four evaluations for one.
-    The first use of a formula takes about a second (one of hundreds of terms minutes), later ones, in any process, milliseconds and no
-    SymPy. Angles and actions of named models know more of them: Hyperelastic has a clock of its own, its formula has not.
-    Source: Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign where D1
+    > D2 > 0. Decimal numbers are exact while derivatives are taken. V and its derivatives are then evaluated as
+    written: accurate to rounding, as fast as a hand-written model (bench/test_formula.py). Where V has no formula in
+    beta^2 (cos(D1) + cos(D2)), four evaluations for one. The first use of a formula takes about a second (one of
+    hundreds of terms minutes), later ones, in any process, milliseconds and no SymPy. Angles and actions of named
+    models know more of them: Hyperelastic has a clock of its own, its formula has not. Source: Martens & Slawianowski,
+    EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
     """
     written, length = _written(text)
     values = _values(parameters, VARIABLES)
@@ -51,20 +53,27 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
 
 
 def hamiltonian(
-    text: Any, /, *, coordinates: str | Sequence[str] = "x y", masses: Any = None, domain: str | None = None, **parameters: float
+    text: Any,
+    /,
+    *,
+    coordinates: str | Sequence[str] = "x y",
+    masses: Any = None,
+    domain: str | None = None,
+    **parameters: float,
 ) -> Any:
-    """Make a system with H = sum p_i^2/2 m_i + V(q) of a potential energy written as one line of mathematics, with exact derivatives.
+    """Make a system with H = sum p_i^2/2 m_i + V(q) of a potential energy written as one line of mathematics, with
+    exact derivatives.
 
-    Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`; coordinates: 1 to 8 names;
-    masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1, without fields); domain: a formula that is
-    positive where the potential lives; parameters: each by its name, floats.
-    Returns a model with the parameters and masses as its fields and the methods of `HenonHeiles`; its angles are loops in (q_i, p_i).
-    Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name without a value or a value without use;
-    ImportError where a new formula finds no SymPy.
+    Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`; coordinates:
+    1 to 8 names; masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1, without fields);
+    domain: a formula that is positive where the potential lives; parameters: each by its name, floats. Returns a model
+    with the parameters and masses as its fields and the methods of `HenonHeiles`; its angles are loops in (q_i, p_i).
+    Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name without a value or a
+    value without use; ImportError where a new formula finds no SymPy.
 
-    Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign everywhere.
-    Accuracy and cost as in `formula`.
-    Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign
+    everywhere. Accuracy and cost as in `formula`. Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Meurer et
+    al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
     """
     written, length = _written(text)
     names = _coordinates(coordinates)
@@ -84,7 +93,10 @@ def _written(text: Any) -> tuple[str, int]:
         from .sympy_bridge import to_text
 
         return to_text(text), _SYMPY_LENGTH
-    raise TypeError(f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} ({type(text).__name__})")
+    raise TypeError(
+        f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
+        f"({type(text).__name__})"
+    )
 
 
 def _values(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
@@ -114,8 +126,14 @@ def _coordinates(coordinates: Any) -> tuple[str, ...]:
 
 
 def _masses(masses: Any, count: int) -> tuple[float, ...]:
-    if not isinstance(masses, (Sequence, np.ndarray)) or isinstance(masses, str) or (isinstance(masses, np.ndarray) and masses.ndim != 1):
-        raise TypeError(f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})")
+    if (
+        not isinstance(masses, (Sequence, np.ndarray))
+        or isinstance(masses, str)
+        or (isinstance(masses, np.ndarray) and masses.ndim != 1)
+    ):
+        raise TypeError(
+            f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})"
+        )
     if len(masses) != count:
         raise ValueError(f"masses must be {count} positive numbers, one for each coordinate, got {len(masses)}")
     return tuple(positive(f"masses[{i}]", mass) for i, mass in enumerate(masses))
@@ -127,5 +145,7 @@ def _class(request: Request, values: dict[str, float], length: int) -> type:
     used = programs[0].names | (programs[1].names if programs[1] is not None else frozenset())
     unused = [name for name in values if name not in used]
     if unused:
-        raise ValueError(f"parameter {unused[0]!r} is not used by the formula {request.text!r}: leave it out, or is a name misspelt?")
+        raise ValueError(
+            f"parameter {unused[0]!r} is not used by the formula {request.text!r}: leave it out, or is a name misspelt?"
+        )
     return generated_class(request, programs, values)

@@ -1,6 +1,7 @@
 """The grammar of formulas: a whitelist over Python's ast, turned into a postfix program that any arithmetic can run.
 
-Nothing is ever executed: a text outside of the grammar raises ValueError with what was found, where, and what is allowed.
+Nothing is ever executed: a text outside of the grammar raises ValueError with what was found, where, and what is
+allowed.
 """
 
 from __future__ import annotations
@@ -22,26 +23,70 @@ MAX_LENGTH, MAX_NODES, MAX_DEPTH, MAX_EXPONENT = 2000, 1000, 60, 64
 ALLOWED = f"allowed are numbers, names, pi, + - * / **, parentheses and {', '.join(FUNCTIONS)}"
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
 _SIGNS = {
-    **dict.fromkeys("'\"`", "a string"), **dict.fromkeys("[]", "a subscript or list"), **dict.fromkeys("{}", "a set or dictionary"),
-    **dict.fromkeys("<>!", "a comparison"), "=": "an assignment or comparison", ":": "a colon (lambda, slice or assignment)",
-    "#": "a comment", ";": "a second statement", "\\": "a backslash", "%": "the operator %", "@": "the operator @",
-    "&": "the operator &", "|": "the operator |", "~": "the operator ~", "\0": "a null byte",
-}  # fmt: skip
+    **dict.fromkeys("'\"`", "a string"),
+    **dict.fromkeys("[]", "a subscript or list"),
+    **dict.fromkeys("{}", "a set or dictionary"),
+    **dict.fromkeys("<>!", "a comparison"),
+    "=": "an assignment or comparison",
+    ":": "a colon (lambda, slice or assignment)",
+    "#": "a comment",
+    ";": "a second statement",
+    "\\": "a backslash",
+    "%": "the operator %",
+    "@": "the operator @",
+    "&": "the operator &",
+    "|": "the operator |",
+    "~": "the operator ~",
+    "\0": "a null byte",
+}
 _SPELLINGS = {
-    "α": "alpha", "β": "beta", "ϑ": "vartheta", "θ": "vartheta", "ρ": "rho", "π": "pi", "²": "**2", "³": "**3",
-    "·": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "√": "sqrt(...)",
-}  # fmt: skip
+    "α": "alpha",
+    "β": "beta",
+    "ϑ": "vartheta",
+    "θ": "vartheta",
+    "ρ": "rho",
+    "π": "pi",
+    "²": "**2",
+    "³": "**3",
+    "·": "*",
+    "×": "*",
+    "−": "-",
+    "–": "-",
+    "÷": "/",
+    "√": "sqrt(...)",
+}
 _ADVICE = {
-    "abs": "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)", "ln": "the natural logarithm is log",
-    "sign": "sign is not continuous", "arcsin": "write asin", "arccos": "write acos", "arctan": "write atan", "atan2": "write atan",
-    "cbrt": "write (...)**(1/3)", "pow": "powers are written **", "max": "max is not smooth", "min": "min is not smooth",
-}  # fmt: skip
+    "abs": "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)",
+    "ln": "the natural logarithm is log",
+    "sign": "sign is not continuous",
+    "arcsin": "write asin",
+    "arccos": "write acos",
+    "arctan": "write atan",
+    "atan2": "write atan",
+    "cbrt": "write (...)**(1/3)",
+    "pow": "powers are written **",
+    "max": "max is not smooth",
+    "min": "min is not smooth",
+}
 _FOUND: dict[type, str] = {
-    ast.Attribute: "attribute access", ast.Subscript: "a subscript", ast.Compare: "a comparison", ast.Lambda: "a lambda",
-    ast.ListComp: "a comprehension", ast.SetComp: "a comprehension", ast.DictComp: "a comprehension", ast.GeneratorExp: "a comprehension",
-    ast.NamedExpr: "an assignment", ast.IfExp: "a condition", ast.BoolOp: "a logical operator", ast.Tuple: "a comma",
-    ast.Await: "await", ast.Yield: "yield", ast.YieldFrom: "yield", ast.Starred: "a star", ast.JoinedStr: "a string",
-}  # fmt: skip
+    ast.Attribute: "attribute access",
+    ast.Subscript: "a subscript",
+    ast.Compare: "a comparison",
+    ast.Lambda: "a lambda",
+    ast.ListComp: "a comprehension",
+    ast.SetComp: "a comprehension",
+    ast.DictComp: "a comprehension",
+    ast.GeneratorExp: "a comprehension",
+    ast.NamedExpr: "an assignment",
+    ast.IfExp: "a condition",
+    ast.BoolOp: "a logical operator",
+    ast.Tuple: "a comma",
+    ast.Await: "await",
+    ast.Yield: "yield",
+    ast.YieldFrom: "yield",
+    ast.Starred: "a star",
+    ast.JoinedStr: "a string",
+}
 _BINARY: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//", ast.BitXor: "^"}
 _NUMERIC: dict[str, Callable[[float], float]] = {name: getattr(math, name) for name in FUNCTIONS}
@@ -60,7 +105,13 @@ class Program(NamedTuple):
     operations: tuple[Operation, ...]
     names: frozenset[str]
 
-    def run(self, number: Callable[[Fraction], Any], names: Mapping[str, Any], functions: Mapping[str, Callable], power: Callable) -> Any:
+    def run(
+        self,
+        number: Callable[[Fraction], Any],
+        names: Mapping[str, Any],
+        functions: Mapping[str, Callable],
+        power: Callable,
+    ) -> Any:
         """Run on any arithmetic: number(Fraction), the value of each name, functions by name, power(base, exponent)."""
         stack: list[Any] = []
         for kind, operand in self.operations:
@@ -92,8 +143,16 @@ def checked_name(name: str, what: str, taken: Iterable[str]) -> str:
     """Return `name` if it can name a parameter or a coordinate: a plain identifier that means nothing else."""
     if not isinstance(name, str):
         raise TypeError(f"{what} must be a name, got {name!r} ({type(name).__name__})")
-    if not (name.isascii() and name.isidentifier()) or keyword.iskeyword(name) or name.startswith("_") or len(name) > 40:
-        raise ValueError(f"{what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter; got {name!r}")
+    if (
+        not (name.isascii() and name.isidentifier())
+        or keyword.iskeyword(name)
+        or name.startswith("_")
+        or len(name) > 40
+    ):
+        raise ValueError(
+            f"{what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter; got "
+            f"{name!r}"
+        )
     if name in FUNCTIONS or name in CONSTANTS or name in _ADVICE:
         raise ValueError(f"{what} {name!r} is the name of a function or constant of the grammar: choose another")
     if name in taken:
@@ -101,7 +160,9 @@ def checked_name(name: str, what: str, taken: Iterable[str]) -> str:
     return name
 
 
-def parse(text: str, variables: Iterable[str], parameters: Iterable[str], *, argument: str = "text", length: int = MAX_LENGTH) -> Program:
+def parse(
+    text: str, variables: Iterable[str], parameters: Iterable[str], *, argument: str = "text", length: int = MAX_LENGTH
+) -> Program:
     """Return the program of `text`, whose names are variables and parameters; ValueError for anything else."""
     reader = _Reader(text, tuple(variables), tuple(parameters), argument)
     reader.check_letters(length)
@@ -117,12 +178,16 @@ class _Reader:
 
     def __init__(self, text: str, variables: tuple[str, ...], parameters: tuple[str, ...], argument: str):
         if not isinstance(text, str):
-            raise TypeError(f"{argument} must be a text such as 'C/2*(x**2 + y**2)', got {text!r} ({type(text).__name__})")
+            raise TypeError(
+                f"{argument} must be a text such as 'C/2*(x**2 + y**2)', got {text!r} ({type(text).__name__})"
+            )
         self.text, self.variables, self.parameters, self.argument = text, variables, parameters, argument
 
     def refuse(self, found: str, column: int, hint: str = "") -> ValueError:
         """Return the error: what was found, where, and what is allowed."""
-        return ValueError(f"{self.argument}: {found} at column {column}" + (f" ({hint})" if hint else "") + f"; {ALLOWED}")
+        return ValueError(
+            f"{self.argument}: {found} at column {column}" + (f" ({hint})" if hint else "") + f"; {ALLOWED}"
+        )
 
     def check_letters(self, length: int) -> None:
         """Refuse long texts, letters of no formula and deep parentheses before Python's parser sees them."""
@@ -154,8 +219,16 @@ class _Reader:
                 warnings.simplefilter("ignore")
                 root = ast.parse("(" + line[indent:] + "\n)", mode="eval").body
         except SyntaxError as problem:
-            column = max(1, min(len(self.text), (problem.offset or 1) - 1 + indent)) if problem.lineno == 1 else len(self.text)
-            hint = "a product needs *" if "literal" in (problem.msg or "") or "forgot a comma" in (problem.msg or "") else ""
+            column = (
+                max(1, min(len(self.text), (problem.offset or 1) - 1 + indent))
+                if problem.lineno == 1
+                else len(self.text)
+            )
+            hint = (
+                "a product needs *"
+                if "literal" in (problem.msg or "") or "forgot a comma" in (problem.msg or "")
+                else ""
+            )
             raise self.refuse(f"not one expression, {problem.msg}", column, hint) from None
         except (MemoryError, RecursionError, ValueError):
             raise self.refuse("an expression that is nested too deeply", 1) from None
@@ -167,7 +240,9 @@ class _Reader:
         return max(1, getattr(node, "col_offset", 0) + self.shift)
 
     def postfix(self, root: ast.expr) -> list[tuple[Operation, int]]:
-        """Return the operations of the tree and their columns, without recursion; refuse what is outside of the grammar."""
+        """Return the operations of the tree and their columns, without recursion; refuse what is outside of the
+        grammar.
+        """
         done: list[tuple[Operation, int]] = []
         pending: list[tuple[Any, int, int]] = [(root, 0, 0)]
         count = 0
@@ -184,7 +259,11 @@ class _Reader:
                 raise self.refuse(f"an expression nested deeper than {MAX_DEPTH}", column)
             if isinstance(node, ast.BinOp):
                 kind = self.operator(node)
-                chain = isinstance(node.left, ast.BinOp) and kind in "+-*/" and _BINARY.get(type(node.left.op), "**") in "+-*/"
+                chain = (
+                    isinstance(node.left, ast.BinOp)
+                    and kind in "+-*/"
+                    and _BINARY.get(type(node.left.op), "**") in "+-*/"
+                )
                 pending.append((Operation(kind), depth, self.between(node)))
                 pending.append((node.right, depth + 1, 0))
                 pending.append((node.left, depth if chain else depth + 1, 0))
@@ -215,7 +294,9 @@ class _Reader:
         """Return the sign of an operator."""
         kind = _BINARY.get(type(node.op))
         if kind is None:
-            raise self.refuse(f"the operator {_OTHER_BINARY.get(type(node.op), type(node.op).__name__)}", self.between(node))
+            raise self.refuse(
+                f"the operator {_OTHER_BINARY.get(type(node.op), type(node.op).__name__)}", self.between(node)
+            )
         return kind
 
     def called(self, node: ast.Call) -> str:
@@ -230,7 +311,9 @@ class _Reader:
         if name not in FUNCTIONS:
             raise self.refuse(f"a call of {name!r}", column, _ADVICE.get(name) or self.similar(name, FUNCTIONS))
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-            raise self.refuse(f"{name} with {len(node.args) + len(node.keywords)} arguments", column, "functions take one")
+            raise self.refuse(
+                f"{name} with {len(node.args) + len(node.keywords)} arguments", column, "functions take one"
+            )
         return name
 
     def number(self, node: ast.Constant) -> Fraction:
@@ -257,7 +340,10 @@ class _Reader:
             return Operation("name", name)
         known = (*self.variables, *self.parameters, *CONSTANTS)
         hint = self.similar(name, (*known, *FUNCTIONS)) or "a parameter needs a value: give it by name"
-        raise ValueError(f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}; {ALLOWED}")
+        raise ValueError(
+            f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}; "
+            f"{ALLOWED}"
+        )
 
     @staticmethod
     def similar(name: str, known: Iterable[str]) -> str:
@@ -269,7 +355,8 @@ class _Reader:
     def check_sizes(self, operations: list[tuple[Operation, int]]) -> None:
         """Refuse constants that overflow or have no value, and powers of a size that no formula has.
 
-        Each entry of the stack is the value of a constant (None for others) and the product of the exponents above its variables.
+        Each entry of the stack is the value of a constant (None for others) and the product of the exponents above its
+        variables.
         """
         stack: list[tuple[float | None, float]] = []
         for (kind, operand), column in operations:

@@ -1,7 +1,8 @@
 """From the variables of the body to A = alpha^2, B = beta^2, with SymPy.
 
-In p = (D1 + D2)/2 and q = (D1 - D2)/2 all is rational: D1, D2 = p +- q, A = 2 p^2, B = 2 q^2, r = 2 (p^2 + q^2). A potential is even in
-q (checked before); here it is written with even powers only where algebra can: term by term, so that its structure stays.
+In p = (D1 + D2)/2 and q = (D1 - D2)/2 all is rational: D1, D2 = p +- q, A = 2 p^2, B = 2 q^2, r = 2 (p^2 + q^2). A
+potential is even in q (checked before); here it is written with even powers only where algebra can: term by term, so
+that its structure stays.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ _LARGEST = 400
 
 
 class Reduced(NamedTuple):
-    """A formula in A, or alpha where it is odd in it, and B, or beta where no algebra was found that removes odd powers.
+    """A formula in A, or alpha where it is odd in it, and B, or beta where no algebra was found that removes odd
+    powers.
 
     `exact` where beta -> -beta is seen to change nothing.
     """
@@ -44,9 +46,14 @@ def invariants(s: dict[str, Any]) -> dict[str, Any]:
 
     p, q = s["p"], s["q"]
     return {
-        "D1": p + q, "D2": p - q, "alpha": sympy.sqrt(2) * p, "beta": sympy.sqrt(2) * q, "r": 2 * p**2 + 2 * q**2,
-        "rho": sympy.sqrt(2 * p**2 + 2 * q**2), "vartheta": sympy.Symbol("vartheta", real=True),
-    }  # fmt: skip
+        "D1": p + q,
+        "D2": p - q,
+        "alpha": sympy.sqrt(2) * p,
+        "beta": sympy.sqrt(2) * q,
+        "r": 2 * p**2 + 2 * q**2,
+        "rho": sympy.sqrt(2 * p**2 + 2 * q**2),
+        "vartheta": sympy.Symbol("vartheta", real=True),
+    }
 
 
 def on_the_axes(s: dict[str, Any]) -> dict[str, Any]:
@@ -68,9 +75,13 @@ def without_angle(expression: Any, s: dict[str, Any]) -> Any:
     p, q, half = s["p"], s["q"], sympy.Symbol("half", real=True)
     square = p**2 + q**2
     known = {
-        sympy.cos(v): (p**2 - q**2) / square, sympy.sin(v): 2 * p * q / square, sympy.tan(v): 2 * p * q / (p**2 - q**2),
-        sympy.cos(half): p / sympy.sqrt(square), sympy.sin(half): q / sympy.sqrt(square), sympy.tan(half): q / p,
-    }  # fmt: skip
+        sympy.cos(v): (p**2 - q**2) / square,
+        sympy.sin(v): 2 * p * q / square,
+        sympy.tan(v): 2 * p * q / (p**2 - q**2),
+        sympy.cos(half): p / sympy.sqrt(square),
+        sympy.sin(half): q / sympy.sqrt(square),
+        sympy.tan(half): q / p,
+    }
 
     def opened(f: Any) -> Any:
         wide = sympy.expand_trig(f).xreplace(known)
@@ -92,9 +103,13 @@ def reduce(expression: Any, s: dict[str, Any]) -> Reduced:
     root = sympy.sqrt(2)
     even = evened(expression, s["q"])
     exact = even is not None or expression.xreplace({s["q"]: -s["q"]}) == expression
-    expression = _squares(even, s["q"], s["B"] / 2) if even is not None else expression.xreplace({s["q"]: s["beta"] / root})
+    expression = (
+        _squares(even, s["q"], s["B"] / 2) if even is not None else expression.xreplace({s["q"]: s["beta"] / root})
+    )
     even_p = evened(expression, s["p"])
-    expression = _squares(even_p, s["p"], s["A"] / 2) if even_p is not None else expression.xreplace({s["p"]: s["alpha"] / root})
+    expression = (
+        _squares(even_p, s["p"], s["A"] / 2) if even_p is not None else expression.xreplace({s["p"]: s["alpha"] / root})
+    )
     return Reduced(expression, even is not None, exact)
 
 

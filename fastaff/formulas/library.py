@@ -1,7 +1,8 @@
 """The library of formulas: their classes, derived once, kept as source text beside the compiled kernels.
 
-A text is named by all that its content depends on: the request, the package's sources, Python and Numba. It is written at once
-and whole, carries a checksum, and is read back without SymPy. Where no folder can be written classes live in memory.
+A text is named by all that its content depends on: the request, the package's sources, Python and Numba. It is written
+at once and whole, carries a checksum, and is read back without SymPy. Where no folder can be written classes live in
+memory.
 """
 
 from __future__ import annotations
@@ -24,15 +25,39 @@ from .singular import AXES, body_places, invariant_places, plain_places, refuse_
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
 
 RESERVED = {
-    *dir(tuple), "degrees_of_freedom", "coordinates", "angles", "velocity", "force", "tangent_force", "kinetic_energy",
-    "potential_energy", "margin", "value", "slopes", "curvatures", "second", "higher", "formula", "domain", "proof", "potential",
-    "ring", "mu", "mu_1", "mu_2", "masses", *(f"m_{i}" for i in range(1, 9)),
-}  # fmt: skip
+    *dir(tuple),
+    "degrees_of_freedom",
+    "coordinates",
+    "angles",
+    "velocity",
+    "force",
+    "tangent_force",
+    "kinetic_energy",
+    "potential_energy",
+    "margin",
+    "value",
+    "slopes",
+    "curvatures",
+    "second",
+    "higher",
+    "formula",
+    "domain",
+    "proof",
+    "potential",
+    "ring",
+    "mu",
+    "mu_1",
+    "mu_2",
+    "masses",
+    *(f"m_{i}" for i in range(1, 9)),
+}
 """Names that parameters can't have: they mean something on the model."""
 
 
 class Request(NamedTuple):
-    """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other systems."""
+    """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
+    systems.
+    """
 
     text: str
     domain: str | None
@@ -55,7 +80,9 @@ class Request(NamedTuple):
 
 
 def generated_class(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> type:
-    """Return the NamedTuple class of a request: from this process, from the folder, or derived now, with trials around `values`."""
+    """Return the NamedTuple class of a request: from this process, from the folder, or derived now, with trials around
+    `values`.
+    """
     key = hashlib.sha256(json.dumps([jit.package_hash(), sys.version, *request]).encode()).hexdigest()[:24]
     if key not in _CLASSES:
         _CLASSES[key] = _load(request, key, lambda: _derive(request, programs, values))
@@ -88,7 +115,9 @@ def _load(request: Request, key: str, derive: Any) -> type:
         module.__file__ = str(path)
     sys.modules[module.__name__] = module
     exec(compile(text, str(path or f"<fastaff formula {key}>"), "exec"), module.__dict__)
-    cls: Any = next(getattr(module, n) for n in ("FormulaPotential", "FormulaBody", "FormulaHamiltonian") if hasattr(module, n))
+    cls: Any = next(
+        getattr(module, n) for n in ("FormulaPotential", "FormulaBody", "FormulaHamiltonian") if hasattr(module, n)
+    )
     cls.__repr__ = _repr
     cls.__reduce__ = functools.partialmethod(_reduce, request)
     cls._request = tuple(request)
@@ -154,8 +183,12 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
 
     walls = [to_sympy(domain, names)] if domain is not None else conditions(V, region)
-    refuse_removable(V, walls if domain is not None else [], plain_places(request.coordinates), values, request.coordinates)
-    description = Description(request.text, request.domain, request.parameters, "A natural Hamiltonian.", request.coordinates)
+    refuse_removable(
+        V, walls if domain is not None else [], plain_places(request.coordinates), values, request.coordinates
+    )
+    description = Description(
+        request.text, request.domain, request.parameters, "A natural Hamiltonian.", request.coordinates
+    )
     return hamiltonian_model(description, V, walls, masses=request.inertia == "masses")
 
 
@@ -176,7 +209,9 @@ def _derive_body(request: Request, programs: tuple[Program, Program | None], val
 
 
 def alpha_even(trial: Trial) -> bool:
-    """Tell whether the formula is a smooth function of alpha^2 beyond alpha = 0: unchanged by alpha -> -alpha, at random points."""
+    """Tell whether the formula is a smooth function of alpha^2 beyond alpha = 0: unchanged by alpha -> -alpha, at
+    random points.
+    """
     tried = 0
     for _ in range(40):
         _, (alpha, beta, eta, gamma) = trial.point()
@@ -199,7 +234,9 @@ def body_region(s: Mapping[str, Any]) -> Any:
         a1, a2, b1, b2 = alpha * np.cos(eta), alpha * np.sin(eta), beta * np.cos(gamma), beta * np.sin(gamma)
         values = everything(a1, a2, b1, b2, alpha, beta, np.sqrt, np.arctan)
         values |= {"A": alpha**2, "B": beta**2}
-        return {s[name]: values[name] for name in ("A", "B", "alpha", "beta", "x", "y", "z", "u", "a1", "a2", "b1", "b2")}
+        return {
+            s[name]: values[name] for name in ("A", "B", "alpha", "beta", "x", "y", "z", "u", "a1", "a2", "b1", "b2")
+        }
 
     return region
 
@@ -264,7 +301,11 @@ def _derive_general(request: Request, programs: tuple[Program, Program | None], 
     from .sympy_bridge import checked, to_sympy
 
     s = isotropy.symbols()
-    elements = isotropy.on_the_axes(s) if isotropic else {name: s[name] for name in ("x", "y", "z", "u", "a1", "a2", "b1", "b2")}
+    elements = (
+        isotropy.on_the_axes(s)
+        if isotropic
+        else {name: s[name] for name in ("x", "y", "z", "u", "a1", "a2", "b1", "b2")}
+    )
     names = {**isotropy.invariants(s), **elements, **_parameters(request)}
 
     def reduced(program: Program, isotropic_too: bool) -> Any:
@@ -279,8 +320,12 @@ def _derive_general(request: Request, programs: tuple[Program, Program | None], 
         walls = conditions(V, body_region(s))
         if V.has(s["alpha"]) and not alpha_even(trial):
             walls.append(s["A"])
-    refuse_removable(V, walls if programs[1] is not None else [], body_places(), trial.parameters, ("alpha", "beta", "eta", "gamma"))
+    refuse_removable(
+        V, walls if programs[1] is not None else [], body_places(), trial.parameters, ("alpha", "beta", "eta", "gamma")
+    )
     clamped = ["beta"] + (["alpha"] if alpha_even(trial) else [])
     proof = _proof(programs[0], whole) if isotropic else "Not doubly isotropic: turning a and b separately changes it."
     description = potential_source.Description(request.text, request.domain, request.parameters, proof)
-    return model_source.body_model(description, sympy.sympify(V), walls, pair=request.inertia == "pair", clamped=clamped)
+    return model_source.body_model(
+        description, sympy.sympify(V), walls, pair=request.inertia == "pair", clamped=clamped
+    )

@@ -9,7 +9,12 @@ from .potential_source import Description, class_text, constant, margin_method, 
 from .printing import Lines
 
 HALF = 0.7071067811865476
-_LINEAR = {"x": (("a1", 1), ("b1", 1)), "u": (("a1", 1), ("b1", -1)), "z": (("a2", 1), ("b2", 1)), "y": (("b2", 1), ("a2", -1))}
+_LINEAR = {
+    "x": (("a1", 1), ("b1", 1)),
+    "u": (("a1", 1), ("b1", -1)),
+    "z": (("a2", 1), ("b2", 1)),
+    "y": (("b2", 1), ("a2", -1)),
+}
 _PLANE = {"A": ("a1", "a2"), "B": ("b1", "b2"), "alpha": ("a1", "a2"), "beta": ("b1", "b2")}
 _CLAMP = 2.0**-34
 
@@ -24,7 +29,9 @@ class Inertia(NamedTuple):
 
 
 def plane_inertia(pair: bool) -> Inertia:
-    """Return the inertia mu of a body, or diag(mu_1, mu_2) in the material frame: T = (p_x^2 + p_z^2)/2 mu_1 + (p_y^2 + p_u^2)/2 mu_2."""
+    """Return the inertia mu of a body, or diag(mu_1, mu_2) in the material frame: T = (p_x^2 + p_z^2)/2 mu_1 + (p_y^2 +
+    p_u^2)/2 mu_2.
+    """
     p = ("pa1", "pa2", "pb1", "pb2")
     if not pair:
         square = " + ".join(f"{c}*{c}" for c in p)
@@ -125,16 +132,31 @@ class _Inner:
                     if changes is None:
                         total[c] += factor * q
                     else:
-                        change = 2 * changes[name] if name in ("A", "B") else (changes[name] - factor * self.d[name]) / symbol
+                        change = (
+                            2 * changes[name]
+                            if name in ("A", "B")
+                            else (changes[name] - factor * self.d[name]) / symbol
+                        )
                         total[c] += change * q + factor * self.outer_d[c]
         return [-total[c] for c in self.coordinates]
 
 
 def model(
-    name: str, what: str, d: Description, V: Any, walls: Sequence[Any], inertia: Inertia, *, clamped: Sequence[str], angles: str,
-    imports: str = "", before: str = "",
-) -> str:  # fmt: skip
-    """Return the text of a model of any number of degrees of freedom, with the tangent force as one Hessian-vector product."""
+    name: str,
+    what: str,
+    d: Description,
+    V: Any,
+    walls: Sequence[Any],
+    inertia: Inertia,
+    *,
+    clamped: Sequence[str],
+    angles: str,
+    imports: str = "",
+    before: str = "",
+) -> str:
+    """Return the text of a model of any number of degrees of freedom, with the tangent force as one Hessian-vector
+    product.
+    """
     q = d.coordinates
     inner = _Inner([V], q, clamped)
     slopes = {n: V.diff(symbol) for n, symbol in inner.symbols.items()}
@@ -212,11 +234,17 @@ def loops(coordinates: Sequence[str]) -> str:
     n = range(len(coordinates))
     q, p, dq, dp = ([f"{stem}{i}" for i in n] for stem in ("q", "p", "dq", "dp"))
     return _LOOPS.format(
-        names=tuple(coordinates), planes=(False,) * len(n), clocks=(0,) * len(n), first=q[0],
-        q=", ".join(q), p=", ".join(p), dq=", ".join(dq), dp=", ".join(dp),
+        names=tuple(coordinates),
+        planes=(False,) * len(n),
+        clocks=(0,) * len(n),
+        first=q[0],
+        q=", ".join(q),
+        p=", ".join(p),
+        dq=", ".join(dq),
+        dp=", ".join(dp),
         signals=", ".join(f"{q[i]}, zero, {p[i]}, zero" for i in n),
         rates=", ".join(f"{q[i]}, zero, {p[i]}, zero, {dq[i]}, zero, {dp[i]}, zero" for i in n),
-    )  # fmt: skip
+    )
 
 
 def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clamped: Sequence[str]) -> str:
@@ -224,17 +252,29 @@ def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clam
     d = d._replace(coordinates=("a1", "a2", "b1", "b2"))
     what = "a planar affinely-rigid body" + (" with inertia diag(mu_1, mu_2) in the material frame" if pair else "")
     return model(
-        "FormulaBody", what, d, V, walls, plane_inertia(pair), clamped=clamped, angles="AreaTrace()",
+        "FormulaBody",
+        what,
+        d,
+        V,
+        walls,
+        plane_inertia(pair),
+        clamped=clamped,
+        angles="AreaTrace()",
         imports="\nfrom fastaff.models.angles import AreaTrace\n",
-    )  # fmt: skip
+    )
 
 
 def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: bool) -> str:
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q)."""
     what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
     return model(
-        "FormulaHamiltonian", what, d, V, walls, mass_inertia(d.coordinates, masses), clamped=(), angles="Loops()",
+        "FormulaHamiltonian",
+        what,
+        d,
+        V,
+        walls,
+        mass_inertia(d.coordinates, masses),
+        clamped=(),
+        angles="Loops()",
         before=loops(d.coordinates),
-    )  # fmt: skip
-
-
+    )

@@ -24,7 +24,9 @@ class Description(NamedTuple):
 
 def module(description: Description, body: str, imports: str = "") -> str:
     """Return the text of the module of a class."""
-    head = f'"""V = {_one_line(description.formula)}: written by fastaff from this formula; derivatives by SymPy."""\n\n'
+    head = (
+        f'"""V = {_one_line(description.formula)}: written by fastaff from this formula; derivatives by SymPy."""\n\n'
+    )
     text = f"{head}from typing import NamedTuple\n\nimport numpy as np\n{imports}\n\n{body}"
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
@@ -45,7 +47,9 @@ def class_text(name: str, what: str, d: Description, fields: Sequence[str], meth
     return "\n".join(lines) + "\n\n" + "\n".join(textwrap.indent(method, "    ") for method in methods)
 
 
-def method(name: str, arguments: Sequence[str], doc: str, lines: Lines, results: Sequence[str], *, single: bool = False) -> str:
+def method(
+    name: str, arguments: Sequence[str], doc: str, lines: Lines, results: Sequence[str], *, single: bool = False
+) -> str:
     """Return the text of a method that returns a number, or a tuple."""
     returned = results[0] if single else ", ".join(results) + ("," if len(results) == 1 else "")
     body = [f'"""{doc}"""', *_used(lines.lines, returned), f"return {returned}"]
@@ -75,7 +79,9 @@ def spread(expression: Any, text: str, coordinates: Sequence[str]) -> str:
 
 
 def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines, *, covered: bool = False) -> str:
-    """Return the margin: the least of the walls, 1 where there is none; `covered` where they depend on all coordinates."""
+    """Return the margin: the least of the walls, 1 where there is none; `covered` where they depend on all
+    coordinates.
+    """
     import sympy
 
     texts = lines.add(walls) if walls else ["1.0"]
@@ -83,15 +89,23 @@ def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines
     for other in texts[1:]:
         text = f"np.minimum({text}, {other})"
     whole = sympy.Tuple(*walls)
-    doc = "Return a number that is positive where the potential lives." if walls else "Return 1: the potential lives everywhere."
-    return method("margin", coordinates, doc, lines, [text if covered else spread(whole, text, coordinates)], single=True)
+    doc = (
+        "Return a number that is positive where the potential lives."
+        if walls
+        else "Return 1: the potential lives everywhere."
+    )
+    return method(
+        "margin", coordinates, doc, lines, [text if covered else spread(whole, text, coordinates)], single=True
+    )
 
 
 # --- doubly isotropic potentials ------------------------------------------------------------------------------------
 
 
 def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *, clamp: bool) -> str:
-    """Return the text of a potential V(A, B) with value, slopes, curvatures and margin; `clamp` keeps alpha above 2^-17."""
+    """Return the text of a potential V(A, B) with value, slopes, curvatures and margin; `clamp` keeps alpha above
+    2^-17.
+    """
     A, B = s["A"], s["B"]
     V_A, V_B = V.diff(A), V.diff(B)
     methods = []
@@ -112,7 +126,11 @@ def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *
     return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
 
 
-NODES = ((0.2386191860831969, 0.4679139345726910), (0.6612093864662645, 0.3607615730481386), (0.9324695142031521, 0.1713244923791704))
+NODES = (
+    (0.2386191860831969, 0.4679139345726910),
+    (0.6612093864662645, 0.3607615730481386),
+    (0.9324695142031521, 0.1713244923791704),
+)
 """Positive nodes and weights of Gauss and Legendre's rule with six points."""
 
 _ROOTS = """\
@@ -125,9 +143,10 @@ far, inner, choice = np.maximum(beta, near), np.minimum(beta, near), 1.0*(beta <
 def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
     """Return the text of a potential g(alpha, beta) that is even in beta but has no formula in B.
 
-    V_B = g'/(2 beta) and V_BB are 0/0 at beta = 0. For beta < alpha/64 they are the integrals over t from 0 to 1 of g''(t beta)/2
-    and (1 - t^2) g''''(t beta)/8, by Gauss's rule with six points: relative error (1/128)^12 where g is analytic up to beta = alpha.
-    Where g is even in alpha too, alpha is kept above 2^-17: forces are then right to rounding.
+    V_B = g'/(2 beta) and V_BB are 0/0 at beta = 0. For beta < alpha/64 they are the integrals over t from 0 to 1 of
+    g''(t beta)/2 and (1 - t^2) g''''(t beta)/8, by Gauss's rule with six points: relative error (1/128)^12 where g is
+    analytic up to beta = alpha. Where g is even in alpha too, alpha is kept above 2^-17: forces are then right to
+    rounding.
     """
     import sympy
 
@@ -154,26 +173,40 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     texts = lines.add([g_a / (2 * alpha), g_b.xreplace({beta: far}) / (2 * far)])
     nodes = " + ".join(f"{w / 2!r}*self.second(alpha, {t!r}*inner)" for t, w in NODES)
     lines.lines.append(f"limit = {nodes}")
-    methods.append(method("slopes", ("A", "B"), "Return V_A, V_B.", lines, [texts[0], f"choice*limit + (1.0 - choice)*({texts[1]})"]))
+    methods.append(
+        method(
+            "slopes", ("A", "B"), "Return V_A, V_B.", lines, [texts[0], f"choice*limit + (1.0 - choice)*({texts[1]})"]
+        )
+    )
 
     lines = Lines(taken)
     lines.lines += roots
     at = {beta: far}
-    texts = lines.add([
-        (g_aa - g_a / alpha) / (4 * alpha**2), g_ab.xreplace(at) / (4 * alpha * far),
-        (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
-    ])  # fmt: skip
+    texts = lines.add(
+        [
+            (g_aa - g_a / alpha) / (4 * alpha**2),
+            g_ab.xreplace(at) / (4 * alpha * far),
+            (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
+        ]
+    )
     for k, (t, _) in enumerate(NODES):
         lines.lines.append(f"mixed{k}, fourth{k} = self.higher(alpha, {t!r}*inner)")
     mixed = " + ".join(f"{w / 4!r}*mixed{k}" for k, (_, w) in enumerate(NODES))
     fourth = " + ".join(f"{w * (1 - t * t) / 8!r}*fourth{k}" for k, (t, w) in enumerate(NODES))
     results = [
-        texts[0], f"choice*({mixed})/alpha + (1.0 - choice)*({texts[1]})", f"choice*({fourth}) + (1.0 - choice)*({texts[2]})",
-    ]  # fmt: skip
+        texts[0],
+        f"choice*({mixed})/alpha + (1.0 - choice)*({texts[1]})",
+        f"choice*({fourth}) + (1.0 - choice)*({texts[2]})",
+    ]
     methods.append(method("curvatures", ("A", "B"), "Return V_AA, V_AB, V_BB.", lines, results))
     methods.append(helper("second", "Return the second derivative in beta.", [g_bb]))
-    methods.append(helper("higher", "Return that derivative's slope in alpha, and the fourth derivative in beta.", [
-        g_bb.diff(alpha), g_bb.diff(beta, 2)]))  # fmt: skip
+    methods.append(
+        helper(
+            "higher",
+            "Return that derivative's slope in alpha, and the fourth derivative in beta.",
+            [g_bb.diff(alpha), g_bb.diff(beta, 2)],
+        )
+    )
 
     methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
     what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
@@ -187,8 +220,9 @@ RING = 14
 def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
     """Return the text of a potential g(alpha, beta), even in beta, that is finite but 0/0 at beta = 0.
 
-    For beta < alpha/4 it and its derivatives are Cauchy's integrals over the circle |beta| = alpha/2 in the complex plane, by the
-    trapezoidal rule with 4 RING = 56 points, a quarter of which is enough by symmetry: relative error 2^-56 where g is analytic up to
+    For beta < alpha/4 it and its derivatives are Cauchy's integrals over the circle |beta| = alpha/2 in the complex
+    plane, by the trapezoidal rule with 4 RING = 56 points, a quarter of which is enough by symmetry: relative error
+    2^-56 where g is analytic up to
     |beta| = alpha. Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
     """
     import cmath
@@ -229,17 +263,24 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     results = {
         "value": ("Return V.", [g.xreplace(at)], [mean("g", 1)]),
         "slopes": (
-            "Return V_A, V_B.", [g_a.xreplace(at) / (2 * alpha), g_b.xreplace(at) / (2 * far)],
+            "Return V_A, V_B.",
+            [g_a.xreplace(at) / (2 * alpha), g_b.xreplace(at) / (2 * far)],
             [f"0.5*{slope}/alpha", f"4*{mean('g', 2)}/{square}"],
         ),
         "curvatures": (
             "Return V_AA, V_AB, V_BB.",
-            [(g_aa.xreplace(at) - g_a.xreplace(at) / alpha) / (4 * alpha**2), g_ab.xreplace(at) / (4 * alpha * far),
-             (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2)],
-            [f"0.25*({mean('gaa', 1)} - {slope}/alpha)/{square}", f"2*{mean('ga', 2)}/(alpha*{square})",
-             f"32*{mean('g', 3)}/({square}*{square})"],
+            [
+                (g_aa.xreplace(at) - g_a.xreplace(at) / alpha) / (4 * alpha**2),
+                g_ab.xreplace(at) / (4 * alpha * far),
+                (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
+            ],
+            [
+                f"0.25*({mean('gaa', 1)} - {slope}/alpha)/{square}",
+                f"2*{mean('ga', 2)}/(alpha*{square})",
+                f"32*{mean('g', 3)}/({square}*{square})",
+            ],
         ),
-    }  # fmt: skip
+    }
     methods = []
     for count, (name, (doc, beyond, near)) in enumerate(results.items()):
         lines = Lines(taken)

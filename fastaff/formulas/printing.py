@@ -106,7 +106,9 @@ class Lines:
         return f"np.{NAMES.get(name, name.lower())}({self.text(e.args[0])})", _ATOM
 
     def _sum(self, e: Any) -> tuple[str, int]:
-        terms = [self._inside(term, _SUM) for term in sorted(e.args, key=lambda t: (t.could_extract_minus_sign(), _order(t)))]
+        terms = [
+            self._inside(term, _SUM) for term in sorted(e.args, key=lambda t: (t.could_extract_minus_sign(), _order(t)))
+        ]
         text = terms[0]
         for term in terms[1:]:
             text += f" - {term[1:]}" if term.startswith("-") else f" + {term}"
@@ -194,7 +196,9 @@ def number(e: Any) -> tuple[str, int]:
         try:
             value = float(exact)
         except OverflowError:
-            raise ValueError(f"text: a constant of the formula is beyond the range of floats ({str(e)[:40]}...)") from None
+            raise ValueError(
+                f"text: a constant of the formula is beyond the range of floats ({str(e)[:40]}...)"
+            ) from None
         if Fraction(repr(value)) == exact or exact.denominator > 1000:
             return repr(value), _ATOM if value >= 0 else _PRODUCT
         return f"{exact.numerator}/{exact.denominator}", _SUM  # folded when compiled; parentheses in products

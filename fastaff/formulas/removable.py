@@ -18,10 +18,11 @@ class Vanishing(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Points of a formula's region for trial: place(coordinates) gives the values of its symbols, draw(rng) coordinates of a point.
+    """Points of a formula's region for trial: place(coordinates) gives the values of its symbols, draw(rng) coordinates
+    of a point.
 
-    special: coordinates, None for those that are drawn, of places where denominators like to vanish; inside(values) tells whether a point
-    is in the domain.
+    special: coordinates, None for those that are drawn, of places where denominators like to vanish; inside(values)
+    tells whether a point is in the domain.
     """
 
     place: Callable[[Sequence[Any]], Mapping[str, Any]]
@@ -49,7 +50,9 @@ def denominators(expression: Any) -> list[Any]:
 
 
 def vanishing(expression: Any, places: Places, parameters: Mapping[str, float]) -> list[Vanishing]:
-    """Return denominators that vanish inside the domain where the expression stays finite, at least one point of each that were tried."""
+    """Return denominators that vanish inside the domain where the expression stays finite, at least one point of each
+    that were tried.
+    """
     import mpmath
 
     below = denominators(expression)
@@ -59,7 +62,9 @@ def vanishing(expression: Any, places: Places, parameters: Mapping[str, float]) 
         return _vanishing(mpmath.mp, expression, below, places, parameters)
 
 
-def _vanishing(mp: Any, expression: Any, below: list[Any], places: Places, parameters: Mapping[str, float]) -> list[Vanishing]:
+def _vanishing(
+    mp: Any, expression: Any, below: list[Any], places: Places, parameters: Mapping[str, float]
+) -> list[Vanishing]:
     rng = random.Random(3)
     constants = {f"self.{name}": mp.mpf(value) for name, value in parameters.items()}
     whole = _function(expression)
@@ -91,7 +96,9 @@ def _function(expression: Any, numbers: str = "mpmath") -> tuple[Any, list[str]]
     return sympy.lambdify(symbols, expression, numbers, dummify=True), [symbol.name for symbol in symbols]
 
 
-def _value(mp: Any, function: tuple[Any, list[str]], places: Places, point: Sequence[Any], constants: Mapping[str, Any]) -> Any:
+def _value(
+    mp: Any, function: tuple[Any, list[str]], places: Places, point: Sequence[Any], constants: Mapping[str, Any]
+) -> Any:
     """Return the value at a point, None where it is not a finite real number."""
     call, names = function
     values = {**places.place(point), **constants}
@@ -139,8 +146,12 @@ def _finite(mp: Any, whole: Any, places: Places, near: list, constants: Mapping[
     return bool(abs(close - far) <= 1e-3 * (scale + abs(far)) and abs(close) <= 1e6 * scale)
 
 
-def _loses_digits(mp: Any, forces: list, places: Places, near: list, points: list, constants: Mapping[str, Any]) -> bool:
-    """Tell whether derivatives in floating point are wrong on the way, by more than `_ROUNDING` of their size there or elsewhere."""
+def _loses_digits(
+    mp: Any, forces: list, places: Places, near: list, points: list, constants: Mapping[str, Any]
+) -> bool:
+    """Tell whether derivatives in floating point are wrong on the way, by more than `_ROUNDING` of their size there or
+    elsewhere.
+    """
     for exact, floating in forces:
         sizes = [abs(v) for v in (_value(mp, exact, places, point, constants) for point in points) if v is not None]
         typical = sorted(sizes)[len(sizes) // 2] if sizes else 0
@@ -165,6 +176,7 @@ def refused(found: Vanishing, names: Sequence[str]) -> ValueError:
     """Return the error for a formula that cannot be evaluated to rounding."""
     at = ", ".join(f"{name} = {x:.4g}" for name, x in zip(names, found.point, strict=True))
     return ValueError(
-        f"text: the denominator {found.denominator} vanishes inside the domain, as at {at}, where the formula stays finite: near there its "
+        f"text: the denominator {found.denominator} vanishes inside the domain, as at {at}, where the formula stays "
+        "finite: near there its "
         "forces would lose their digits. Write it without the quotient, or give a domain that leaves that place out"
     )

@@ -16,13 +16,24 @@ _RIGHT = 1e-9
 
 
 def refuse_removable(
-    V: Any, walls: Sequence[Any], places: Places, values: Mapping[str, float], names: Sequence[str], known: Sequence[Vanishing] = ()
+    V: Any,
+    walls: Sequence[Any],
+    places: Places,
+    values: Mapping[str, float],
+    names: Sequence[str],
+    known: Sequence[Vanishing] = (),
 ) -> None:
-    """Raise ValueError where a denominator of V, but for known ones, vanishes at a place of the domain at which V is finite."""
+    """Raise ValueError where a denominator of V, but for known ones, vanishes at a place of the domain at which V is
+    finite.
+    """
     import sympy
 
     def inside(point: Mapping[str, Any]) -> bool:
-        own = {symbol: values.get(symbol.name.removeprefix("self."), point.get(symbol.name)) for w in walls for symbol in w.free_symbols}
+        own = {
+            symbol: values.get(symbol.name.removeprefix("self."), point.get(symbol.name))
+            for w in walls
+            for symbol in w.free_symbols
+        }
         return all(sympy.N(wall.subs(own)) > 1e-30 for wall in walls)
 
     known_denominators = [one.denominator for one in known]
@@ -35,7 +46,11 @@ def plain_places(coordinates: Sequence[str]) -> Places:
     """Return places of a system's coordinates: the origin, and each coordinate 0."""
     n = len(coordinates)
     special = [(0.0,) * n, *(tuple(0.0 if i == k else None for i in range(n)) for k in range(n))]
-    return Places(lambda c: dict(zip(coordinates, c, strict=True)), lambda rng: [rng.uniform(-1.5, 1.5) for _ in range(n)], special)
+    return Places(
+        lambda c: dict(zip(coordinates, c, strict=True)),
+        lambda rng: [rng.uniform(-1.5, 1.5) for _ in range(n)],
+        special,
+    )
 
 
 def invariant_places(*, axis: bool) -> Places:
@@ -70,7 +85,9 @@ def body_places() -> Places:
 
 
 def ring_text(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], trial: Trial) -> str:
-    """Return the source of a potential that is 0/0 at beta = 0, tried against more digits; ValueError where it would be inexact."""
+    """Return the source of a potential that is 0/0 at beta = 0, tried against more digits; ValueError where it would be
+    inexact.
+    """
     text = ring_potential(d, g, walls, s, _even(g, s))
     worst = _largest_error(text, g, s, trial)
     if not worst <= _RIGHT:
@@ -85,7 +102,9 @@ def _even(g: Any, s: dict[str, Any]) -> bool:
 
 
 def _largest_error(text: str, g: Any, s: dict[str, Any], trial: Trial) -> float:
-    """Return the largest error of value, slopes and curvatures at points up to the axis, on the scale of the potential there."""
+    """Return the largest error of value, slopes and curvatures at points up to the axis, on the scale of the potential
+    there.
+    """
     import mpmath
     import sympy
 
@@ -107,9 +126,16 @@ def _largest_error(text: str, g: Any, s: dict[str, Any], trial: Trial) -> float:
                 A, B = mpmath.mpf(alpha) ** 2, (mpmath.mpf(ratio) * alpha) ** 2
                 at = (A, B if ratio else A * mpmath.mpf(10) ** -18)
                 orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
-                truth = [float(mpmath.re(mpmath.diff(V, at, n, h=A * mpmath.mpf(10) ** -9) if any(n) else V(*at))) for n in orders]
+                truth = [
+                    float(mpmath.re(mpmath.diff(V, at, n, h=A * mpmath.mpf(10) ** -9) if any(n) else V(*at)))
+                    for n in orders
+                ]
                 a, b = float(A), float(B)
-                found = [float(potential.value(a, b)), *map(float, potential.slopes(a, b)), *map(float, potential.curvatures(a, b))]
+                found = [
+                    float(potential.value(a, b)),
+                    *map(float, potential.slopes(a, b)),
+                    *map(float, potential.curvatures(a, b)),
+                ]
                 units = [1.0, a, a, a * a, a * a, a * a]
                 sizes.append(max(abs(t) * u for t, u in zip(truth, units, strict=True)))
                 errors.append(max(abs(t - f) * u for t, f, u in zip(truth, found, units, strict=True)))

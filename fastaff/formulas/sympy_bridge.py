@@ -42,8 +42,11 @@ def checked(expression: Any) -> Any:
     import sympy
 
     for wrong, why in (
-        (sympy.zoo, "divides by zero"), (sympy.nan, "has no value"), (sympy.oo, "is infinite"), (sympy.I, "is not real"),
-    ):  # fmt: skip
+        (sympy.zoo, "divides by zero"),
+        (sympy.nan, "has no value"),
+        (sympy.oo, "is infinite"),
+        (sympy.I, "is not real"),
+    ):
         if expression.has(wrong):
             raise ValueError(f"text: the formula {why} everywhere ({expression})")
     moduli = [a for a in expression.atoms(sympy.Abs) if any(not s.name.startswith("self.") for s in a.free_symbols)]
@@ -87,4 +90,7 @@ def _text(e: Any) -> str:
         return f"({_text(e.base)})**({_text(e.exp)})"
     if kind in FUNCTIONS and len(e.args) == 1:
         return f"{kind}({_text(e.args[0])})"
-    raise ValueError(f"text: the SymPy expression contains {e} ({kind}); allowed are sums, products, powers and {', '.join(FUNCTIONS)}")
+    raise ValueError(
+        f"text: the SymPy expression contains {e} ({kind}); allowed are sums, products, powers and "
+        f"{', '.join(FUNCTIONS)}"
+    )

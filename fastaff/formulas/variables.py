@@ -1,7 +1,7 @@
 """The variables of formulas about the body, and numerical proof of their symmetries.
 
-phi = [[x, y], [z, u]]; a = (x+u, z-y)/sqrt2, b = (x-u, y+z)/sqrt2; alpha = |a|, beta = |b|; alpha, beta = (D1+-D2)/sqrt2;
-r = alpha^2 + beta^2 = rho^2; cos(vartheta) = (alpha^2 - beta^2)/r, sin(vartheta) = 2 alpha beta/r.
+phi = [[x, y], [z, u]]; a = (x+u, z-y)/sqrt2, b = (x-u, y+z)/sqrt2; alpha = |a|, beta = |b|; alpha, beta =
+(D1+-D2)/sqrt2; r = alpha^2 + beta^2 = rho^2; cos(vartheta) = (alpha^2 - beta^2)/r, sin(vartheta) = 2 alpha beta/r.
 """
 
 from __future__ import annotations
@@ -26,10 +26,22 @@ def everything(a1: Any, a2: Any, b1: Any, b2: Any, alpha: Any, beta: Any, sqrt: 
     w = 1 / sqrt(2)
     r = alpha * alpha + beta * beta
     return {
-        "D1": w * (alpha + beta), "D2": w * (alpha - beta), "alpha": alpha, "beta": beta, "r": r, "rho": sqrt(r),
-        "vartheta": 2 * atan(beta / alpha), "x": w * (a1 + b1), "u": w * (a1 - b1), "z": w * (a2 + b2), "y": w * (b2 - a2),
-        "a1": a1, "a2": a2, "b1": b1, "b2": b2,
-    }  # fmt: skip
+        "D1": w * (alpha + beta),
+        "D2": w * (alpha - beta),
+        "alpha": alpha,
+        "beta": beta,
+        "r": r,
+        "rho": sqrt(r),
+        "vartheta": 2 * atan(beta / alpha),
+        "x": w * (a1 + b1),
+        "u": w * (a1 - b1),
+        "z": w * (a2 + b2),
+        "y": w * (b2 - a2),
+        "a1": a1,
+        "a2": a2,
+        "b1": b1,
+        "b2": b2,
+    }
 
 
 class Trial:
@@ -61,7 +73,10 @@ class Trial:
         mp = self.mp
         try:
             value = self.program.run(
-                lambda f: mp.mpf(f.numerator) / f.denominator, {**variables, **parameters, "pi": mp.pi}, self.functions, self._power
+                lambda f: mp.mpf(f.numerator) / f.denominator,
+                {**variables, **parameters, "pi": mp.pi},
+                self.functions,
+                self._power,
             )
             value = mp.mpmathify(value)
         except (ArithmeticError, ValueError):
@@ -111,15 +126,19 @@ def check_symmetry(trial: Trial, argument: str) -> None:
         if trial.differ(one, other):
             show = trial.mp.nstr
             raise ValueError(
-                f"{argument}: the formula is not symmetric under D1 <-> D2 (beta -> -beta, vartheta -> -vartheta), which name the same "
-                f"matrix: at D1 = {show(variables['D1'], 6)}, D2 = {show(variables['D2'], 6)} it is {show(one, 10)}, exchanged "
+                f"{argument}: the formula is not symmetric under D1 <-> D2 (beta -> -beta, vartheta -> -vartheta), "
+                "which name the same "
+                f"matrix: at D1 = {show(variables['D1'], 6)}, D2 = {show(variables['D2'], 6)} it is {show(one, 10)}, "
+                "exchanged "
                 f"{show(other, 10)}, so its odd part is {show((one - other) / 2, 10)} instead of 0"
             )
         tried += 1
         if tried == POINTS:
             return
     if not tried:
-        raise ValueError(f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with D1 > D2 > 0")
+        raise ValueError(
+            f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with D1 > D2 > 0"
+        )
 
 
 def is_isotropic(trial: Trial) -> bool:
@@ -144,6 +163,9 @@ def check_real(program: Program, parameters: Mapping[str, float], coordinates: t
     """Refuse a formula of coordinates that is real nowhere that is tried."""
     trial = Trial(program, parameters)
     for _ in range(20 * POINTS):
-        if trial.value({name: trial.uniform(-1.5, 1.5) for name in coordinates}, trial.generic_parameters()) is not None:
+        if (
+            trial.value({name: trial.uniform(-1.5, 1.5) for name in coordinates}, trial.generic_parameters())
+            is not None
+        ):
             return
     raise ValueError(f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with |q| < 1.5")

@@ -7,8 +7,8 @@ import math
 from ..compile.jit import LANES, jit
 
 SHARPNESS = 30.0
-"""beta of the weight exp(beta (sqrt(1 - x^2) - 1)) on -1 < x < 1 (Barnett, Magland & af Klinteberg 2019, SIAM J. Sci. Comput. 41,
-C479): a line further than beta/pi cycles per window from zero is damped below 2e-12 of the mean weight."""
+"""beta of the weight exp(beta (sqrt(1 - x^2) - 1)) on -1 < x < 1 (Barnett, Magland & af Klinteberg 2019, SIAM J. Sci.
+Comput. 41, C479): a line further than beta/pi cycles per window from zero is damped below 2e-12 of the mean weight."""
 
 
 @jit
@@ -44,7 +44,9 @@ def sample(rows, lanes, orbit, fresh, block, memory, out):
 
 @jit
 def average(time, lanes, fresh, t, memory):
-    """Add row 0 of memory to its weighted sums over both halves of `time`: rows 1 and 3 the weights, 2 and 4 the weighted values."""
+    """Add row 0 of memory to its weighted sums over both halves of `time`: rows 1 and 3 the weights, 2 and 4 the
+    weighted values.
+    """
     for i in range(lanes):
         x = 2.0 * t[i] / time - 1.0
         w1, w2 = fresh[i] * weight(2.0 * x + 1.0), fresh[i] * weight(2.0 * x - 1.0)

@@ -1,7 +1,8 @@
 """Section crossings: detection at full steps, location on the scheme's own flow.
 
 A record (a row of RECORD + rows numbers) holds what the location needs: the state at a step, its time, and the range of
-fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time and state.
+fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time and
+state.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ RECORD = 4
 """Numbers before the state in a record: time, kind, lower and upper fractional step."""
 
 NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
-"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located crossing; sign change
-over the first step of an orbit that starts on the section."""
+"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located
+crossing; sign change over the first step of an orbit that starts on the section."""
 
 BARELY = 5e-324
-"""Size of the section function of a start on the section: only its sign counts, that of the function just after the start."""
+"""Size of the section function of a start on the section: only its sign counts, that of the function just after the
+start.
+"""
 
 MEMORY = 7
 """Rows of observer memory before the state: section function now, one and two steps ago; times one and two steps ago;
@@ -28,10 +31,11 @@ records written, certain crossings among them."""
 
 @jit
 def dips(earlier, before, now, first, second):
-    """Tell whether a parabola through three values of one sign, `first` and `second` apart, may reach zero beside the middle one.
+    """Tell whether a parabola through three values of one sign, `first` and `second` apart, may reach zero beside the
+    middle one.
 
-    The middle one is the nearest to zero; with equal distances h and curvature c the parabola goes at most c h^2/8 deeper, which is
-    taken twice.
+    The middle one is the nearest to zero; with equal distances h and curvature c the parabola goes at most c h^2/8
+    deeper, which is taken twice.
     """
     if not (abs(before) < abs(now) and abs(before) <= abs(earlier) and before * now > 0.0 and before * earlier > 0.0):
         return False
@@ -114,7 +118,8 @@ def split_pairs(
 ):
     """Halve the bracket of each suspected pair at the extremum of the section function; other lanes are untouched.
 
-    Golden sections, until a point of the other sign is found or the extremum is known to rounding. Returns how many there are.
+    Golden sections, until a point of the other sign is found or the extremum is known to rounding. Returns how many
+    there are.
     """
     pairs = 0
     for i in range(lanes):
@@ -126,17 +131,47 @@ def split_pairs(
     for i in range(lanes):
         low[i], high[i] = x1[i], x2[i]
     fractional(
-        stage, derivative, section, params, section_params, drift, kick, a, b,
-        rows, lanes, start, inner, z, k, work, value,
-    )  # fmt: skip
+        stage,
+        derivative,
+        section,
+        params,
+        section_params,
+        drift,
+        kick,
+        a,
+        b,
+        rows,
+        lanes,
+        start,
+        inner,
+        z,
+        k,
+        work,
+        value,
+    )
     for _ in range(60):
         for i in range(lanes):
             right = high[i] - inner[i] > inner[i] - low[i]
             tau[i] = inner[i] + 0.3819660112501051 * ((high[i] if right else low[i]) - inner[i])
         fractional(
-            stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, tau, z, k, work, f,
-        )  # fmt: skip
+            stage,
+            derivative,
+            section,
+            params,
+            section_params,
+            drift,
+            kick,
+            a,
+            b,
+            rows,
+            lanes,
+            start,
+            tau,
+            z,
+            k,
+            work,
+            f,
+        )
         searching = 0
         for i in range(lanes):
             if (kind[i] != LOWER and kind[i] != UPPER) or found[i] > 0.0:
@@ -169,9 +204,11 @@ def split_pairs(
 def leave_section(
     stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, kind, x1, x2, z, k, work
 ):
-    """Move the lower end of the first steps of orbits that start on the section off it, to where the function has left it.
+    """Move the lower end of the first steps of orbits that start on the section off it, to where the function has left
+    it.
 
-    Towards the start until the function has not the sign that it has at the upper end; where it never has, the record becomes empty.
+    Towards the start until the function has not the sign that it has at the upper end; where it never has, the record
+    becomes empty.
     """
     returns = 0
     for i in range(lanes):
@@ -183,9 +220,24 @@ def leave_section(
         tau[i] = x2[i]
     for sweep in range(90):
         fractional(
-            stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, tau, z, k, work, f,
-        )  # fmt: skip
+            stage,
+            derivative,
+            section,
+            params,
+            section_params,
+            drift,
+            kick,
+            a,
+            b,
+            rows,
+            lanes,
+            start,
+            tau,
+            z,
+            k,
+            work,
+            f,
+        )
         searching = 0
         for i in range(lanes):
             if kind[i] != RETURN or found[i] > 0.0:
@@ -222,15 +274,30 @@ def shift(block, stop, progress, stage, derivative, params, drift, kick, a, b, p
 
 
 def locate(
-    block, stop, progress, stage, derivative, section, params, section_params, drift, kick, a, b, direction, precise,
-    rows, records, where,
-):  # fmt: skip
+    block,
+    stop,
+    progress,
+    stage,
+    derivative,
+    section,
+    params,
+    section_params,
+    drift,
+    kick,
+    a,
+    b,
+    direction,
+    precise,
+    rows,
+    records,
+    where,
+):
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
-    All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the step, is as
-    small as rounding. A suspected pair is first split at the extremum of the section function, a return to the section left by a step
-    off it; where there is no other sign, or the wrong direction, the record becomes empty. Afterwards a record holds time, kind,
-    section function and, from RECORD on, the state.
+    All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the
+    step, is as small as rounding. A suspected pair is first split at the extremum of the section function, a return to
+    the section left by a step off it; where there is no other sign, or the wrong direction, the record becomes empty.
+    Afterwards a record holds time, kind, section function and, from RECORD on, the state.
     """
     count = where.size
     size = rows * LANES
@@ -246,23 +313,85 @@ def locate(
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD + r]
     pairs = split_pairs(
-        stage, derivative, section, params, section_params, drift, kick, a, b,
-        rows, lanes, start, kind, x1, x2, z, k, work,
-    )  # fmt: skip
+        stage,
+        derivative,
+        section,
+        params,
+        section_params,
+        drift,
+        kick,
+        a,
+        b,
+        rows,
+        lanes,
+        start,
+        kind,
+        x1,
+        x2,
+        z,
+        k,
+        work,
+    )
     pairs += leave_section(
-        stage, derivative, section, params, section_params, drift, kick, a, b,
-        rows, lanes, start, kind, x1, x2, z, k, work,
-    )  # fmt: skip
+        stage,
+        derivative,
+        section,
+        params,
+        section_params,
+        drift,
+        kick,
+        a,
+        b,
+        rows,
+        lanes,
+        start,
+        kind,
+        x1,
+        x2,
+        z,
+        k,
+        work,
+    )
     section(section_params, lanes, start, f1)
     if pairs > 0:
         fractional(
-            stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, x1, z, k, work, f1,
-        )  # fmt: skip
+            stage,
+            derivative,
+            section,
+            params,
+            section_params,
+            drift,
+            kick,
+            a,
+            b,
+            rows,
+            lanes,
+            start,
+            x1,
+            z,
+            k,
+            work,
+            f1,
+        )
     fractional(
-        stage, derivative, section, params, section_params, drift, kick, a, b,
-        rows, lanes, start, x2, z, k, work, f2,
-    )  # fmt: skip
+        stage,
+        derivative,
+        section,
+        params,
+        section_params,
+        drift,
+        kick,
+        a,
+        b,
+        rows,
+        lanes,
+        start,
+        x2,
+        z,
+        k,
+        work,
+        f2,
+    )
     for i in range(lanes):
         if kind[i] > CERTAIN and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
             kind[i] = NOTHING
@@ -274,9 +403,24 @@ def locate(
     while active > 0 and sweeps < 100:
         active, sweeps = 0, sweeps + 1
         fractional(
-            stage, derivative, section, params, section_params, drift, kick, a, b,
-            rows, lanes, start, tau, z, k, work, f,
-        )  # fmt: skip
+            stage,
+            derivative,
+            section,
+            params,
+            section_params,
+            drift,
+            kick,
+            a,
+            b,
+            rows,
+            lanes,
+            start,
+            tau,
+            z,
+            k,
+            work,
+            f,
+        )
         for i in range(lanes):
             if live[i] == 0.0:
                 continue
@@ -297,9 +441,24 @@ def locate(
     for i in range(lanes):
         tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
     fractional(
-        stage, derivative, section, params, section_params, drift, kick, a, b,
-        rows, lanes, start, tau, z, k, work, f,
-    )  # fmt: skip
+        stage,
+        derivative,
+        section,
+        params,
+        section_params,
+        drift,
+        kick,
+        a,
+        b,
+        rows,
+        lanes,
+        start,
+        tau,
+        z,
+        k,
+        work,
+        f,
+    )
     for i in range(lanes):
         o = where[first + i]
         records[o, 0] += tau[i]
@@ -312,7 +471,9 @@ def locate(
 
 @jit
 def compact(rows, out, counts):
-    """Keep the located records of each orbit's row, without gaps, NaN after them; counts (orbits,) becomes their number."""
+    """Keep the located records of each orbit's row, without gaps, NaN after them; counts (orbits,) becomes their
+    number.
+    """
     width = RECORD + rows
     for o in range(out.shape[0]):
         kept = 0

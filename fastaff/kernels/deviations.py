@@ -1,14 +1,18 @@
-"""Growth and alignment of tangent vectors, streamed: orthonormal vectors, and the coefficients of the true ones in them.
+"""Growth and alignment of tangent vectors, streamed: orthonormal vectors, and the coefficients of the true ones in
+them.
 
-The vectors of a state are kept orthonormal, W(t) = Q R_m ... R_1; S_i sums log R_ii, which is the volume's growth. The true vectors
-are the columns of the triangular product: `columns` holds them normalised, with the logarithm L_j of each length. So
-log GALI_k = sum_(i<k) (S_i - L_i) keeps all its digits below 1e-16, where vectors that align in memory could not be told apart.
+The vectors of a state are kept orthonormal, W(t) = Q R_m ... R_1; S_i sums log R_ii, which is the volume's growth. The
+true vectors are the columns of the triangular product: `columns` holds them normalised, with the logarithm L_j of each
+length. So log GALI_k = sum_(i<k) (S_i - L_i) keeps all its digits below 1e-16, where vectors that align in memory could
+not be told apart.
 
-Lengths and angles are those of each orbit's own metric sum_r g_r w_r^2, which makes one of positions and momenta: a plain sum of their
-squares would change with the units, and see growth where a long position only turns into a short momentum.
+Lengths and angles are those of each orbit's own metric sum_r g_r w_r^2, which makes one of positions and momenta: a
+plain sum of their squares would change with the units, and see growth where a long position only turns into a short
+momentum.
 
-Observer memory, in rows of LANES, for k vectors of 2n rows and m indicators: SHARED rows (see the constants), then S (k), S at half
-time (k), L (k), columns (k*k), factor R (k*k), readings (m), readings at half time (m), limits (m), times of detection (m), metric (2n).
+Observer memory, in rows of LANES, for k vectors of 2n rows and m indicators: SHARED rows (see the constants), then S
+(k), S at half time (k), L (k), columns (k*k), factor R (k*k), readings (m), readings at half time (m), limits (m),
+times of detection (m), metric (2n).
 """
 
 from __future__ import annotations
@@ -18,10 +22,13 @@ import math
 from ..compile.jit import LANES, jit
 
 SHARED = 13
-SEEN, STRIDE, DUE, LAST, HALF, WEIGHTED, AREA, MEGNO_NOW, LARGEST, LARGEST_ACROSS, RECORDED, PEAK, PEAK_ACROSS = range(SHARED)
-"""Steps seen; how many steps apart the orbit's vectors are renormalised; whether this one is such; time of the last one; time of the
-half-time values; sum of t dL for MEGNO; integral of MEGNO over time; MEGNO; largest L_0; largest log of the part of w_0 across the
-flow; history slots written; largest square of the first vector since it was renormalised, and of its part across the flow."""
+SEEN, STRIDE, DUE, LAST, HALF, WEIGHTED, AREA, MEGNO_NOW, LARGEST, LARGEST_ACROSS, RECORDED, PEAK, PEAK_ACROSS = range(
+    SHARED
+)
+"""Steps seen; how many steps apart the orbit's vectors are renormalised; whether this one is such; time of the last
+one; time of the half-time values; sum of t dL for MEGNO; integral of MEGNO over time; MEGNO; largest L_0; largest log
+of the part of w_0 across the flow; history slots written; largest square of the first vector since it was renormalised,
+and of its part across the flow."""
 
 LONGEST = 1e8
 """Square of the first vector's growth at which it is renormalised before its time."""
@@ -29,7 +36,8 @@ LONGEST = 1e8
 
 @jit
 def place(k, m, what):
-    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), those at half time (6), ...
+    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), those at half
+    time (6), ...
 
     ... limits (7), detections (8), metric (9). The number m of readings only counts for what follows them.
     """
@@ -53,7 +61,9 @@ def peak(n, k, metric, lanes, fresh, z, memory):
 
 @jit
 def peak_across(i, square, along, size, memory):
-    """Keep the largest square of the first vector's part across the flow, of its square, product with the flow, the flow's square."""
+    """Keep the largest square of the first vector's part across the flow, of its square, product with the flow, the
+    flow's square.
+    """
     across = square - along * along / size if size > 0.0 else square
     memory[PEAK_ACROSS * LANES + i] = max(memory[PEAK_ACROSS * LANES + i], across)
 
@@ -62,8 +72,8 @@ def peak_across(i, square, along, size, memory):
 def wait(time, slots, lanes, fresh, t, memory):
     """Mark the lanes whose vectors are due at this step; return how many.
 
-    Every STRIDE-th step of an orbit, its first one past half time, past the next record of the history and at the end, and where the
-    first vector has grown long.
+    Every STRIDE-th step of an orbit, its first one past half time, past the next record of the history and at the end,
+    and where the first vector has grown long.
     """
     due = 0.0
     for i in range(lanes):
@@ -81,9 +91,11 @@ def wait(time, slots, lanes, fresh, t, memory):
 
 @jit(constants=True)
 def orthonormalise(n, k, metric, lanes, z, memory):
-    """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into memory, S summed.
+    """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into
+    memory, S summed.
 
-    z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which vectors drop).
+    z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which
+    vectors drop).
     """
     half, sums, factor = n * (1 + k), place(k, 0, 0), place(k, 0, 4)
     for j in range(k):
@@ -131,7 +143,9 @@ def follow(k, lanes, memory):
                 memory[entry + i] *= memory[(factor + b * k + b) * LANES + i]
             for c in range(b + 1, j + 1):
                 for i in range(lanes):
-                    memory[entry + i] += memory[(factor + b * k + c) * LANES + i] * memory[(columns + c * k + j) * LANES + i]
+                    memory[entry + i] += (
+                        memory[(factor + b * k + c) * LANES + i] * memory[(columns + c * k + j) * LANES + i]
+                    )
         for i in range(lanes):
             square = 0.0
             for b in range(j + 1):
@@ -145,9 +159,11 @@ def follow(k, lanes, memory):
 
 @jit(constants=True)
 def grow(k, lanes, t, memory):
-    """Update what the growth L_0 of the first vector gives, before and after `follow`: the largest L_0, MEGNO and its mean.
+    """Update what the growth L_0 of the first vector gives, before and after `follow`: the largest L_0, MEGNO and its
+    mean.
 
-    MEGNO is Y = (2/t) int s dL(s), Cincotta & Simo 2000, with s of the middle of each interval; its mean by the trapezoidal rule.
+    MEGNO is Y = (2/t) int s dL(s), Cincotta & Simo 2000, with s of the middle of each interval; its mean by the
+    trapezoidal rule.
     """
     lengths, factor = place(k, 0, 2), place(k, 0, 4)
     for i in range(lanes):
@@ -182,7 +198,9 @@ def volume(count, k, i, memory):
 
 @jit(constants=True)
 def alignment(k, i, memory):
-    """Return log10 of SALI of lane i: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area."""
+    """Return log10 of SALI of lane i: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their
+    area.
+    """
     area = volume(2, k, i, memory)
     if area < -18.0:
         return area / LN10
@@ -191,7 +209,9 @@ def alignment(k, i, memory):
 
 @jit
 def judge(k, m, signs, early_stop, slots, time, lanes, orbit, t, memory, out, done):
-    """Keep the values at half time, note when each reading first passes its limit, write the history; return the lanes that are done."""
+    """Keep the values at half time, note when each reading first passes its limit, write the history; return the lanes
+    that are done.
+    """
     readings, middle, limits, detections = place(k, m, 5), place(k, m, 6), place(k, m, 7), place(k, m, 8)
     sums, before = place(k, m, 0), place(k, m, 1)
     ended = 0
@@ -208,7 +228,10 @@ def judge(k, m, signs, early_stop, slots, time, lanes, orbit, t, memory, out, do
         passed = 0
         for j in range(m):
             row = (detections + j) * LANES + i
-            if memory[row] == 0.0 and (memory[(readings + j) * LANES + i] - memory[(limits + j) * LANES + i]) * signs[j] > 0.0:
+            if (
+                memory[row] == 0.0
+                and (memory[(readings + j) * LANES + i] - memory[(limits + j) * LANES + i]) * signs[j] > 0.0
+            ):
                 memory[row] = t[i]
             passed += 1 if memory[row] > 0.0 else 0
         slot = int(memory[RECORDED * LANES + i])

@@ -1,7 +1,8 @@
 """The parallel loop over units of work, and the drivers of units of orbits, lanes refilled as orbits finish.
 
-Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of the orbits.
-State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on where it was.
+Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of
+the orbits. State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on
+where it was.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ AT_WALL = 1e-13
 def run_units(work, arguments, units):
     """Run work(unit, *arguments) for every unit below `units`.
 
-    The work is a compiled function that it gets as a pointer: inside a prange Numba would compile all its code three times more.
+    The work is a compiled function that it gets as a pointer: inside a prange Numba would compile all its code three
+    times more.
     """
     for unit in prange(units):
         work(np.int64(unit), *arguments)
@@ -35,7 +37,8 @@ def run_units(work, arguments, units):
 def next_look(n):
     """Return the number of steps, the first above n, after which a block looks at its orbits.
 
-    Powers of two up to BURST, then two moments of each BURST: an orbit may be at rest at all multiples of one number of steps.
+    Powers of two up to BURST, then two moments of each BURST: an orbit may be at rest at all multiples of one number of
+    steps.
     """
     if n < BURST:
         power = 1
@@ -47,22 +50,56 @@ def next_look(n):
 
 
 def run_fixed(
-    u, stop, progress, stage, march, derivative, inside, check, observe, params, observer, drift, kick, a, b, step, total,
-    every, order, radius, precise, strict, refill, solo, unit, z0, count, kinetic0, memory0, out, status,
-):  # fmt: skip
+    u,
+    stop,
+    progress,
+    stage,
+    march,
+    derivative,
+    inside,
+    check,
+    observe,
+    params,
+    observer,
+    drift,
+    kick,
+    a,
+    b,
+    step,
+    total,
+    every,
+    order,
+    radius,
+    precise,
+    strict,
+    refill,
+    solo,
+    unit,
+    z0,
+    count,
+    kinetic0,
+    memory0,
+    out,
+    status,
+):
     """Advance unit u of the orbits (columns of z0), taken in that order, to total[orbit] steps of step[orbit].
 
-    Each is observed every every[orbit] steps.
-    With `refill` a lane takes the next orbit as soon as it is free; else the lanes of a block keep the same step number. That orbits
-    are in the domain is checked at every step; their escape radii and kinetic energies are looked at at `next_look` (at every step
-    with `refill`, before every observation where `strict`).
-    `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all steps to the next
-    observation at once. kinetic0 keeps the largest kinetic energy that was seen.
+    Each is observed every every[orbit] steps. With `refill` a lane takes the next orbit as soon as it is free; else the
+    lanes of a block keep the same step number. That orbits are in the domain is checked at every step; their escape
+    radii and kinetic energies are looked at at `next_look` (at every step with `refill`, before every observation where
+    `strict`). `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all
+    steps to the next observation at once. kinetic0 keeps the largest kinetic energy that was seen.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
-    left, kinetic, seen, found, reached = np.empty(LANES, np.int64), np.zeros(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
+    left, kinetic, seen, found, reached = (
+        np.empty(LANES, np.int64),
+        np.zeros(LANES),
+        np.empty(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+    )
     bound = np.zeros(LANES)
     state_rows = 3 * rows if precise else rows
     z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
@@ -137,7 +174,13 @@ def run_fixed(
                 lanes -= 1
                 move_lane(state_rows, lanes, i, z)
                 move_lane(memory_rows, lanes, i, memory)
-                orbit[i], n[i], h[i], left[i], kinetic[i] = orbit[lanes], n[lanes], h[lanes], left[lanes], kinetic[lanes]
+                orbit[i], n[i], h[i], left[i], kinetic[i] = (
+                    orbit[lanes],
+                    n[lanes],
+                    h[lanes],
+                    left[lanes],
+                    kinetic[lanes],
+                )
                 bound[i] = bound[lanes]
                 code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
             else:
@@ -210,14 +253,41 @@ def observe_dense(
 
 
 def run_adaptive(
-    u, stop, progress, derivative, check, observe, params, observer, a, b, errors, dense, rtol, atol, end_time,
-    cadence, renew, radius, unit, z0, time0, step0, ticks0, kinetic0, memory0, out, status, steps,
-):  # fmt: skip
-    """Advance the orbits of unit u from time0 to end_time with step control of each orbit's own, the lanes always refilled.
+    u,
+    stop,
+    progress,
+    derivative,
+    check,
+    observe,
+    params,
+    observer,
+    a,
+    b,
+    errors,
+    dense,
+    rtol,
+    atol,
+    end_time,
+    cadence,
+    renew,
+    radius,
+    unit,
+    z0,
+    time0,
+    step0,
+    ticks0,
+    kinetic0,
+    memory0,
+    out,
+    status,
+    steps,
+):
+    """Advance the orbits of unit u from time0 to end_time with step control of each orbit's own, the lanes always
+    refilled.
 
-    The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it may change
-    the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next
-    step), 3 or 4 more where the interpolant is used.
+    The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it
+    may change the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is
+    the first of the next step), 3 or 4 more where the interpolant is used.
     """
     rows, orbits = z0.shape
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
@@ -239,7 +309,12 @@ def run_adaptive(
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                ahead[lanes], ceiling[lanes], kinetic[lanes], longest[lanes] = step0[following], 10.0, kinetic0[following], 0.0
+                ahead[lanes], ceiling[lanes], kinetic[lanes], longest[lanes] = (
+                    step0[following],
+                    10.0,
+                    kinetic0[following],
+                    0.0,
+                )
                 bound[lanes] = radius[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
@@ -262,8 +337,9 @@ def run_adaptive(
         check(params, lanes, bound, new, code, reached)
         ended = 0
         for i in range(lanes):
-            # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a
-            # wrong step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by less than 4 %.
+            # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too,
+            # where a wrong step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by
+            # less than 4 %.
             root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
             factor = min(ceiling[i], max(0.2, 0.9 / root)) if norm[i] > 0.0 else ceiling[i]
             fresh[i] = 1.0 if norm[i] < 1.0 and code[i] == 0.0 else 0.0
@@ -285,9 +361,25 @@ def run_adaptive(
             if inside > 0:
                 runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
                 ended += observe_dense(
-                    observe, observer, rows, lanes, cadence, orbit, fresh, ticks, z, t, h, k, dense, at, work2,
-                    memory, out, done,
-                )  # fmt: skip
+                    observe,
+                    observer,
+                    rows,
+                    lanes,
+                    cadence,
+                    orbit,
+                    fresh,
+                    ticks,
+                    z,
+                    t,
+                    h,
+                    k,
+                    dense,
+                    at,
+                    work2,
+                    memory,
+                    out,
+                    done,
+                )
         for i in range(lanes):
             if fresh[i] > 0.0:
                 kinetic[i] = reached[i]

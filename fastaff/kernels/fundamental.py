@@ -1,6 +1,7 @@
 """Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines, mean turning rates of loops.
 
-A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, go from the short to the long ones.
+A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, go from the short to
+the long ones.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ import numpy as np
 from ..compile.jit import jit, read_now
 
 ACCIDENTAL = 0.05
-"""Expected number of accidental relations, within the errors, up to which longer vectors are tried; a fifth of it for fractions."""
+"""Expected number of accidental relations, within the errors, up to which longer vectors are tried; a fifth of it for
+fractions.
+"""
 
 BLOCK = 64
 """Samples of a loop that are worked on at once."""
@@ -23,7 +26,9 @@ DENOMINATORS = 4
 
 @jit
 def relate(value, bar, basis, spread, rank, table, count, accidental, k):
-    """Write to k (rank,) the shortest vector of the first `count` of table with value = k . basis within the errors; return whether."""
+    """Write to k (rank,) the shortest vector of the first `count` of table with value = k . basis within the errors;
+    return whether.
+    """
     scale = 0.0
     for i in range(rank):
         scale = max(scale, abs(basis[i]))
@@ -69,7 +74,9 @@ def reduce_columns(matrix, rows, columns):
 
 @jit
 def refine(m, k, rank, value, bar, line, basis, spread, source):
-    """Refine a basis by a line with m value = k . basis: it replaces a generator, or the lattice gets generators that are no lines."""
+    """Refine a basis by a line with m value = k . basis: it replaces a generator, or the lattice gets generators that
+    are no lines.
+    """
     for i in range(rank):
         if abs(k[i]) == 1:
             basis[i], spread[i], source[i] = value, bar, line
@@ -90,7 +97,8 @@ def refine(m, k, rank, value, bar, line, basis, spread, source):
 def generate(value, bar, count, most, tables, sizes, basis, spread, source):
     """Find at most `most` generators of the lattice of lines, the first ones trusted most; return their number.
 
-    A line that is k . basis is in; one with m value = k . basis refines the lattice; any other adds a generator while there is room.
+    A line that is k . basis is in; one with m value = k . basis refines the lattice; any other adds a generator while
+    there is room.
     """
     rank = 0
     k = np.zeros(most, np.int64)
@@ -100,9 +108,16 @@ def generate(value, bar, count, most, tables, sizes, basis, spread, source):
             if rank > 0 and related == 0:
                 whole = m == 1
                 if relate(
-                    m * value[line], m * bar[line], basis, spread, rank, tables[rank - 1], sizes[rank - 1, 0 if whole else 1],
-                    ACCIDENTAL if whole else 0.2 * ACCIDENTAL, k,
-                ):  # fmt: skip
+                    m * value[line],
+                    m * bar[line],
+                    basis,
+                    spread,
+                    rank,
+                    tables[rank - 1],
+                    sizes[rank - 1, 0 if whole else 1],
+                    ACCIDENTAL if whole else 0.2 * ACCIDENTAL,
+                    k,
+                ):
                     related = m
         if related > 1:
             refine(related, k, rank, value[line], bar[line], line, basis, spread, source)
@@ -122,9 +137,11 @@ def generators(unit, stop, progress, value, bar, count, tables, sizes, rank, bas
 
 
 def project(unit, stop, progress, signals, stride, window, interval, rank, nu, moments, gram):
-    """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t) of every stride-th sample, and the lines' own (orbits, 2n, 2n).
+    """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t) of every stride-th sample, and the lines' own
+    (orbits, 2n, 2n).
 
-    The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,) sums to 1; time counts from its middle.
+    The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,) sums to 1; time counts from its
+    middle.
     """
     if read_now(stop, 0) > 0:
         return
@@ -157,7 +174,8 @@ def project(unit, stop, progress, signals, stride, window, interval, rank, nu, m
 
 @jit
 def angle_of(x, y):
-    """Return the argument of x + i y to 3e-16, 0 of nothing, without branches: loops over it become vector instructions.
+    """Return the argument of x + i y to 3e-16, 0 of nothing, without branches: loops over it become vector
+    instructions.
 
     atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; pi/4 is taken off above.
     """
@@ -224,9 +242,11 @@ def weighted_sum(weights, values, sums):
 
 
 def turn(unit, stop, progress, signals, samples, loops, offset, drift, windows, rates):
-    """Fill rates (orbits, loops, windows) with weighted mean angles per sample of the loops  c . s - offset - drift j  of an orbit.
+    """Fill rates (orbits, loops, windows) with weighted mean angles per sample of the loops  c . s - offset - drift j
+    of an orbit.
 
-    signals (orbits, rows, >= samples); loops (orbits, loops, rows); windows (1 or orbits, windows, samples - 1), each of sum 1.
+    signals (orbits, rows, >= samples); loops (orbits, loops, rows); windows (1 or orbits, windows, samples - 1), each
+    of sum 1.
     """
     if read_now(stop, 0) > 0:
         return
@@ -240,7 +260,9 @@ def turn(unit, stop, progress, signals, samples, loops, offset, drift, windows, 
 
 
 def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k):
-    """Fill k (orbits, m, m) with integers such that value = k @ nu (orbits, m), where a short vector does; nu = 0 has no part."""
+    """Fill k (orbits, m, m) with integers such that value = k @ nu (orbits, m), where a short vector does; nu = 0 has
+    no part.
+    """
     if read_now(stop, 0) > 0:
         return
     m = value.shape[1]
@@ -251,8 +273,20 @@ def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k)
             basis[rank], width[rank], where[rank] = nu[unit, j], spread[unit, j], j
             rank += 1
     for j in range(m):
-        if rank > 0 and value[unit, j] != 0.0 and relate(
-            value[unit, j], bar[unit, j], basis, width, rank, tables[rank - 1], sizes[rank - 1, 0], 10.0 * ACCIDENTAL, found
+        if (
+            rank > 0
+            and value[unit, j] != 0.0
+            and relate(
+                value[unit, j],
+                bar[unit, j],
+                basis,
+                width,
+                rank,
+                tables[rank - 1],
+                sizes[rank - 1, 0],
+                10.0 * ACCIDENTAL,
+                found,
+            )
         ):
             for i in range(rank):
                 k[unit, j, where[i]] = found[i]

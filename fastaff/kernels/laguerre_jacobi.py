@@ -4,8 +4,9 @@ Both families, Laguerre and Jacobi, obey one ladder once the polynomials are div
 
     d_(k+1) = u_k d_k - w_k y phi_k,   phi_(k+1) = phi_k + d_(k+1),   phi_0 = 1, d_0 = 0
 
-It goes by differences, so near y = 0, where the three-term recurrence loses n^2 units of rounding, it loses none; where the
-polynomial grows it is the growing solution. phi and d share a power of two that is taken out every few steps: no n or y overflows.
+It goes by differences, so near y = 0, where the three-term recurrence loses n^2 units of rounding, it loses none; where
+the polynomial grows it is the growing solution. phi and d share a power of two that is taken out every few steps: no n
+or y overflows.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ def _ladder(u, w, y, phi, d, logarithm):
 
 @jit
 def _exp(x, out, power):
-    """Write e^x for a block without branches, 0 below -708; power (LANES,) is work space. Error 1 unit of rounding for |x| < 1."""
+    """Write e^x for a block without branches, 0 below -708; power (LANES,) is work space. Error 1 unit of rounding for
+    |x| < 1.
+    """
     for i in range(LANES):
         power[i] = np.floor(min(max(x[i], -708.0), 709.0) * 1.4426950408889634 + 0.5)
         r = min(max(x[i], -708.0), 709.0) - power[i] * LN2_HIGH - power[i] * LN2_LOW
@@ -72,7 +75,9 @@ def _exp(x, out, power):
 
 @jit
 def _log(x, out, work):
-    """Write ln x for a block of x >= 0 without branches, -inf at 0; work (LANES,). By 2 artanh((m - 1)/(m + 1)), m in [1/sqrt2, sqrt2]."""
+    """Write ln x for a block of x >= 0 without branches, -inf at 0; work (LANES,). By 2 artanh((m - 1)/(m + 1)), m in
+    [1/sqrt2, sqrt2].
+    """
     for i in range(LANES):
         work[i] = x[i] * 2.0**54 if x[i] < 1e-290 else x[i]
     bits = work.view(np.int64)
@@ -130,14 +135,22 @@ def laguerre_values(u, w, constants, kappa, squared, x, out):
 
 @jit(parallel=True)
 def jacobi_values(u, w, constants, y, z, out):
-    """Write (y/y0)^h (z/z0)^g e^c phi_n(y) into out; z = 1 - y. Tables (2, n), constants (2, 6), rows: from the end y = 0, from z = 0.
+    """Write (y/y0)^h (z/z0)^g e^c phi_n(y) into out; z = 1 - y. Tables (2, n), constants (2, 6), rows: from the end y =
+    0, from z = 0.
 
-    constants (c, h, y0, g, z0, sign); the second row is the first with y and z exchanged. Each point goes from its nearer end.
+    constants (c, h, y0, g, z0, sign); the second row is the first with y and z exchanged. Each point goes from its
+    nearer end.
     """
     for block in prange((y.size + LANES - 1) // LANES):
         start = block * LANES
         count = min(LANES, y.size - start)
-        near, phi, d, logarithm, work = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+        near, phi, d, logarithm, work = (
+            np.empty(LANES),
+            np.empty(LANES),
+            np.empty(LANES),
+            np.empty(LANES),
+            np.empty(LANES),
+        )
         for end in range(2):
             c, h, y0 = constants[end, 0], constants[end, 1], constants[end, 2]
             g, z0, sign = constants[end, 3], constants[end, 4], constants[end, 5]
@@ -172,7 +185,9 @@ def jacobi_values(u, w, constants, y, z, out):
 
 @jit(parallel=True)
 def polynomial_values(diagonal, off, coefficients, t, out):
-    """Write sum c_k p_k(t) into out (points,): off_k p_k = (t - diagonal_(k-1)) p_(k-1) - off_(k-1) p_(k-2), off from k = 1, p_0 = 1."""
+    """Write sum c_k p_k(t) into out (points,): off_k p_k = (t - diagonal_(k-1)) p_(k-1) - off_(k-1) p_(k-2), off from k
+    = 1, p_0 = 1.
+    """
     for block in prange((t.size + LANES - 1) // LANES):
         start = block * LANES
         count = min(LANES, t.size - start)
@@ -195,7 +210,9 @@ def polynomial_values(diagonal, off, coefficients, t, out):
 
 @jit
 def _turned(k, x, y, radius, re, im, lanes):
-    """Multiply re + i im by ((x + i y)/radius)^k for a block, by repeated squaring; the angle of radius 0 counts as 0."""
+    """Multiply re + i im by ((x + i y)/radius)^k for a block, by repeated squaring; the angle of radius 0 counts as
+    0.
+    """
     cosine, sine = np.empty(LANES), np.empty(LANES)
     up = 1.0 if k >= 0 else -1.0
     for i in range(lanes):
@@ -230,7 +247,9 @@ def plane_radii(planes, radii):
 
 @jit(parallel=True)
 def turn_planes(k, g, planes, radii, amplitude, out):
-    """Write amplitude*e^(i k eta + i g gamma) into out (points,), complex, for planes (4, points) of radii (2, points)."""
+    """Write amplitude*e^(i k eta + i g gamma) into out (points,), complex, for planes (4, points) of radii (2,
+    points).
+    """
     points = amplitude.size
     for block in prange((points + LANES - 1) // LANES):
         start = block * LANES

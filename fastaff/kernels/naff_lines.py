@@ -13,7 +13,16 @@ import numpy as np
 
 from ..compile.jit import LANES, jit
 from .naff_fit import cholesky, normal_equations, phasors, refit, substitute
-from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, strongest_bin, subtract_line, tail_reach
+from .naff_spectrum import (
+    first_guess,
+    leakage,
+    load_spectrum,
+    noise_floor,
+    spectrum_power,
+    strongest_bin,
+    subtract_line,
+    tail_reach,
+)
 
 FLOOR = 1e-17  # relative amplitude at which the tail of a line is cut, below the rounding of the transform
 EPS = 2.220446049250313e-16
@@ -52,10 +61,19 @@ def workspace(samples: int, lines: int) -> Work:
     """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
     rows, full = -(-samples // LANES), np.zeros
     return Work(
-        full((2, samples)), full((4, LANES)), full((lines, 2, LANES)), full((lines, 2, rows)),
-        full((lines, 4, LANES)), full((lines, 4)), full((3 * lines, 3 * lines)), full((3 * lines, 3 * lines)),
-        full(3 * lines), full(3 * lines), full((3, lines)), full((3, lines), np.complex128),
-    )  # fmt: skip
+        full((2, samples)),
+        full((4, LANES)),
+        full((lines, 2, LANES)),
+        full((lines, 2, rows)),
+        full((lines, 4, LANES)),
+        full((lines, 4)),
+        full((3 * lines, 3 * lines)),
+        full((3 * lines, 3 * lines)),
+        full(3 * lines),
+        full(3 * lines),
+        full((3, lines)),
+        full((3, lines), np.complex128),
+    )
 
 
 @jit

@@ -1,7 +1,7 @@
 """Loop integrals of one separated coordinate where its potential has narrow features or a wall is near: panels.
 
-The phase chi of `libration` is cut at the potential's knots, and into halves until on every panel the last Legendre coefficients of
-all integrands vanish. Panels lie in the rows of work memory one after another, ORDER nodes each.
+The phase chi of `libration` is cut at the potential's knots, and into halves until on every panel the last Legendre
+coefficients of all integrands vanish. Panels lie in the rows of work memory one after another, ORDER nodes each.
 """
 
 import numpy as np

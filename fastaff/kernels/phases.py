@@ -16,8 +16,8 @@ TURN = 2 * math.pi
 def phase_sums(rates, weights, times, out):
     """Write the sums into out (times,), complex; rates in cycles per time and weights (states,).
 
-    Sine and cosine without branches, so that loops over lanes vectorise: the turn is reduced exactly to an eighth, where Taylor series of
-    degree 15 and 16 leave 2e-17.
+    Sine and cosine without branches, so that loops over lanes vectorise: the turn is reduced exactly to an eighth,
+    where Taylor series of degree 15 and 16 leave 2e-17.
     """
     for block in prange((times.size + LANES - 1) // LANES):
         start = block * LANES

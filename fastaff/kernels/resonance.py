@@ -1,9 +1,9 @@
 """Integer relations k . nu = 0 of many frequency vectors, and a basis of the lattice they span.
 
 Vectors k have four entries, zero past the number of frequencies. Their exterior products decide: with a primitive set
-b1..br (one that extends to a basis of Z^4) and a further k, the minors of (b1..br, k) all vanish where k lies in the span,
-and have the greatest common divisor 1 where the set with k is primitive too. Visiting k from the shortest to the longest and
-keeping those that leave the set primitive is Minkowski's reduction in the norm of that order.
+b1..br (one that extends to a basis of Z^4) and a further k, the minors of (b1..br, k) all vanish where k lies in the
+span, and have the greatest common divisor 1 where the set with k is primitive too. Visiting k from the shortest to the
+longest and keeping those that leave the set primitive is Minkowski's reduction in the norm of that order.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ def _divisor(a, b):
 
 @jit
 def extend(rank, form, k, product):
-    """Write the exterior product of form (6,) of degree `rank` with k (4,); return the greatest common divisor of its entries."""
+    """Write the exterior product of form (6,) of degree `rank` with k (4,); return the greatest common divisor of its
+    entries.
+    """
     for j in range(FORM):
         product[j] = 0
     if rank == 0:
@@ -54,7 +56,9 @@ def extend(rank, form, k, product):
 
 @jit
 def inside(rank, forms, i, k0, k1, k2, k3):
-    """Return whether k lies in the span of the set of lane i: the exterior product vanishes (never for one primitive vector)."""
+    """Return whether k lies in the span of the set of lane i: the exterior product vanishes (never for one primitive
+    vector).
+    """
     if rank == 3:
         return forms[i, 0] * k3 - forms[i, 1] * k2 + forms[i, 2] * k1 - forms[i, 3] * k0 == 0
     if rank == 2:
@@ -69,7 +73,9 @@ def inside(rank, forms, i, k0, k1, k2, k3):
 
 @jit
 def divide(rank, basis, k, g, best):
-    """Write to best (4,) the shortest integer vector (k + sum of c_j b_j)/g with |c_j| <= 2 g over basis (4, 4) of `rank` rows."""
+    """Write to best (4,) the shortest integer vector (k + sum of c_j b_j)/g with |c_j| <= 2 g over basis (4, 4) of
+    `rank` rows.
+    """
     reach = 4 * g + 1
     shortest = 1 << 40
     for code in range(reach**rank):
@@ -101,7 +107,9 @@ def divide(rank, basis, k, g, best):
 
 @jit
 def adopt(n, rank, k, form, basis, work):
-    """Extend a primitive set, basis (4, 4) of `rank` rows with its form (6,), by what k (4,) adds; return the new rank."""
+    """Extend a primitive set, basis (4, 4) of `rank` rows with its form (6,), by what k (4,) adds; return the new
+    rank.
+    """
     product, better = work[:FORM], work[FORM : FORM + 4]
     g = extend(rank, form, k, product)
     if g == 0:
@@ -125,7 +133,8 @@ def adopt(n, rank, k, form, basis, work):
 
 @jit
 def search_block(n, vectors, begin, lanes, nu, width, rank, basis):
-    """Fill rank (orbits,) and basis (orbits, 4, 4) of `lanes` orbits from `begin`: relations among vectors (m, 4), by length.
+    """Fill rank (orbits,) and basis (orbits, 4, 4) of `lanes` orbits from `begin`: relations among vectors (m, 4), by
+    length.
 
     nu, width (4, orbits): a relation is |k . nu| <= sum of |k_i| width_i; an orbit with a NaN has none.
     """

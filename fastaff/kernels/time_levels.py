@@ -13,8 +13,8 @@ MEMORY = 2
 def pass_levels(row, count, rows, lanes, orbit, fresh, t, z, memory, out, done):
     """Record the brackets in which row `row` of z rises through 1/count, 2/count ... 1; memory (MEMORY + rows)*LANES.
 
-    A record's row is counted from its level, so that all are crossings of zero. A lane is done when it passes 1. Returns how many
-    became done.
+    A record's row is counted from its level, so that all are crossings of zero. A lane is done when it passes 1.
+    Returns how many became done.
     """
     width = RECORD + rows
     ended = 0

@@ -1,6 +1,7 @@
 """Actions, frequencies and angles in closed form where F is a quadratic polynomial: oscillators with walls.
 
-Then G is constant, s = m - l cos(chi), and all integrals of `libration` are elementary: with Lambda = sqrt(-F) at a pole,
+Then G is constant, s = m - l cos(chi), and all integrals of `libration` are elementary: with Lambda = sqrt(-F) at a
+pole,
 
     1/2 loop integral of sqrt(F)/s ds = pi (b/(2 sqrt(a)) - Lambda),   integral of ds/(s sqrt(F)) = (2/Lambda) psi,
     psi = atan2(sqrt(s2) sin(chi/2), sqrt(s1) cos(chi/2)).
@@ -21,7 +22,9 @@ NOISE = 4e-16
 
 @jit
 def _cycle(middle, product, s, root, stiffness):
-    """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (l, l cos(chi), l sin(chi), s1, s2, chi)."""
+    """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (l, l cos(chi), l sin(chi), s1, s2,
+    chi).
+    """
     cosine, sine = middle - s, root / stiffness
     amplitude = np.sqrt(cosine * cosine + sine * sine)
     if amplitude <= NOISE * middle:
@@ -39,7 +42,9 @@ def _angle(sine, cosine):
 
 @jit
 def _wind(mean, far, size, cosine, sine):
-    """psi from l, l cos(chi), l sin(chi): atan2(far (1 - cos(chi)), mean sin(chi)) with mean = sqrt(near far), without half-angles."""
+    """psi from l, l cos(chi), l sin(chi): atan2(far (1 - cos(chi)), mean sin(chi)) with mean = sqrt(near far), without
+    half-angles.
+    """
     rest = far * (size - cosine) if cosine <= 0.0 else far * sine * sine / (size + cosine)
     return np.arctan2(rest, mean * sine) if size > 0.0 else 0.0
 
@@ -53,7 +58,9 @@ def _wrap(x):
 
 @jit
 def _plane(mu, k, wall, x, y, px, py, out):
-    """One plane with V = k s/2 + wall/s: (J, J_angle, nu, nu_angle, theta, theta_angle, energy, spin, s1, s2) to out; status."""
+    """One plane with V = k s/2 + wall/s: (J, J_angle, nu, nu_angle, theta, theta_angle, energy, spin, s1, s2) to out;
+    status.
+    """
     s, root, spin = x * x + y * y, x * px + y * py, x * py - y * px
     energy = (px * px + py * py) / (2 * mu) + k * s / 2 + (wall / s if wall != 0.0 else 0.0)
     Lambda = np.sqrt(spin * spin + 2 * mu * wall)
@@ -73,7 +80,11 @@ def _plane(mu, k, wall, x, y, px, py, out):
     out[0] = np.pi * stiffness * amplitude * amplitude / (middle + mean) if amplitude > 0.0 else 0.0
     out[1], out[2], out[3] = TURN * spin, omega / np.pi, 0.5 * omega / np.pi * ratio
     out[4] = chi / TURN
-    out[5] = _wrap((angle - ratio * (_wind(mean, s2, amplitude, cosine, sine) - 0.5 * chi)) / TURN) if code == OK_CODE else np.nan
+    out[5] = (
+        _wrap((angle - ratio * (_wind(mean, s2, amplitude, cosine, sine) - 0.5 * chi)) / TURN)
+        if code == OK_CODE
+        else np.nan
+    )
     if amplitude == 0.0:
         out[4] = np.nan
         code = ACTION_ZERO_CODE if code == OK_CODE else code
@@ -81,7 +92,9 @@ def _plane(mu, k, wall, x, y, px, py, out):
 
 
 def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, turning, constants, error, status):
-    """z (8, n) -> rows alpha, beta, eta, gamma of J, nu, theta (4, n), H_alpha, H_beta, c_eta, c_gamma, turning (2, 3, n)."""
+    """z (8, n) -> rows alpha, beta, eta, gamma of J, nu, theta (4, n), H_alpha, H_beta, c_eta, c_gamma, turning (2, 3,
+    n).
+    """
     n = z.shape[1]
     if stop[0] != 0:
         return
@@ -103,7 +116,9 @@ def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, 
 
 @jit
 def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants):
-    """One state of V = k r/2 + wall_r/r + (wall_a/cos^2(vartheta/2) + wall_b/sin^2(vartheta/2))/r; returns its status."""
+    """One state of V = k r/2 + wall_r/r + (wall_a/cos^2(vartheta/2) + wall_b/sin^2(vartheta/2))/r; returns its
+    status.
+    """
     A, B = z[0, i] * z[0, i] + z[1, i] * z[1, i], z[2, i] * z[2, i] + z[3, i] * z[3, i]
     pA, pB = z[0, i] * z[4, i] + z[1, i] * z[5, i], z[2, i] * z[6, i] + z[3, i] * z[7, i]
     p_eta, p_gamma = z[0, i] * z[5, i] - z[1, i] * z[4, i], z[2, i] * z[7, i] - z[3, i] * z[6, i]
@@ -124,8 +139,9 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
     stiffness = np.sqrt(mu * k)
     mean = outer / stiffness
     width_r, cos_r, sin_r, r1, r2, chi_r = _cycle(E / k, mean * mean, r, pA + pB, stiffness)
-    # F = (s - s1)(s2 - s) Lambda^2 with s = sin^2(vartheta/2), s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The
-    # middle from the nearer axis: a sum of positive terms, F = root^2 there, where the energy would be a difference.
+    # F = (s - s1)(s2 - s) Lambda^2 with s = sin^2(vartheta/2), s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) =
+    # (L_a/Lambda)^2. The middle from the nearer axis: a sum of positive terms, F = root^2 there, where the energy would
+    # be a difference.
     s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
     upper = s > 0.5
     x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
@@ -173,7 +189,9 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
 
 
 def shells(unit, stop, progress, mu, k, wall_r, wall_a, wall_b, z, J, nu, theta, turning, constants, error, status):
-    """z (8, n) -> rows r, vartheta, eta, gamma of J, nu, theta (4, n), E, h_vartheta, c_eta, c_gamma, turning (2, 3, n)."""
+    """z (8, n) -> rows r, vartheta, eta, gamma of J, nu, theta (4, n), E, h_vartheta, c_eta, c_gamma, turning (2, 3,
+    n).
+    """
     n = z.shape[1]
     if stop[0] != 0:
         return

@@ -1,8 +1,8 @@
 """From actions and angles to phase points of a separable, doubly isotropic body.
 
-In the alpha-beta and r-vartheta charts each coordinate has a constant of its own (u0), whose action it increases with, once the
-others are known: two one-dimensional Newton searches from the bottom of the effective potential. The angles follow in the order in
-which the partial integrals depend on the phases.
+In the alpha-beta and r-vartheta charts each coordinate has a constant of its own (u0), whose action it increases with,
+once the others are known: two one-dimensional Newton searches from the bottom of the effective potential. The angles
+follow in the order in which the partial integrals depend on the phases.
 """
 
 import numpy as np
@@ -123,7 +123,9 @@ def _loop(potential, params, mu, u, kind, ends, knots, rho, goal, work, out):
 
 @jit
 def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, bottom, work, out):
-    """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True where it is one."""
+    """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True
+    where it is one.
+    """
     u[0], edge = bottom, -1.0 if side == 0 else 1.0
     out[RADIUS] = 0.0
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
@@ -134,7 +136,10 @@ def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, b
             width = np.sqrt(max(0.0, middle * middle - Lambda2 / G))
         elif Lambda2 > 0.0:
             middle = 1e-3 * min(SMALL, room)  # anywhere in the well: only G is wanted
-        if not axis_ends(potential, params, mu, u, kind, ends, side, middle, np.sqrt(G) * width, 0.0, work, out) and step > 0:
+        if (
+            not axis_ends(potential, params, mu, u, kind, ends, side, middle, np.sqrt(G) * width, 0.0, work, out)
+            and step > 0
+        ):
             return False
         G = -powers(work[3], edge, 0) / (out[RADIUS] * out[RADIUS]) if out[RADIUS] > 0.0 else 0.0
         if not G > 0.0:
@@ -149,7 +154,11 @@ def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, b
         middle += error / (np.pi * np.sqrt(G))
         work[0, 0], work[1, 0] = (middle, complement(kind, middle)) if side == 0 else (1 - middle, middle)
         _effective(potential, params, u, kind, 1, work)
-        u[0] = work[2, 0] + (G * middle * middle - Lambda2) / (2 * mu * work[0, 0] * work[1, 0]) if middle > 0.0 else bottom
+        u[0] = (
+            work[2, 0] + (G * middle * middle - Lambda2) / (2 * mu * work[0, 0] * work[1, 0])
+            if middle > 0.0
+            else bottom
+        )
         if step > 0 and abs(error) <= 1e-15 * J:
             break
     return integrals(potential, params, mu, u, kind, ends, knots, 1e-14, work, out) == OK_CODE
@@ -164,12 +173,18 @@ def _match(potential, params, mu, u, kind, ends, knots, J, start, work, out):
     set_place(kind, rho, 0, work)
     s, t = work[0, 0], work[1, 0]
     smooth = knots.size == 0
-    if smooth and s < SMALL and np.isfinite(ends[0]) and _match_at_axis(
-        potential, params, mu, u, kind, ends, knots, 0, J, s, lowest, work, out
+    if (
+        smooth
+        and s < SMALL
+        and np.isfinite(ends[0])
+        and _match_at_axis(potential, params, mu, u, kind, ends, knots, 0, J, s, lowest, work, out)
     ):
         return OK_CODE, wells
-    if smooth and kind == SINE and t < SMALL and _match_at_axis(
-        potential, params, mu, u, kind, ends, knots, 1, J, t, lowest, work, out
+    if (
+        smooth
+        and kind == SINE
+        and t < SMALL
+        and _match_at_axis(potential, params, mu, u, kind, ends, knots, 1, J, t, lowest, work, out)
     ):
         return OK_CODE, wells
     rise, factor = 0.0, 1.15
@@ -266,7 +281,15 @@ def _find_phase(mu, target, work, out):
         a[n] = 2 * total / nodes
     low, high, chi = 0.0, 2 * np.pi, 2 * np.pi * target / out[D0]
     for _ in range(60):
-        value, slope, sine, sine_last, turn, cosine, cosine_last = mean * chi, mean, np.sin(chi), 0.0, 2 * np.cos(chi), np.cos(chi), 1.0
+        value, slope, sine, sine_last, turn, cosine, cosine_last = (
+            mean * chi,
+            mean,
+            np.sin(chi),
+            0.0,
+            2 * np.cos(chi),
+            np.cos(chi),
+            1.0,
+        )
         for n in range(1, nodes):
             value += a[n] * sine / n
             slope += a[n] * cosine
@@ -306,23 +329,55 @@ def _write_plane(z, row, k, square, radial, spin, angle):
 
 @jit
 def _point(
-    chart, first, first_p, second, second_p, mu, knots, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
-):  # fmt: skip
+    chart,
+    first,
+    first_p,
+    second,
+    second_p,
+    mu,
+    knots,
+    J,
+    theta,
+    start,
+    ends,
+    k,
+    work,
+    other,
+    results,
+    small,
+    z,
+    nu,
+    energy,
+    wells,
+):
     """One torus and, where theta has columns, the point on it; returns a status."""
-    c, u, v, momenta, answer, M, N, at = small[0], small[1], small[2], small[3], small[4], small[5:7], small[7:9], small[9:11]
+    c, u, v, momenta, answer, M, N, at = (
+        small[0],
+        small[1],
+        small[2],
+        small[3],
+        small[4],
+        small[5:7],
+        small[7:9],
+        small[9:11],
+    )
     for a in range(2):
         p = J[2 + a, k] / (2 * np.pi)
         momenta[a] = p if p != 0.0 else MINUTE
         c[2 + a] = momenta[a] * momenta[a] / (2 * mu)
     c[0], c[1] = 0.0, 0.0
     coefficients(chart, 1, c, v)
-    code, count = _match(second, second_p, mu, v, KINDS[chart, 1], ends[1], knots[1], J[1, k], start[1, k], other, results[1])
+    code, count = _match(
+        second, second_p, mu, v, KINDS[chart, 1], ends[1], knots[1], J[1, k], start[1, k], other, results[1]
+    )
     wells[k] = count
     if code != OK_CODE:
         return code
     c[1] = v[0]
     coefficients(chart, 0, c, u)
-    code, count = _match(first, first_p, mu, u, KINDS[chart, 0], ends[0], knots[0], J[0, k], start[0, k], work, results[0])
+    code, count = _match(
+        first, first_p, mu, u, KINDS[chart, 0], ends[0], knots[0], J[0, k], start[0, k], work, results[0]
+    )
     wells[k] = max(wells[k], count)
     if code != OK_CODE:
         return code
@@ -349,7 +404,9 @@ def _point(
     for a in range(2):
         i, entry, partial = (a, D3, W3) if chart == ALPHA_BETA else (1, D2 if a == 0 else D3, W2 if a == 0 else W3)
         passed = results[i, partial] + turns[i] * results[i, entry]
-        phases[a] = 2 * np.pi * theta[2 + a, k] + N[0, a] * theta[0, k] + N[1, a] * theta[1, k] + momenta[a] / mu * passed
+        phases[a] = (
+            2 * np.pi * theta[2 + a, k] + N[0, a] * theta[0, k] + N[1, a] * theta[1, k] + momenta[a] / mu * passed
+        )
     if chart == ALPHA_BETA:
         A, B, pA, pB = at[0, 0], at[1, 0], at[0, 2], at[1, 2]
     else:
@@ -362,8 +419,26 @@ def _point(
 
 
 def torus_points(
-    unit, stop, progress, chart, first, first_p, second, second_p, mu, knots_1, knots_2, J, theta, start, z, nu, energy, wells, status,
-):  # fmt: skip
+    unit,
+    stop,
+    progress,
+    chart,
+    first,
+    first_p,
+    second,
+    second_p,
+    mu,
+    knots_1,
+    knots_2,
+    J,
+    theta,
+    start,
+    z,
+    nu,
+    energy,
+    wells,
+    status,
+):
     """J (4, n), theta (4, n or 0), start (2, n) ratios or 0 -> z (8, n or 0), nu (4, n), energy, wells, status (n,)."""
     n = J.shape[1]
     if stop[0] != 0:
@@ -377,7 +452,26 @@ def torus_points(
     for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
         results[:], small[:] = 0.0, 0.0  # nothing of the torus before it
         status[k] = _point(
-            chart, first, first_p, second, second_p, mu, knots, J, theta, start, ends, k, work, other, results, small, z, nu, energy, wells
+            chart,
+            first,
+            first_p,
+            second,
+            second_p,
+            mu,
+            knots,
+            J,
+            theta,
+            start,
+            ends,
+            k,
+            work,
+            other,
+            results,
+            small,
+            z,
+            nu,
+            energy,
+            wells,
         )
         if status[k] == OK_CODE and not np.isfinite(energy[k] + nu[:, k].sum() + z[:, k : k + points].sum()):
             status[k] = NOT_CONVERGED_CODE

@@ -4,16 +4,28 @@ With F and the kinds of coordinates of `wells`,
 
     J = 1/2 loop integral of sqrt(F)/(s t) ds     (of sqrt(F) ds on a LINE).
 
-Between the turning points s = s1 + 2 l sin^2(chi/2), F = (s - s1)(s2 - s) G, and J and its derivatives to u0...u3 are integrals
-over chi of smooth even functions of period 2 pi, which sums over midpoints give with exponential accuracy. The functions 1/s and
-1/t, near whose pole a turning point may lie, are taken off in closed form.
+Between the turning points s = s1 + 2 l sin^2(chi/2), F = (s - s1)(s2 - s) G, and J and its derivatives to u0...u3 are
+integrals over chi of smooth even functions of period 2 pi, which sums over midpoints give with exponential accuracy.
+The functions 1/s and 1/t, near whose pole a turning point may lie, are taken off in closed form.
 """
 
 import numpy as np
 
 from ..base.status import NOT_CONVERGED_CODE, OK_CODE
 from ..compile.jit import jit
-from .panels import HIGH, LENGTH, LOW, ORDER, WEIGHTS, first_panels, halve, panel_value, place_panel, size_and_rest, turned_integral
+from .panels import (
+    HIGH,
+    LENGTH,
+    LOW,
+    ORDER,
+    WEIGHTS,
+    first_panels,
+    halve,
+    panel_value,
+    place_panel,
+    size_and_rest,
+    turned_integral,
+)
 from .tori_wells import (
     ACTION,
     CENTRE,
@@ -49,7 +61,9 @@ ENOUGH = 256
 """Midpoints after which panels do better: a wall or a barrier is near a turning point."""
 
 APART = 0.6
-"""Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small difference."""
+"""Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small
+difference.
+"""
 
 ROWS = 14
 """Rows of work memory, of MOST numbers each."""
@@ -77,7 +91,9 @@ TABLES = _tables()
 
 @jit
 def _poles(mu, u, kind, ends, out):
-    """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or its pole is not there."""
+    """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or its pole is not
+    there.
+    """
     at_0, at_1 = 0.0, 0.0
     if kind != LINE and out[S1] < APART * out[S2] and np.isfinite(ends[0]):
         at_0 = np.sqrt(max(0.0, 2 * mu * (ends[0] - u[3])))
@@ -92,9 +108,17 @@ def _poles(mu, u, kind, ends, out):
 
 @jit
 def _integrands(potential, params, mu, u, kind, first, nodes, at_0, at_1, work, out):
-    """Fill the rows J, D0...D3 of the integrands at `nodes` phases from number `first` on; False where F is not positive there."""
+    """Fill the rows J, D0...D3 of the integrands at `nodes` phases from number `first` on; False where F is not
+    positive there.
+    """
     s1, t2, width, end = out[S1], out[T2], out[WIDTH], first + nodes
-    s, t, F, low, high = work[0, first:end], work[1, first:end], work[2, first:end], work[LOW, first:end], work[HIGH, first:end]
+    s, t, F, low, high = (
+        work[0, first:end],
+        work[1, first:end],
+        work[2, first:end],
+        work[LOW, first:end],
+        work[HIGH, first:end],
+    )
     for k in range(nodes):
         s[k] = s1 + 2 * width * low[k]
     for k in range(nodes):
@@ -112,7 +136,13 @@ def _integrands(potential, params, mu, u, kind, first, nodes, at_0, at_1, work, 
         good = good and F[k] > 0.0 and F[k] < np.inf
     if not good:
         return False
-    J, f0, f1, f2, f3 = work[5, first:end], work[6, first:end], work[7, first:end], work[8, first:end], work[9, first:end]
+    J, f0, f1, f2, f3 = (
+        work[5, first:end],
+        work[6, first:end],
+        work[7, first:end],
+        work[8, first:end],
+        work[9, first:end],
+    )
     near_0, near_1 = np.sqrt(s1 * out[S2]), np.sqrt(out[T1] * t2)
     take_0, take_1 = 0.0 if at_0 == 0.0 else near_0 / at_0, 0.0 if at_1 == 0.0 else near_1 / at_1
     give_0, give_1 = at_0 * near_0, (-at_1 if kind == SINH else at_1) * near_1
@@ -157,7 +187,9 @@ def _tail(kind, nodes, at_0, at_1, work):
 
 @jit
 def _noise(mu, u, kind, first, nodes, work, out):
-    """Errors of 1/sqrt(G) from the rounding of F, a difference of large terms, summed over nodes, and its own sum there."""
+    """Errors of 1/sqrt(G) from the rounding of F, a difference of large terms, summed over nodes, and its own sum
+    there.
+    """
     total, sum_f = 0.0, 0.0
     size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
     for k in range(first, first + nodes):
@@ -234,7 +266,9 @@ def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, ou
                 if sizes[j] > 0.0:
                     rest = max(rest, size_and_rest(_FIRST + j, panel, work)[1] / sizes[j])
             total, sum_f = _noise(mu, u, kind, panel * ORDER, ORDER, work, out)
-            for k in range(panel * ORDER, (panel + 1) * ORDER):  # s itself is rounded: next to a wall F has a large slope
+            for k in range(
+                panel * ORDER, (panel + 1) * ORDER
+            ):  # s itself is rounded: next to a wall F has a large slope
                 edge = 0.5 / work[LOW, k] + 0.5 / work[HIGH, k]
                 total += 1e-16 * work[0, k] / (2 * out[WIDTH]) * edge * work[_FIRST + 1, k] if kind != LINE else 0.0
             rounding = total / sum_f * size_and_rest(_FIRST + 1, panel, work)[0] / sizes[1]
@@ -306,7 +340,9 @@ def inverse_root(chi, work, out):
 
 @jit
 def phase(kind, s0, t0, root0, work, out):
-    """Set chi of the state: s = s1 + 2 l sin^2(chi/2), and near the turning points sqrt(F) = l sin(chi) sqrt(G), precise there."""
+    """Set chi of the state: s = s1 + 2 l sin^2(chi/2), and near the turning points sqrt(F) = l sin(chi) sqrt(G),
+    precise there.
+    """
     width = out[WIDTH]
     if width <= 0.0:
         out[CHI] = 0.0

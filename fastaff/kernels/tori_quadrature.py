@@ -1,8 +1,9 @@
 """Actions, frequencies and angles of many states of a separable body by quadrature.
 
-Constants c = (c0, c1, c_eta, c_gamma): two of the chart and the squares of the angular momenta over 2 mu with the angular potentials,
-c_eta = p_eta^2/(2 mu) + V_eta. Coordinate i has the coefficients u = LINKS[chart, i] c of `libration`, so
-dJ_i/dc = LINKS^T (D0...D3), dE = dc0 (+ dc1 in the alpha-beta chart), and nu = dE/dJ, theta = (dJ/dc)^-T (partial integrals).
+Constants c = (c0, c1, c_eta, c_gamma): two of the chart and the squares of the angular momenta over 2 mu with the
+angular potentials, c_eta = p_eta^2/(2 mu) + V_eta. Coordinate i has the coefficients u = LINKS[chart, i] c of
+`libration`, so dJ_i/dc = LINKS^T (D0...D3), dE = dc0 (+ dc1 in the alpha-beta chart), and nu = dE/dJ, theta =
+(dJ/dc)^-T (partial integrals).
 """
 
 import numpy as np
@@ -40,7 +41,9 @@ ENERGY = np.array([[1.0, 1.0], [1.0, 0.0], [1.0, 0.0]])
 
 @jit
 def place(chart, z, k, where):
-    """Write s, t, root = sqrt(F) with its sign, and dF/ds (or dF/dt) on the axis, of both coordinates of state k to where (2, 4)."""
+    """Write s, t, root = sqrt(F) with its sign, and dF/ds (or dF/dt) on the axis, of both coordinates of state k to
+    where (2, 4).
+    """
     T_a, T_b = z[4, k] * z[4, k] + z[5, k] * z[5, k], z[6, k] * z[6, k] + z[7, k] * z[7, k]
     A, B = z[0, k] * z[0, k] + z[1, k] * z[1, k], z[2, k] * z[2, k] + z[3, k] * z[3, k]
     pA, pB = z[0, k] * z[4, k] + z[1, k] * z[5, k], z[2, k] * z[6, k] + z[3, k] * z[7, k]
@@ -109,7 +112,9 @@ def coefficients(chart, i, c, u):
 
 @jit
 def _harmonics(nodes, work):
-    """Write cosine and sine coefficients of the slopes in work[1] to work[2:4]; returns the relative size of the last two."""
+    """Write cosine and sine coefficients of the slopes in work[1] to work[2:4]; returns the relative size of the last
+    two.
+    """
     cosine, sine = work[4], work[5]
     for k in range(nodes):
         cosine[k], sine[k] = 1.0, 0.0
@@ -155,8 +160,9 @@ def _turn(potential, params, mu, c, at, momentum, knots, work, out):
     last_cosine, last_sine, total = 1.0, 0.0, 0.5 * work[2, 0] * at
     for n in range(1, nodes // 2):
         last_cosine, last_sine = (
-            last_cosine * np.cos(at) - last_sine * np.sin(at), last_sine * np.cos(at) + last_cosine * np.sin(at)
-        )  # fmt: skip
+            last_cosine * np.cos(at) - last_sine * np.sin(at),
+            last_sine * np.cos(at) + last_cosine * np.sin(at),
+        )
         total += (work[2, n] * last_sine + work[3, n] * (1 - last_cosine)) / n
     sign = 1.0 if momentum >= 0.0 else -1.0
     out[ACTION], out[D0], out[W0] = sign * 2 * np.pi / nodes * action, sign * np.pi * work[2, 0], sign * total
@@ -184,7 +190,9 @@ def solve_transposed(M, right, answer):
 
 @jit
 def derivatives(chart, mu, momenta, angular, results, M, N):
-    """Write M = dJ_i/dc_j (i, j of the coordinates) and N = dJ_i/d(p_eta, p_gamma), or d(c_eta, c_gamma) where `angular`."""
+    """Write M = dJ_i/dc_j (i, j of the coordinates) and N = dJ_i/d(p_eta, p_gamma), or d(c_eta, c_gamma) where
+    `angular`.
+    """
     for i in range(2):
         for j in range(4):
             total = 0.0
@@ -203,9 +211,32 @@ def derivatives(chart, mu, momenta, angular, results, M, N):
 
 @jit
 def _state(
-    chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, knots, z, k, work, where, small, results,
-    J, nu, theta, turning, constants, error,
-):  # fmt: skip
+    chart,
+    first,
+    first_p,
+    second,
+    second_p,
+    eta_V,
+    eta_p,
+    gamma_V,
+    gamma_p,
+    mu,
+    angular,
+    ends,
+    knots,
+    z,
+    k,
+    work,
+    where,
+    small,
+    results,
+    J,
+    nu,
+    theta,
+    turning,
+    constants,
+    error,
+):
     """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
     place(chart, z, k, where)
     c, u, U, V, at, momenta, pair = small[0], small[1], small[2], small[3], small[4], small[5], small[6]
@@ -217,7 +248,9 @@ def _state(
     U[1] = work[2, 0]
     for a in range(2):
         i, j = 2 * a, 2 * a + 1
-        at[a] = np.arctan2(z[j, k], z[i, k]) if z[j, k] != 0.0 or z[i, k] != 0.0 else np.arctan2(z[4 + j, k], z[4 + i, k])
+        at[a] = (
+            np.arctan2(z[j, k], z[i, k]) if z[j, k] != 0.0 or z[i, k] != 0.0 else np.arctan2(z[4 + j, k], z[4 + i, k])
+        )
         momenta[a] = z[i, k] * z[4 + j, k] - z[j, k] * z[4 + i, k]
     if angular[0]:
         eta_V(eta_p, 1, at, work[2])
@@ -230,16 +263,40 @@ def _state(
         constants[j, k] = c[j]
     coefficients(chart, 0, c, u)
     code = librate(
-        first, first_p, mu, u, KINDS[chart, 0], ends[0], knots[0], where[0, 0], where[0, 1], where[0, 2], where[0, 3], 1e-14, work,
+        first,
+        first_p,
+        mu,
+        u,
+        KINDS[chart, 0],
+        ends[0],
+        knots[0],
+        where[0, 0],
+        where[0, 1],
+        where[0, 2],
+        where[0, 3],
+        1e-14,
+        work,
         results[0],
-    )  # fmt: skip
+    )
     if code != OK_CODE:
         return code
     coefficients(chart, 1, c, u)
     code = librate(
-        second, second_p, mu, u, KINDS[chart, 1], ends[1], knots[1], where[1, 0], where[1, 1], where[1, 2], where[1, 3], 1e-14, work,
+        second,
+        second_p,
+        mu,
+        u,
+        KINDS[chart, 1],
+        ends[1],
+        knots[1],
+        where[1, 0],
+        where[1, 1],
+        where[1, 2],
+        where[1, 3],
+        1e-14,
+        work,
         results[1],
-    )  # fmt: skip
+    )
     if code != OK_CODE:
         return code
     for i in range(2):
@@ -301,9 +358,33 @@ def _state(
 
 
 def tori_by_quadrature(
-    unit, stop, progress, chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular,
-    knots_1, knots_2, knots_eta, knots_gamma, z, J, nu, theta, turning, constants, error, status,
-):  # fmt: skip
+    unit,
+    stop,
+    progress,
+    chart,
+    first,
+    first_p,
+    second,
+    second_p,
+    eta_V,
+    eta_p,
+    gamma_V,
+    gamma_p,
+    mu,
+    angular,
+    knots_1,
+    knots_2,
+    knots_eta,
+    knots_gamma,
+    z,
+    J,
+    nu,
+    theta,
+    turning,
+    constants,
+    error,
+    status,
+):
     """z (8, n), knots of the four functions ->
     J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
     n = z.shape[1]
@@ -316,9 +397,32 @@ def tori_by_quadrature(
     for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
         results[:], small[:] = 0.0, 0.0  # nothing of the state before it
         status[k] = _state(
-            chart, first, first_p, second, second_p, eta_V, eta_p, gamma_V, gamma_p, mu, angular, ends, knots, z, k, work, where,
-            small, results, J, nu, theta, turning, constants, error,
-        )  # fmt: skip
+            chart,
+            first,
+            first_p,
+            second,
+            second_p,
+            eta_V,
+            eta_p,
+            gamma_V,
+            gamma_p,
+            mu,
+            angular,
+            ends,
+            knots,
+            z,
+            k,
+            work,
+            where,
+            small,
+            results,
+            J,
+            nu,
+            theta,
+            turning,
+            constants,
+            error,
+        )
         if status[k] == OK_CODE and not np.isfinite(J[:, k].sum() + nu[:, k].sum() + theta[:, k].sum()):
             status[k] = NOT_CONVERGED_CODE
         if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):

@@ -4,10 +4,10 @@ The motion of a separated coordinate in its regular variable s obeys
 
     F(s) = 2 mu ((u0 + u1 t) s t + u2 s + u3 t - U(s) s t),
 
-with t = 1 (alpha^2, beta^2, r), 1 - s (sin^2) or 1 + s (sinh^2), and U the potential of that coordinate; on a LINE (an angle)
-F = 2 mu (u0 - U). It takes place between the zeros of F around the state. Where s is known as a ratio rho = s/t its distances
-from both ends have all their digits. Narrow wells and small ones at an axis, where F is a small difference of large numbers, get
-F = (s - s1)(s2 - s) G with G from a polynomial and s1, s2 from the state itself.
+with t = 1 (alpha^2, beta^2, r), 1 - s (sin^2) or 1 + s (sinh^2), and U the potential of that coordinate; on a LINE (an
+angle) F = 2 mu (u0 - U). It takes place between the zeros of F around the state. Where s is known as a ratio rho = s/t
+its distances from both ends have all their digits. Narrow wells and small ones at an axis, where F is a small
+difference of large numbers, get F = (s - s1)(s2 - s) G with G from a polynomial and s1, s2 from the state itself.
 """
 
 import numpy as np
@@ -22,7 +22,9 @@ LINE_STEP = 2 * np.pi / 64
 
 CHUNK, FIT = 16, 16
 FIT_NOISE, EDGE_NOISE = 1e-12, 1e-11
-"""Relative noise of G from a polynomial inside its interval and at its edge, where second derivatives are harder (measured)."""
+"""Relative noise of G from a polynomial inside its interval and at its edge, where second derivatives are harder
+(measured).
+"""
 
 WIDER = 1.6
 """Ratio around a state within which a well is narrow: a polynomial sees no narrow feature of the potential."""
@@ -33,13 +35,17 @@ SMALL = 1e-3
 REACH = 1e60
 """Where no turning point is found within this ratio of the start, the motion is unbound."""
 
-S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, PANELS, RESULTS = range(21)
-"""Entries of a result: ends, half-width, J, dJ/du0...dJ/du3, nodes, phase, integrals to it, error, fitted interval (radius 0: none),
-panels (0: none)."""
+S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, PANELS, RESULTS = (
+    range(21)
+)
+"""Entries of a result: ends, half-width, J, dJ/du0...dJ/du3, nodes, phase, integrals to it, error, fitted interval
+(radius 0: none), panels (0: none)."""
 
 
 def _fit_tables():
-    """Return Chebyshev nodes, the matrix from values there to coefficients, and the one from these to coefficients of powers."""
+    """Return Chebyshev nodes, the matrix from values there to coefficients, and the one from these to coefficients of
+    powers.
+    """
     angles = (np.arange(FIT) + 0.5) * np.pi / FIT
     to_chebyshev = 2 / FIT * np.cos(np.outer(np.arange(FIT), angles))
     to_chebyshev[0] /= 2
@@ -155,10 +161,12 @@ def powers(p, x, order):
 
 @jit
 def _fit(potential, params, mu, u, kind, side, centre, radius, least, work):
-    """Fit powers of x = (s - centre)/radius to F, into work[3], on an interval halved until the fit is exact to rounding.
+    """Fit powers of x = (s - centre)/radius to F, into work[3], on an interval halved until the fit is exact to
+    rounding.
 
-    side 0, 1: the interval begins at s = 0 or ends at s = 1, -1: around the centre. Coefficients that are rounding are left out: second
-    derivatives at the edge would multiply them by the fourth power of their number. Returns the radius, 0 where it fell below `least`.
+    side 0, 1: the interval begins at s = 0 or ends at s = 1, -1: around the centre. Coefficients that are rounding are
+    left out: second derivatives at the edge would multiply them by the fourth power of their number. Returns the
+    radius, 0 where it fell below `least`.
     """
     rounding = 2e-16 * 2 * mu * (abs(u[0]) + abs(u[1]))
     c, p = work[4], work[3]
@@ -206,9 +214,9 @@ def _divide(p, root):
 def _narrow(potential, params, mu, u, kind, s0, root0, work, out):
     """Turning points of a narrow well around s0: True where it is one.
 
-    There F is a small difference of large numbers. A polynomial through F on a wider interval is divided by (s - s1)(s2 - s),
-    which leaves G smooth and exact to rounding however narrow the well is. Its middle m is the root of F', its half-width
-    hypot(s0 - m, root0/sqrt(G)): no difference of energies; an equilibrium is the limit.
+    There F is a small difference of large numbers. A polynomial through F on a wider interval is divided by (s - s1)(s2
+    - s), which leaves G smooth and exact to rounding however narrow the well is. Its middle m is the root of F', its
+    half-width hypot(s0 - m, root0/sqrt(G)): no difference of energies; an equilibrium is the limit.
     """
     wide = 0.5 * LINE_STEP if kind == LINE else 0.2 * (min(s0, 1 - s0) if kind == SINE else s0)
     radius = _fit(potential, params, mu, u, kind, -1, s0, wide, 0.02 * wide, work)
@@ -252,9 +260,9 @@ def _narrow(potential, params, mu, u, kind, s0, root0, work, out):
 def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, speed2, work, out):
     """Turning points of a small well at the axis s = 0 (side 0) or t = 0 (side 1): True where it is one.
 
-    Its energy is a small difference too, but with G from a polynomial as in `_narrow` the ends x1, x2 follow without it from
-    F(0) = -x1 x2 G(0), which is the angular momentum's, and F(x0) = root0^2: sums of positive terms, exact for any amplitude.
-    speed2 is dF/ds of a state on the axis itself, x0 = 0.
+    Its energy is a small difference too, but with G from a polynomial as in `_narrow` the ends x1, x2 follow without it
+    from F(0) = -x1 x2 G(0), which is the angular momentum's, and F(x0) = root0^2: sums of positive terms, exact for any
+    amplitude. speed2 is dF/ds of a state on the axis itself, x0 = 0.
     """
     wide = 0.07 if kind == SINE else (1e6 * x0 if x0 > 0.0 else 1e3)
     least, p, edge = 20 * x0 + 1e-12 * wide, work[3], -1.0 if side == 0 else 1.0
@@ -324,7 +332,11 @@ def _nearest(potential, params, mu, u, kind, knots, rho, direction, inside, outs
             return last, knots[k], 1 if last == rho else 2
         last = knots[k]
     # The point inside that is nearest to the turning point.
-    return (last if (last - inside) * direction > 0 else inside), outside, (steps if steps < 2 and last == rho else max(2, steps))
+    return (
+        (last if (last - inside) * direction > 0 else inside),
+        outside,
+        (steps if steps < 2 and last == rho else max(2, steps)),
+    )
 
 
 @jit
@@ -336,7 +348,14 @@ def turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, s
     out[RADIUS], out[PANELS] = 0.0, 0.0
     falls = kind != LINE and u[3] > ends[0]
     rare = knots.size == 0
-    if rare and kind != LINE and not falls and np.isfinite(ends[0]) and (kind != SINE or s0 < SMALL) and _cancels(mu, u, s0, t0, root0):
+    if (
+        rare
+        and kind != LINE
+        and not falls
+        and np.isfinite(ends[0])
+        and (kind != SINE or s0 < SMALL)
+        and _cancels(mu, u, s0, t0, root0)
+    ):
         if axis_ends(potential, params, mu, u, kind, ends, 0, s0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0

@@ -11,7 +11,9 @@ from ..compile.jit import LANES, jit, read_now, write_now
 
 @jit
 def correlation(samples, c, lags, p, q):
-    """Return the correlation of time with the mean square displacement of the translations driven by samples at the angle c."""
+    """Return the correlation of time with the mean square displacement of the translations driven by samples at the
+    angle c.
+    """
     count = samples.size
     mean = samples.mean()
     x, y = 0.0, 0.0
@@ -47,7 +49,9 @@ def thin(lanes, fresh, memory):
 
 
 def zero_one(o, stop, progress, samples, counts, angles, result):
-    """Set result[o] (orbits,) to the median over `angles` of the correlation for the first counts[o] in row o of samples."""
+    """Set result[o] (orbits,) to the median over `angles` of the correlation for the first counts[o] in row o of
+    samples.
+    """
     count = counts[o]
     if read_now(stop, 0) == 0:
         p, q, k = np.empty(count), np.empty(count), np.empty(angles.size)

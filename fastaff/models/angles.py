@@ -1,20 +1,22 @@
 """Angle variables whose mean rates are the fundamental frequencies.
 
-Each degree of freedom k gives a pair (Q_k, P_k) of real or complex functions of the phase point. The angle is that of the loop
+Each degree of freedom k gives a pair (Q_k, P_k) of real or complex functions of the phase point. The angle is that of
+the loop
 
     f_k = Q_k - c_k - i kappa_k P_k,        positive for q = cos(omega t), p = -omega sin(omega t),
 
 with a centre c_k and a scale kappa_k of each orbit's own. The functions are smooth on the whole phase space (no chart
-singularity: beta may pass through 0). For the planes, Q and P are complex, c = 0 and the sign of kappa is that of
-p_eta = Im(conj(Q) P), so |f|^2 = |Q|^2 + kappa^2 |P|^2 + 2 |kappa p_eta| never vanishes: arg f has exactly the mean rate of
+singularity: beta may pass through 0). For the planes, Q and P are complex, c = 0 and the sign of kappa is that of p_eta
+= Im(conj(Q) P), so |f|^2 = |Q|^2 + kappa^2 |P|^2 + 2 |kappa p_eta| never vanishes: arg f has exactly the mean rate of
 eta = arg a and stays smooth where eta itself turns in jumps (p_eta near 0). Likewise for b and gamma.
 
-A set of angles may have a clock of its own, d(clock)/dt = rate(z) > 0. In r, vartheta the motion of everything but r is a closed system
-in the clock dtau = dt/r, and r is one in t. So the mean rate in tau, times the mean of 1/r in t, is an average over one periodic
-motion each: no small divisors, while the same angle averaged over t has those of all combinations of nu_r and nu_vartheta.
+A set of angles may have a clock of its own, d(clock)/dt = rate(z) > 0. In r, vartheta the motion of everything but r is
+a closed system in the clock dtau = dt/r, and r is one in t. So the mean rate in tau, times the mean of 1/r in t, is an
+average over one periodic motion each: no small divisors, while the same angle averaged over t has those of all
+combinations of nu_r and nu_vartheta.
 
-`signals(z)` gives Re Q, Im Q, Re P, Im P of each angle; `rates(z, dz)` the same followed by their derivatives, for each angle,
-then the rate of the clock and its derivative.
+`signals(z)` gives Re Q, Im Q, Re P, Im P of each angle; `rates(z, dz)` the same followed by their derivatives, for each
+angle, then the rate of the clock and its derivative.
 """
 
 from __future__ import annotations
@@ -48,9 +50,7 @@ class _DeformationLoops:
         """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
         q, z, s, z, r, z, t, z, a1, a2, pa1, pa2, b1, b2, pb1, pb2 = self.signals(a1, a2, b1, b2, pa1, pa2, pb1, pb2)
         dq, dr = self.mix(2 * (a1 * da1 + a2 * da2), 2 * (b1 * db1 + b2 * db2))
-        ds, dt = self.mix(
-            da1 * pa1 + da2 * pa2 + a1 * dpa1 + a2 * dpa2, db1 * pb1 + db2 * pb2 + b1 * dpb1 + b2 * dpb2
-        )
+        ds, dt = self.mix(da1 * pa1 + da2 * pa2 + a1 * dpa1 + a2 * dpa2, db1 * pb1 + db2 * pb2 + b1 * dpb1 + b2 * dpb2)
         return (
             (q, z, s, z, dq, z, ds, z)
             + (r, z, t, z, dr, z, dt, z)
@@ -61,7 +61,8 @@ class _DeformationLoops:
 
 
 def deformation_loops(cls):
-    """Complete a NamedTuple class into a set of angles: two loops in Q = mix(A, B), P = mix(alpha p_alpha, beta p_beta), and the planes.
+    """Complete a NamedTuple class into a set of angles: two loops in Q = mix(A, B), P = mix(alpha p_alpha, beta
+    p_beta), and the planes.
 
     `mix` is linear; all angles are averaged over time. A NamedTuple cannot inherit, so the methods are attached.
     """
@@ -106,9 +107,11 @@ class AreaTrace(NamedTuple):
 
 
 class RVartheta(NamedTuple):
-    """Loops in (r, its rate), (-cos vartheta, its rate in tau), and the planes a/sqrt(r), b/sqrt(r), with the clock dtau = dt/r.
+    """Loops in (r, its rate), (-cos vartheta, its rate in tau), and the planes a/sqrt(r), b/sqrt(r), with the clock
+    dtau = dt/r.
 
-    Free of small divisors for bodies that separate in (r, vartheta): EQ2.2h and the heavy top of Martens & Slawianowski.
+    Free of small divisors for bodies that separate in (r, vartheta): EQ2.2h and the heavy top of Martens &
+    Slawianowski.
     """
 
     @property

@@ -44,8 +44,9 @@ def planar_body(cls):
 class Body(NamedTuple):
     """Planar affinely-rigid body with a doubly isotropic potential: H = |p|^2/(2 mu) + V(|a|^2, |b|^2).
 
-    Rows of a phase point: a1, a2, b1, b2, then their momenta, with a = (x+u, z-y)/sqrt2 and b = (x-u, y+z)/sqrt2 of phi = [[x, y], [z, u]].
-    `potential` is one of `fastaff.models` or any NamedTuple with the same four methods; `mu` > 0 is the inertia.
+    Rows of a phase point: a1, a2, b1, b2, then their momenta, with a = (x+u, z-y)/sqrt2 and b = (x-u, y+z)/sqrt2 of phi
+    = [[x, y], [z, u]]. `potential` is one of `fastaff.models` or any NamedTuple with the same four methods; `mu` > 0 is
+    the inertia.
 
     Source: Martens & Slawianowski, EQ2.1 (Hamiltonian), EQ2.0b (alpha = |a|, beta = |b|, eta = arg a, gamma = arg b).
     """

@@ -1,9 +1,9 @@
 """Functions of one variable, the building blocks of separable potentials.
 
-A function is a NamedTuple of float parameters with `value(x)` and `slope(x)` (and `curvature(x)` for tangent maps), on floats and
-arrays, +inf where it does not live. It may give `regular(s)` too: its value in the variable in which its coordinate's motion is
-regular, s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda); else value(x(s)) is used. `one_variable` makes one
-of a plain Python function.
+A function is a NamedTuple of float parameters with `value(x)` and `slope(x)` (and `curvature(x)` for tangent maps), on
+floats and arrays, +inf where it does not live. It may give `regular(s)` too: its value in the variable in which its
+coordinate's motion is regular, s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda); else
+value(x(s)) is used. `one_variable` makes one of a plain Python function.
 """
 
 from __future__ import annotations
@@ -91,7 +91,8 @@ class Spring(NamedTuple):
 
 
 class Barriers(NamedTuple):
-    """V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2): constants V_eta, V_gamma, or walls at alpha = 0 and beta = 0.
+    """V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2): constants V_eta, V_gamma, or walls at alpha =
+    0 and beta = 0.
 
     Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
     """
@@ -174,7 +175,8 @@ class Cosine(NamedTuple):
 
 
 class CoshOscillator(NamedTuple):
-    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): what the oscillator and a wall c/alpha^2 are in the elliptic chart.
+    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): what the oscillator and a wall c/alpha^2 are in the elliptic
+    chart.
 
     Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
     """
@@ -234,15 +236,15 @@ class CosOscillator(NamedTuple):
 def one_variable(value: Callable, slope: Callable | None = None, curvature: Callable | None = None) -> Any:
     """Make a function of one variable for a separable potential from plain Python functions.
 
-    value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form that Numba
-    compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for an analytic formula
-    and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it). Numbers that the functions read are
-    fixed when they are first compiled; for parameters that stay run-time values write a NamedTuple with the same methods, like
-    those of `fastaff.models.functions`.
-    Where a function returns inf or NaN is outside of its domain: a hard wall for `tori`; for integrations give a potential that grows.
-    Returns a NamedTuple with `value`, `slope` and, where given, `curvature`.
-    Raises TypeError for what is not such a function, ValueError where it is not vectorised, not real, or a slope not the derivative.
-    Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
+    value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form
+    that Numba compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding
+    for an analytic formula and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it).
+    Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time values
+    write a NamedTuple with the same methods, like those of `fastaff.models.functions`. Where a function returns inf or
+    NaN is outside of its domain: a hard wall for `tori`; for integrations give a potential that grows. Returns a
+    NamedTuple with `value`, `slope` and, where given, `curvature`. Raises TypeError for what is not such a function,
+    ValueError where it is not vectorised, not real, or a slope not the derivative. Source: Squire & Trapp 1998, SIAM
+    Review 40, 110 (the complex step).
     """
     for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
         if function is not None or name == "value":
@@ -250,7 +252,9 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
     if slope is None:
         slope = _complex_slope("value", value)
     elif curvature is None:
-        with contextlib.suppress(ValueError):  # a slope with kinks, or not for complex numbers, is as good as any without tangent vectors
+        with contextlib.suppress(
+            ValueError
+        ):  # a slope with kinks, or not for complex numbers, is as good as any without tangent vectors
             derived = _complex_slope("slope", slope)
             _check_slope("curvature", slope, derived)
             curvature = derived
@@ -276,11 +280,15 @@ def _check_function(name: str, function: Any) -> None:
             result = np.asarray(function(x))
             ones = [np.asarray(function(float(number))) for number in x]
     except Exception as problem:
-        raise ValueError(f"{name} must take an array of numbers, at {x} it raised {type(problem).__name__}: {problem}") from problem
+        raise ValueError(
+            f"{name} must take an array of numbers, at {x} it raised {type(problem).__name__}: {problem}"
+        ) from problem
     if result.dtype.kind not in "fiu" or any(one.shape != () for one in ones) or result.shape not in ((2,), ()):
         raise ValueError(f"{name} must return one real number for each of {x}, got {result!r}")
     if not np.allclose(np.broadcast_to(result, 2), np.array(ones), rtol=1e-12, atol=0, equal_nan=True):
-        raise ValueError(f"{name} must be vectorised: on {x} it returned {result!r}, one at a time {[float(o) for o in ones]}")
+        raise ValueError(
+            f"{name} must be vectorised: on {x} it returned {result!r}, one at a time {[float(o) for o in ones]}"
+        )
 
 
 def _check_slope(name: str, function: Callable, slope: Callable) -> None:
@@ -315,7 +323,8 @@ def _complex_slope(name: str, value: Callable) -> Callable:
                 raise TypeError("it dropped the imaginary part")
     except Exception as problem:
         raise ValueError(
-            f"{name} must take complex numbers where its slope is not given ({type(problem).__name__}: {problem}); give slope=dV/dx"
+            f"{name} must take complex numbers where its slope is not given ({type(problem).__name__}: {problem}); "
+            "give slope=dV/dx"
         ) from problem
     slope.__module__ = value.__module__
     return slope

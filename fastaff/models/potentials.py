@@ -1,7 +1,8 @@
 """Doubly isotropic potentials V(A, B) of A = alpha^2 and B = beta^2.
 
-D1 D2 = (A - B)/2 and D1^2 + D2^2 = A + B. Each class gives `value`, `slopes` (V_A, V_B), `curvatures` (V_AA, V_AB, V_BB) and `margin`,
-positive where the potential lives. The methods are plain formulas: they run on floats and arrays, and compiled in kernels.
+D1 D2 = (A - B)/2 and D1^2 + D2^2 = A + B. Each class gives `value`, `slopes` (V_A, V_B), `curvatures` (V_AA, V_AB,
+V_BB) and `margin`, positive where the potential lives. The methods are plain formulas: they run on floats and arrays,
+and compiled in kernels.
 """
 
 from __future__ import annotations

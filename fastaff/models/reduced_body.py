@@ -14,14 +14,14 @@ from .body import Body
 class ReducedBody(NamedTuple):
     """A doubly isotropic body at given angular momenta of its planes, with the rotations eta and gamma taken out.
 
-    H = (p_alpha^2 + p_beta^2)/(2 mu) + p_eta^2/(2 mu alpha^2) + p_gamma^2/(2 mu beta^2) + V(alpha^2, beta^2). Rows of a phase point:
-    alpha, beta, p_alpha, p_beta. Where p_gamma = 0, beta runs on a line through 0 and has either sign, the motion of b on a
-    straight line of its plane; so does alpha where p_eta = 0. A periodic orbit of it is a relative periodic orbit of the body: after a
-    period the body has turned by some angles eta and gamma, and is periodic itself only where both are rational turns.
-    Make it with `reduced`, which checks its arguments.
+    H = (p_alpha^2 + p_beta^2)/(2 mu) + p_eta^2/(2 mu alpha^2) + p_gamma^2/(2 mu beta^2) + V(alpha^2, beta^2). Rows of a
+    phase point: alpha, beta, p_alpha, p_beta. Where p_gamma = 0, beta runs on a line through 0 and has either sign, the
+    motion of b on a straight line of its plane; so does alpha where p_eta = 0. A periodic orbit of it is a relative
+    periodic orbit of the body: after a period the body has turned by some angles eta and gamma, and is periodic itself
+    only where both are rational turns. Make it with `reduced`, which checks its arguments.
 
-    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens & Slawianowski in the
-    chart EQ2.0b.
+    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
+    Slawianowski in the chart EQ2.0b.
     """
 
     potential: Any
@@ -104,7 +104,9 @@ class ReducedBody(NamedTuple):
         return np.array([alpha, beta, p_alpha, p_beta])
 
     def to_planes(self, z, eta=0.0, gamma=0.0):
-        """Return phase points (8, ...) of the body at alpha, beta, p_alpha, p_beta (4, ...), turned by eta and gamma."""
+        """Return phase points (8, ...) of the body at alpha, beta, p_alpha, p_beta (4, ...), turned by eta and
+        gamma.
+        """
         alpha, beta, p_alpha, p_beta = np.asarray(z, dtype=np.float64)
         across_a = self.p_eta / alpha if self.p_eta != 0.0 else 0.0 * alpha
         across_b = self.p_gamma / beta if self.p_gamma != 0.0 else 0.0 * beta
@@ -118,14 +120,18 @@ class ReducedBody(NamedTuple):
 def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     """Reduce a doubly isotropic body by its rotations to the two degrees of freedom alpha and beta.
 
-    Parameters: body; p_eta, p_gamma: the angular momenta of the planes a and b, which the motion conserves.
-    Returns ReducedBody, a model like any other; its `from_planes` and `to_planes` convert phase points of the body. The section
-    p_alpha = 0, Linear(normal=(0, 0, 1, 0)), is the body's AlphaTurning; p_beta = 0, Linear(normal=(0, 0, 0, 1)), its BetaTurning where
-    p_gamma is not 0. Raises TypeError for another model, ValueError for wrong numbers.
+    Parameters: body; p_eta, p_gamma: the angular momenta of the planes a and b, which the motion conserves. Returns
+    ReducedBody, a model like any other; its `from_planes` and `to_planes` convert phase points of the body. The section
+    p_alpha = 0, Linear(normal=(0, 0, 1, 0)), is the body's AlphaTurning; p_beta = 0, Linear(normal=(0, 0, 0, 1)), its
+    BetaTurning where p_gamma is not 0. Raises TypeError for another model, ValueError for wrong numbers.
 
-    Half the rows of the body, so twice the speed, and a periodic orbit has no neutral directions but the flow's and the energy's.
-    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens & Slawianowski.
+    Half the rows of the body, so twice the speed, and a periodic orbit has no neutral directions but the flow's and the
+    energy's. Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens &
+    Slawianowski.
     """
     if not isinstance(body, Body):
-        raise TypeError(f"body must be a Body, whose potential depends on alpha and beta alone, got {body!r} ({type(body).__name__})")
+        raise TypeError(
+            f"body must be a Body, whose potential depends on alpha and beta alone, got {body!r} "
+            f"({type(body).__name__})"
+        )
     return ReducedBody(body.potential, body.mu, real("p_eta", p_eta), real("p_gamma", p_gamma))

@@ -1,7 +1,7 @@
 """Surfaces of section as values: `section(z)` is the signed distance function.
 
-`direction` = +1 counts crossings where the function increases, -1 where it decreases, 0 both. A section of one's own is a NamedTuple
-with a field `direction` and a method `value(self, q1, ..., pn)` made of arithmetic.
+`direction` = +1 counts crossings where the function increases, -1 where it decreases, 0 both. A section of one's own is
+a NamedTuple with a field `direction` and a method `value(self, q1, ..., pn)` made of arithmetic.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Potentials that separate in a chart, from functions of one variable, and the body with angular potentials.
 
-With V_eta and V_gamma constant the general separable Hamiltonians are doubly isotropic bodies; the angular terms are the same
-V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2 in all three charts, so they belong to the body, `StackelBody`.
+With V_eta and V_gamma constant the general separable Hamiltonians are doubly isotropic bodies; the angular terms are
+the same V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2 in all three charts, so they belong to the body, `StackelBody`.
 """
 
 from __future__ import annotations
@@ -112,9 +112,9 @@ class SeparableRVartheta(NamedTuple):
 class SeparableElliptic(NamedTuple):
     """V = (V_kappa(kappa) + V_lambda(lambda))/(2 (cosh^2 kappa - cos^2 lambda)).
 
-    alpha = sqrt2 cosh(kappa) cos(lambda), beta = sqrt2 sinh(kappa) sin(lambda). The chart's focus kappa = lambda = 0 is the undeformed
-    body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular.
-    Source: Martens & Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
+    alpha = sqrt2 cosh(kappa) cos(lambda), beta = sqrt2 sinh(kappa) sin(lambda). The chart's focus kappa = lambda = 0 is
+    the undeformed body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular. Source: Martens &
+    Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
     """
 
     V_kappa: Any
@@ -131,7 +131,9 @@ class SeparableElliptic(NamedTuple):
         return self
 
     def squares(self, A, B):
-        """Return sinh^2(kappa) and sin^2(lambda) at A = alpha^2, B = beta^2: no cancellation, 0 at the chart's edges."""
+        """Return sinh^2(kappa) and sin^2(lambda) at A = alpha^2, B = beta^2: no cancellation, 0 at the chart's
+        edges.
+        """
         sigma = (A + B) / 2 - 1
         root = np.sqrt(sigma * sigma + 2 * B)
         large = (np.sqrt(sigma * sigma) + root) / 2
@@ -167,7 +169,11 @@ class SeparableElliptic(NamedTuple):
         V = h * (self.V_kappa.value(kappa) + self.V_lambda.value(lam))
         # d/ds and d/dt of V = (V_kappa + V_lambda)/(2 (s + t)), then of s and t by A and B
         V_s, V_t = f - 2 * h * V, g - 2 * h * V
-        V_ss, V_st, V_tt = ff - 2 * h * (f + V_s - 2 * h * V), -2 * h * (f + V_t - 2 * h * V), gg - 2 * h * (g + V_t - 2 * h * V)
+        V_ss, V_st, V_tt = (
+            ff - 2 * h * (f + V_s - 2 * h * V),
+            -2 * h * (f + V_t - 2 * h * V),
+            gg - 2 * h * (g + V_t - 2 * h * V),
+        )
         s_A, t_A, s_B, t_B = h * s, -h * t, h * (1 + s), h * (1 - t)
         w_A, w_B = 2 * h * (s_A + t_A), 2 * h * (s_B + t_B)
         s_AA, t_AA, s_AB, t_AB = h * s_A - s_A * w_A, -h * t_A - t_A * w_A, h * s_B - s_A * w_B, -h * t_B - t_A * w_B
@@ -188,9 +194,9 @@ class SeparableElliptic(NamedTuple):
 class StackelBody(NamedTuple):
     """Body with angular potentials: H = |p|^2/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
 
-    `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a potential of one of
-    the separable families the body is integrable, without being isotropic: spin and vorticity are no constants.
-    Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
+    `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a
+    potential of one of the separable families the body is integrable, without being isotropic: spin and vorticity are
+    no constants. Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
     """
 
     potential: Any
@@ -206,9 +212,11 @@ class StackelBody(NamedTuple):
         radial_a, around_a = -2 * (V_A - self.V_eta.value(eta) / A / A), self.V_eta.slope(eta) / A / A
         radial_b, around_b = -2 * (V_B - self.V_gamma.value(gamma) / B / B), self.V_gamma.slope(gamma) / B / B
         return (
-            radial_a * a1 + around_a * a2, radial_a * a2 - around_a * a1,
-            radial_b * b1 + around_b * b2, radial_b * b2 - around_b * b1,
-        )  # fmt: skip
+            radial_a * a1 + around_a * a2,
+            radial_a * a2 - around_a * a1,
+            radial_b * b1 + around_b * b2,
+            radial_b * b2 - around_b * b1,
+        )
 
     def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
         """Return minus the Hessian of V times (da1, ..., db2)."""
@@ -218,17 +226,29 @@ class StackelBody(NamedTuple):
         eta, gamma = np.arctan2(a2, a1), np.arctan2(b2, b1)
         V_A, V_B = self.potential.slopes(A, B)
         V_AA, V_AB, V_BB = self.potential.curvatures(A, B)
-        f, f_eta, g, g_gamma = self.V_eta.value(eta), self.V_eta.slope(eta), self.V_gamma.value(gamma), self.V_gamma.slope(gamma)
+        f, f_eta, g, g_gamma = (
+            self.V_eta.value(eta),
+            self.V_eta.slope(eta),
+            self.V_gamma.value(gamma),
+            self.V_gamma.slope(gamma),
+        )
         # As in `force`: radial parts -2 (V_A - V_eta/A^2), parts around V_eta'/A^2, and their changes.
-        radial_a, around_a, radial_b, around_b = -2 * (V_A - f / A / A), f_eta / A / A, -2 * (V_B - g / B / B), g_gamma / B / B
+        radial_a, around_a, radial_b, around_b = (
+            -2 * (V_A - f / A / A),
+            f_eta / A / A,
+            -2 * (V_B - g / B / B),
+            g_gamma / B / B,
+        )
         more_a = -2 * (V_AA * dA + V_AB * dB - f_eta * d_eta / A / A + 2 * f * dA / A / A / A)
         more_b = -2 * (V_AB * dA + V_BB * dB - g_gamma * d_gamma / B / B + 2 * g * dB / B / B / B)
         turn_a = (self.V_eta.curvature(eta) * d_eta - 2 * f_eta * dA / A) / A / A
         turn_b = (self.V_gamma.curvature(gamma) * d_gamma - 2 * g_gamma * dB / B) / B / B
         return (
-            more_a * a1 + radial_a * da1 + turn_a * a2 + around_a * da2, more_a * a2 + radial_a * da2 - turn_a * a1 - around_a * da1,
-            more_b * b1 + radial_b * db1 + turn_b * b2 + around_b * db2, more_b * b2 + radial_b * db2 - turn_b * b1 - around_b * db1,
-        )  # fmt: skip
+            more_a * a1 + radial_a * da1 + turn_a * a2 + around_a * da2,
+            more_a * a2 + radial_a * da2 - turn_a * a1 - around_a * da1,
+            more_b * b1 + radial_b * db1 + turn_b * b2 + around_b * db2,
+            more_b * b2 + radial_b * db2 - turn_b * b1 - around_b * db1,
+        )
 
     def potential_energy(self, a1, a2, b1, b2):
         """Return V."""

@@ -1,7 +1,8 @@
 """Figures of chaos: maps of an indicator or of the verdict, chaotic fractions against parameters, histories.
 
-As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Bright is chaotic everywhere: the colours of cividis have
-a step of lightness at the limit, so that the boundary between regular and chaotic is seen with any kind of colour vision, and in grey.
+As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Bright is chaotic everywhere: the
+colours of cividis have a step of lightness at the limit, so that the boundary between regular and chaotic is seen with
+any kind of colour vision, and in grey.
 """
 
 from __future__ import annotations
@@ -23,11 +24,17 @@ from .sections import DIFFUSION, PALE_END, Artists, symbol
 STEP = (0.36, 0.66)
 """The part of cividis that is left out at the limit."""
 LABELS = {
-    "megno": r"MEGNO $\langle Y\rangle$", "sali": r"$\log_{10}$ SALI", "fli": r"FLI, largest $\log_{10}|w|$",
-    "ofli": r"OFLI, largest $\log_{10}|w_\perp|$", "lyapunov": r"Lyapunov exponent $\lambda_1$ (per unit time)",
-    "largest": r"Lyapunov exponent $\lambda_1$ (per unit time)", "birkhoff_digits": "digits of Birkhoff averages",
-    "frequency_diffusion": DIFFUSION, "zero_one": "0-1 test $K$", "reversibility_error": r"$\log_{10}$ reversibility error",
-}  # fmt: skip
+    "megno": r"MEGNO $\langle Y\rangle$",
+    "sali": r"$\log_{10}$ SALI",
+    "fli": r"FLI, largest $\log_{10}|w|$",
+    "ofli": r"OFLI, largest $\log_{10}|w_\perp|$",
+    "lyapunov": r"Lyapunov exponent $\lambda_1$ (per unit time)",
+    "largest": r"Lyapunov exponent $\lambda_1$ (per unit time)",
+    "birkhoff_digits": "digits of Birkhoff averages",
+    "frequency_diffusion": DIFFUSION,
+    "zero_one": "0-1 test $K$",
+    "reversibility_error": r"$\log_{10}$ reversibility error",
+}
 VERDICTS = ("regular", "undecided", "chaotic")
 
 
@@ -51,7 +58,9 @@ def limit_colours(falls: bool) -> Any:
 
 
 def limit_scale(values: Any, limit: float) -> Any:
-    """Return a colour scale with the limit in its middle, from the 2nd to the 98th percentile of the values beyond it on either side."""
+    """Return a colour scale with the limit in its middle, from the 2nd to the 98th percentile of the values beyond it
+    on either side.
+    """
     from matplotlib.colors import TwoSlopeNorm
 
     values = np.asarray(values, dtype=np.float64)
@@ -67,16 +76,23 @@ def limit_scale(values: Any, limit: float) -> Any:
 
 
 def plot_chaos_map(
-    starts: Grid | Sample, chaos_map: ChaosMap, *, ax: Any, indicator: str | None = None, boundary: Edge | None = None, norm: Any = None,
-    size: float | None = None, colorbar: bool = True,
-) -> Artists:  # fmt: skip
+    starts: Grid | Sample,
+    chaos_map: ChaosMap,
+    *,
+    ax: Any,
+    indicator: str | None = None,
+    boundary: Edge | None = None,
+    norm: Any = None,
+    size: float | None = None,
+    colorbar: bool = True,
+) -> Artists:
     """Draw an indicator, or the verdict, of orbits over the section where they started.
 
-    Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None for the verdict;
-    boundary: of `edge`; norm: a colour scale, by default `limit_scale` about the median of the limits;
-    size: area of a point of a Sample in square points.
-    Returns Artists: points are the cells or dots, lines the boundary and the mark of the limit on the colour bar; `missing` counts the
-    orbits without a value, which are drawn as crosses. Cells that the energy does not reach stay white.
+    Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None
+    for the verdict; boundary: of `edge`; norm: a colour scale, by default `limit_scale` about the median of the limits;
+    size: area of a point of a Sample in square points. Returns Artists: points are the cells or dots, lines the
+    boundary and the mark of the limit on the colour bar; `missing` counts the orbits without a value, which are drawn
+    as crosses. Cells that the energy does not reach stay white.
     """
     if indicator is not None and indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)} or None, got {indicator!r}")
@@ -102,7 +118,14 @@ def plot_chaos_map(
         area = size if size is not None else float(np.clip(24000 / max(orbits, 1), 2.0, 24.0))
         points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **colours)
     if not fine.all():
-        ax.scatter(*at[:, ~fine], marker="x", s=float(np.clip(9000 / orbits, 4.0, 16.0)), color="black", linewidths=0.7, rasterized=True)
+        ax.scatter(
+            *at[:, ~fine],
+            marker="x",
+            s=float(np.clip(9000 / orbits, 4.0, 16.0)),
+            color="black",
+            linewidths=0.7,
+            rasterized=True,
+        )
     lines = [] if boundary is None else _outline(ax, boundary)
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
     bar = None
@@ -134,14 +157,26 @@ def _limit_bar(ax: Any, points: Any, name: str, limit: float, values: np.ndarray
     extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
     bar = ax.figure.colorbar(points, ax=ax, label=label_of(name), extend=extend, spacing="uniform")
     room = (scale.vmax - limit) / 8, (limit - scale.vmin) / 8  # no tick so close to the limit
-    ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [t for t in _ticks(limit, scale.vmax) if t > limit + room[0]]
+    ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [
+        t for t in _ticks(limit, scale.vmax) if t > limit + room[0]
+    ]
     labels = [*(f"{t:g}" for t in ticks), f"limit {limit:.3g}"]
     bar.set_ticks([*ticks, limit], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
     bar.ax.get_yticklabels()[-1].set_fontweight("bold")
     if _falls(name):
         bar.ax.invert_yaxis()
     for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")):
-        bar.ax.text(0.5, where, text, transform=bar.ax.transAxes, rotation=90, ha="center", va="center", fontsize=7.5, color=colour)
+        bar.ax.text(
+            0.5,
+            where,
+            text,
+            transform=bar.ax.transAxes,
+            rotation=90,
+            ha="center",
+            va="center",
+            fontsize=7.5,
+            color=colour,
+        )
     return bar
 
 
@@ -159,18 +194,30 @@ def _outline(ax: Any, boundary: Edge) -> list[Any]:
 
 def parameter_label(name: str) -> str:
     """Return the label of a parameter for an axis."""
-    known = {"energy": "energy $E$", "p_phi": r"spin $p_\varphi$", "p_psi": r"vorticity $p_\psi$", "mu": r"inertia $\mu$"}
+    known = {
+        "energy": "energy $E$",
+        "p_phi": r"spin $p_\varphi$",
+        "p_psi": r"vorticity $p_\psi$",
+        "mu": r"inertia $\mu$",
+    }
     return known.get(name) or (f"${symbol(name)}$" if name.replace("_", "").isalnum() else name)
 
 
 def plot_chaotic_fraction(
-    scan: ChaosScan, *, ax: Any, colour: Any = "#00306f", marker: str = "o", label: str | None = None, colorbar: bool = True
+    scan: ChaosScan,
+    *,
+    ax: Any,
+    colour: Any = "#00306f",
+    marker: str = "o",
+    label: str | None = None,
+    colorbar: bool = True,
 ) -> Artists:
     """Draw the chaotic fraction against a parameter with its 95 % intervals, or as a map over two parameters.
 
-    Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a map of two.
-    Returns Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open, and the grey part
-    where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched. `missing` counts cases without a value.
+    Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a
+    map of two. Returns Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open,
+    and the grey part where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched.
+    `missing` counts cases without a value.
     """
     fraction = scan.fraction
     missing = int(np.count_nonzero(~np.isfinite(fraction)))
@@ -188,7 +235,16 @@ def plot_chaotic_fraction(
         ends = _cell_edges(x)
         lines += [ax.axvspan(ends[i], ends[i + 1], color="0.9", linewidth=0, zorder=0) for i in np.flatnonzero(empty)]
     points = ax.errorbar(
-        x[known], fraction[known], yerr=away, color=colour, marker=marker, ms=4, lw=1.2, elinewidth=0.9, capsize=2, label=label
+        x[known],
+        fraction[known],
+        yerr=away,
+        color=colour,
+        marker=marker,
+        ms=4,
+        lw=1.2,
+        elinewidth=0.9,
+        capsize=2,
+        label=label,
     )
     ax.set(ylabel="chaotic fraction of the section", ylim=(-0.03, 1.03))
     return Artists(points, None, tuple(lines), (), missing)
@@ -201,7 +257,9 @@ def _fraction_map(scan: ChaosScan, fraction: np.ndarray, ax: Any, colorbar: bool
     colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, PALE_END, 256)))
     image = np.ma.masked_invalid(fraction)
     edges = [_cell_edges(axis) for axis in scan.axes]
-    ax.fill_between(edges[0][[0, -1]], *edges[1][[0, -1]], facecolor="white", edgecolor="0.6", hatch="////", linewidth=0, zorder=0)
+    ax.fill_between(
+        edges[0][[0, -1]], *edges[1][[0, -1]], facecolor="white", edgecolor="0.6", hatch="////", linewidth=0, zorder=0
+    )
     cells = ax.pcolormesh(*edges, image.T, cmap=colours, norm=Normalize(0.0, 1.0), rasterized=True)
     ax.set(ylabel=parameter_label(scan.names[1]))
     return cells, ax.figure.colorbar(cells, ax=ax, label="chaotic fraction of the section") if colorbar else None
@@ -215,30 +273,46 @@ def _cell_edges(axis: np.ndarray) -> np.ndarray:
 
 
 def plot_history(
-    chaos_map: ChaosMap, indicator: str, *, ax: Any, orbits: Sequence[int] | None = None, slopes: Sequence[float] = (),
+    chaos_map: ChaosMap,
+    indicator: str,
+    *,
+    ax: Any,
+    orbits: Sequence[int] | None = None,
+    slopes: Sequence[float] = (),
     labels: bool = True,
-) -> Artists:  # fmt: skip
+) -> Artists:
     """Draw how an indicator of orbits changed in time, with power laws for comparison.
 
-    Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn (default: up to 40); slopes:
-    exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels: write the exponents beside their lines.
-    Returns Artists: points are the curves, lines the laws. Time is logarithmic; indicators that are logarithms are drawn as such, not
-    far below the limit (the dotted line). Regular orbits dark and solid, chaotic ones orange and thin, undecided ones dotted;
-    `missing` counts orbits of the choice without a record.
+    Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn
+    (default: up to 40); slopes: exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels: write
+    the exponents beside their lines. Returns Artists: points are the curves, lines the laws. Time is logarithmic;
+    indicators that are logarithms are drawn as such, not far below the limit (the dotted line). Regular orbits dark and
+    solid, chaotic ones orange and thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
     """
     if indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)}, got {indicator!r}")
     history, times = chaos_map.history[chaos_map.names.index(indicator)], chaos_map.history_times
     if not np.isfinite(history).any():
-        raise ValueError(f"chaos_map has no history of {indicator}: call chaos(..., history=200) with an indicator of tangent vectors")
+        raise ValueError(
+            f"chaos_map has no history of {indicator}: call chaos(..., history=200) with an indicator of tangent "
+            "vectors"
+        )
     total = history.shape[1]
-    chosen = np.unique(np.linspace(0, total - 1, min(total, 40)).astype(int)) if orbits is None else np.asarray(orbits, dtype=int)
+    chosen = (
+        np.unique(np.linspace(0, total - 1, min(total, 40)).astype(int))
+        if orbits is None
+        else np.asarray(orbits, dtype=int)
+    )
     curves, missing = [], 0
     for i in chosen:
         known = np.isfinite(history[:, i]) & (times[:, i] > 0)
         missing += not known.any()
         chaotic, doubt = bool(chaos_map.chaotic[i]), bool(chaos_map.undecided[i])
-        style = {"color": "#b35900" if chaotic else "#00306f", "lw": 0.7 if chaotic else 1.1, "ls": ":" if doubt else "-"}
+        style = {
+            "color": "#b35900" if chaotic else "#00306f",
+            "lw": 0.7 if chaotic else 1.1,
+            "ls": ":" if doubt else "-",
+        }
         curves += ax.plot(times[known, i], history[known, i], alpha=0.8, **style)
     ax.set_xscale("log")
     first, last = np.nanmin(np.where(times > 0, times, np.nan)), np.nanmax(times)
@@ -253,6 +327,8 @@ def plot_history(
     limit = float(np.median(chaos_map.limits[chaos_map.names.index(indicator), chosen]))
     ax.set(xlabel="time $t$", ylabel=label_of(indicator))
     ax.axhline(limit, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
-    if _falls(indicator) and ax.get_ylim()[0] < 1.5 * limit:  # room for the laws: chaotic orbits fall by hundreds of decades
+    if (
+        _falls(indicator) and ax.get_ylim()[0] < 1.5 * limit
+    ):  # room for the laws: chaotic orbits fall by hundreds of decades
         ax.set_ylim(1.5 * limit, 0.05 * abs(limit))
     return Artists(curves, None, tuple(drawn), tuple(written), missing)

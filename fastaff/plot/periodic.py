@@ -1,6 +1,7 @@
 """Marks of periodic orbits on sections, by stability, with their periods and residues.
 
-As in `fastaff.plot`, the function takes `ax=` and returns the artists it made. Kinds differ by shape and by lightness, not by colour alone.
+As in `fastaff.plot`, the function takes `ax=` and returns the artists it made. Kinds differ by shape and by lightness,
+not by colour alone.
 """
 
 from __future__ import annotations
@@ -25,19 +26,27 @@ STYLES = {
 
 
 def plot_periodic(
-    orbits: PeriodicOrbits, *, ax: Any, x: str | None = None, y: str | None = None, chart: Chart = ALPHA_BETA, labels: bool = True,
-    legend: bool = True, fontsize: float = 8.0,
-) -> Artists:  # fmt: skip
-    """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its period and residue.
+    orbits: PeriodicOrbits,
+    *,
+    ax: Any,
+    x: str | None = None,
+    y: str | None = None,
+    chart: Chart = ALPHA_BETA,
+    labels: bool = True,
+    legend: bool = True,
+    fontsize: float = 8.0,
+) -> Artists:
+    """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its period and
+    residue.
 
-    Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the chart, for a body), by
-    default those free on the section; labels: write "period: residue" beside the crossing with most room; legend: name the marks;
-    fontsize in points. Returns Artists: points are the lines of marks, one for each kind; `missing` counts orbits not drawn.
-    Raises ValueError for names that are none.
+    Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the chart,
+    for a body), by default those free on the section; labels: write "period: residue" beside the crossing with most
+    room; legend: name the marks; fontsize in points. Returns Artists: points are the lines of marks, one for each kind;
+    `missing` counts orbits not drawn. Raises ValueError for names that are none.
 
-    Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus: complex.
-    Set the limits of the axis before, so that labels find the room that there is.
-    Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
+    Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus:
+    complex. Set the limits of the axis before, so that labels find the room that there is. Source: Greene 1979, J.
+    Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
     """
     names, rows = _coordinates(orbits, chart)
     free = _free(orbits, names)
@@ -76,7 +85,9 @@ def _coordinates(orbits: PeriodicOrbits, chart: Chart) -> tuple[tuple[str, ...],
 
 
 def _free(orbits: PeriodicOrbits, names: tuple[str, ...]) -> str:
-    """Return the coordinate that the section leaves free: for a hyperplane of two degrees of freedom that of the other pair."""
+    """Return the coordinate that the section leaves free: for a hyperplane of two degrees of freedom that of the other
+    pair.
+    """
     normal = getattr(orbits.section, "normal", None)
     if normal is not None and len(names) == 4:
         return names[1 - int(np.flatnonzero(normal)[0]) % 2]
@@ -105,13 +116,20 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
                 centre = pixels[o, j] + direction * (half + 0.7 * unit)
                 room = np.abs(np.concatenate(taken) - centre) / half
                 edges = np.min(np.minimum(centre - frame[0], frame[1] - centre) / half)
-                score = min(np.nanmin(room.max(axis=1)), 2.5) + min(edges - 1.1, 0.0) * 10 - 0.05 * (angle % (np.pi / 2) > 0) - 0.01 * j
+                score = (
+                    min(np.nanmin(room.max(axis=1)), 2.5)
+                    + min(edges - 1.1, 0.0) * 10
+                    - 0.05 * (angle % (np.pi / 2) > 0)
+                    - 0.01 * j
+                )
                 if score > best:
                     best, place, side, at = score, centre, centre - pixels[o, j], j
         offset = side * 72 / ax.figure.dpi
         halo = [withStroke(linewidth=2.5, foreground="white")]
         style = {"ha": "center", "va": "center", "fontsize": fontsize, "zorder": 6, "path_effects": halo}
-        written.append(ax.annotate(text, (u[o, at], v[o, at]), xytext=tuple(offset), textcoords="offset points", **style))
+        written.append(
+            ax.annotate(text, (u[o, at], v[o, at]), xytext=tuple(offset), textcoords="offset points", **style)
+        )
         # What a label covers: its middle and both ends.
         taken.append(place + np.array([[-1.0, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]) * half)
     return tuple(written)

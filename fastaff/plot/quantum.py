@@ -1,7 +1,7 @@
 """Figures of quantum levels and states: level diagrams, spectra of whole bodies, degeneracies, densities.
 
-As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Curves differ in line style too where colours tell them
-apart; colours are cividis, or dark ones that are the same to people with any kind of colour vision.
+As in `fastaff.plot`, every function takes `ax=` and returns the artists it made. Curves differ in line style too where
+colours tell them apart; colours are cividis, or dark ones that are the same to people with any kind of colour vision.
 """
 
 from __future__ import annotations
@@ -20,8 +20,12 @@ from .chaos import parameter_label
 from .sections import Artists, colour_map, symbol
 
 STYLES = (
-    ("#00306f", "-"), ("#b35900", (0, (5, 1.5))), ("#5a8fc8", "-."), ("#7f2a5f", (0, (1.5, 1))), ("#3d3d3d", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
-)  # fmt: skip
+    ("#00306f", "-"),
+    ("#b35900", (0, (5, 1.5))),
+    ("#5a8fc8", "-."),
+    ("#7f2a5f", (0, (1.5, 1))),
+    ("#3d3d3d", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
+)
 """Colours and line styles of classes."""
 ENERGY = "energy $E$"
 NEGLIGIBLE = 1e-3
@@ -36,15 +40,22 @@ def quantum_label(name: str) -> str:
 
 
 def plot_levels(
-    diagram: LevelDiagram, *, ax: Any, unit: ArrayLike = 1.0, ylabel: str = ENERGY, numbers: bool = True, marker: str | None = None
-) -> Artists:  # fmt: skip
+    diagram: LevelDiagram,
+    *,
+    ax: Any,
+    unit: ArrayLike = 1.0,
+    ylabel: str = ENERGY,
+    numbers: bool = True,
+    marker: str | None = None,
+) -> Artists:
     """Draw levels against a parameter, or against m or l, as curves, so that their crossings are seen.
 
-    Parameters: diagram: of `level_diagram` or `class_diagram`; unit: what E is divided by, one number or (points,), such as hbar omega, and
-    ylabel then says so; numbers: write the quantum numbers of the curves at their right ends; marker: of the points, by default dots where
-    they are whole numbers. Curves of one class that separates are coloured by its second quantum number, several classes by their own.
-    Returns Artists: points are the curves, lines the grey part above the highest level computed (of the class where it is lowest), where
-    curves would be missing, labels the quantum numbers written; `missing` counts curves that are all in that part.
+    Parameters: diagram: of `level_diagram` or `class_diagram`; unit: what E is divided by, one number or (points,),
+    such as hbar omega, and ylabel then says so; numbers: write the quantum numbers of the curves at their right ends;
+    marker: of the points, by default dots where they are whole numbers. Curves of one class that separates are coloured
+    by its second quantum number, several classes by their own. Returns Artists: points are the curves, lines the grey
+    part above the highest level computed (of the class where it is lowest), where curves would be missing, labels the
+    quantum numbers written; `missing` counts curves that are all in that part.
     """
     order = np.argsort(diagram.values, kind="stable")
     x, scale = diagram.values[order], np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
@@ -59,9 +70,15 @@ def plot_levels(
             continue
         colour, style, label = _look(diagram, curve)
         drawn += ax.plot(
-            x, np.where(inside, E, np.nan), color=colour, ls=style, lw=1.2, ms=3.5,
-            marker=marker or ("o" if diagram.name in ("m", "l") else None), label=None if label in seen else label,
-        )  # fmt: skip
+            x,
+            np.where(inside, E, np.nan),
+            color=colour,
+            ls=style,
+            lw=1.2,
+            ms=3.5,
+            marker=marker or ("o" if diagram.name in ("m", "l") else None),
+            label=None if label in seen else label,
+        )
         seen.add(label)
         if inside[-1]:
             ends.append((float(E[-1]), ",".join(map(str, curve.label)), colour))
@@ -74,9 +91,18 @@ def plot_levels(
     written = _written(ax, ends, diagram) if numbers else ()
     if seen - {None}:
         ax.legend(
-            frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.01, 0.995), ncols=8, handlelength=2.2, columnspacing=1.0,
-            borderpad=0.2, title=_legend_title(diagram), title_fontsize=8, alignment="left",
-        )  # fmt: skip
+            frameon=False,
+            fontsize=8,
+            loc="lower left",
+            bbox_to_anchor=(-0.01, 0.995),
+            ncols=8,
+            handlelength=2.2,
+            columnspacing=1.0,
+            borderpad=0.2,
+            title=_legend_title(diagram),
+            title_fontsize=8,
+            alignment="left",
+        )
     return Artists(drawn, None, (unknown,), written, missing)
 
 
@@ -99,14 +125,18 @@ def _legend_title(diagram: LevelDiagram) -> str:
 
 
 def _written(ax: Any, ends: list[tuple[float, str, Any]], diagram: LevelDiagram) -> tuple[Any, ...]:
-    """Write the quantum numbers beside the right ends of the curves, lowest first, where there is room; what they are above them."""
+    """Write the quantum numbers beside the right ends of the curves, lowest first, where there is room; what they are
+    above them.
+    """
     low, high = ax.get_ylim()
     least, texts, last = 0.03 * (high - low), [], -math.inf
     for E, text, colour in sorted(ends, key=lambda end: end[0]):
         if E - last > least and high > E:
             texts.append(_beside(ax, 1.008, E, text, color=colour, transform=ax.get_yaxis_transform(), va="center"))
             last = E
-    names = "number" if diagram.names is None else "$" + ",".join(f"n_{{{symbol(name)}}}" for name in diagram.names) + "$"
+    names = (
+        "number" if diagram.names is None else "$" + ",".join(f"n_{{{symbol(name)}}}" for name in diagram.names) + "$"
+    )
     texts.append(_beside(ax, 1.0, 1.008, names, transform=ax.transAxes, va="bottom"))
     return tuple(texts)
 
@@ -115,7 +145,9 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
     return ax.text(x, y, text, fontsize=7.5, ha="left", **style)
 
 
-def plot_spectrum(levels: LevelList, *, ax: Any, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True) -> Artists:
+def plot_spectrum(
+    levels: LevelList, *, ax: Any, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
+) -> Artists:
     """Draw the levels of many classes as short lines over their spin m, coloured by |l|.
 
     Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and ylabel then says so.
@@ -131,13 +163,19 @@ def plot_spectrum(levels: LevelList, *, ax: Any, unit: float = 1.0, ylabel: str 
     half = 0.46 - 0.3 * vorticity / max(size, 1)
     colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, 0.9, size + 1)), name="fastaff_quanta")
     segments: Any = np.stack([np.stack([m - half, E], 1), np.stack([m + half, E], 1)], 1)
-    lines = LineCollection(segments, array=vorticity, cmap=colours, norm=BoundaryNorm(np.arange(size + 2) - 0.5, size + 1), linewidths=1.3)
+    lines = LineCollection(
+        segments, array=vorticity, cmap=colours, norm=BoundaryNorm(np.arange(size + 2) - 0.5, size + 1), linewidths=1.3
+    )
     ax.add_collection(lines)
     ax.autoscale()
     ax.set(xlabel=quantum_label("m"), ylabel=ylabel)
     ax.xaxis.get_major_locator().set_params(integer=True)
     step = max(1, -(-(size + 1) // 12))
-    bar = ax.figure.colorbar(lines, ax=ax, label=r"$|l|$  (units of $\hbar$)", ticks=np.arange(0, size + 1, step)) if colorbar else None
+    bar = (
+        ax.figure.colorbar(lines, ax=ax, label=r"$|l|$  (units of $\hbar$)", ticks=np.arange(0, size + 1, step))
+        if colorbar
+        else None
+    )
     return Artists(lines, bar, (), (), 0)
 
 
@@ -156,31 +194,47 @@ def plot_degeneracies(levels: LevelList, *, ax: Any, unit: float = 1.0, xlabel: 
 
 
 def plot_density(
-    state: Any, *, ax: Any, body: Any = None, chart: Chart | None = None, limits: Sequence[Any] | None = None, points: int = 241,
-    norm: Any = None, colorbar: bool = True,
-) -> Artists:  # fmt: skip
-    """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary det phi = 0.
+    state: Any,
+    *,
+    ax: Any,
+    body: Any = None,
+    chart: Chart | None = None,
+    limits: Sequence[Any] | None = None,
+    points: int = 241,
+    norm: Any = None,
+    colorbar: bool = True,
+) -> Artists:
+    """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
+    det phi = 0.
 
-    Parameters: state: such as `wavefunction` and `Levels.state` return; body: its Body, for the classical turning curve V + hbar^2
-    (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the state's); limits: ((x0, x1), (y0, y1)),
-    by default all but a thousandth of the probability at either end; points: along each axis; norm: a colour scale.
-    Returns Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0 (dashed, where it
-    passes through the frame), `missing` is 0. The density is per unit of both coordinates: its integral is 1.
-    Raises ValueError for a chart that it does not take.
+    Parameters: state: such as `wavefunction` and `Levels.state` return; body: its Body, for the classical turning curve
+    V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the state's);
+    limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end; points: along each
+    axis; norm: a colour scale. Returns Artists: points are the image, lines the turning curve (white, where there is a
+    body) and det phi = 0 (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both
+    coordinates: its integral is 1. Raises ValueError for a chart that it does not take.
     """
     import matplotlib.patheffects as effects
 
     chosen = chart or state.chart
     if getattr(chosen, "name", None) not in [known.name for known in CHARTS]:
-        raise ValueError(f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}")
+        raise ValueError(
+            f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}"
+        )
     (x0, x1), (y0, y1) = limits or _frame(state, chosen)
     x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
     dx, dy = (x1 - x0) / (points - 1) / 2, (y1 - y0) / (points - 1) / 2
     image = ax.imshow(
-        state.density(X, Y, chosen), extent=(x0 - dx, x1 + dx, y0 - dy, y1 + dy), origin="lower", aspect="auto", interpolation="bilinear",
-        cmap=colour_map(), norm=norm, vmin=None if norm else 0.0,
-    )  # fmt: skip
+        state.density(X, Y, chosen),
+        extent=(x0 - dx, x1 + dx, y0 - dy, y1 + dy),
+        origin="lower",
+        aspect="auto",
+        interpolation="bilinear",
+        cmap=colour_map(),
+        norm=norm,
+        vmin=None if norm else 0.0,
+    )
     alpha, beta = _radii(chosen, X, Y)
     inside = (alpha >= 0) & (beta >= 0)
     lines = []
@@ -197,7 +251,9 @@ def plot_density(
         ax.contour(x, y, np.minimum(alpha, beta), levels=[0.0], colors="0.6", linewidths=0.7)
     first, second = (f"${symbol(name)}$" for name in chosen.names[:2])
     ax.set(xlabel=first + _unit(chosen, 0), ylabel=second + _unit(chosen, 1), xlim=(x0, x1), ylim=(y0, y1))
-    bar = ax.figure.colorbar(image, ax=ax, label=rf"probability density, per d{first}$\,$d{second}") if colorbar else None
+    bar = (
+        ax.figure.colorbar(image, ax=ax, label=rf"probability density, per d{first}$\,$d{second}") if colorbar else None
+    )
     return Artists(image, bar, tuple(lines), (), 0)
 
 
@@ -216,9 +272,11 @@ def _radii(chart: Chart, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
-    """Return a function that is negative where motion of the state's energy and angular momenta is allowed, positive elsewhere.
+    """Return a function that is negative where motion of the state's energy and angular momenta is allowed, positive
+    elsewhere.
 
-    It is bounded and, with the margin as a factor, goes through 0 at a wall too thin for the grid to see: contours of it are smooth.
+    It is bounded and, with the margin as a factor, goes through 0 at a wall too thin for the grid to see: contours of
+    it are smooth.
     """
     m, l = state.symmetry
     with np.errstate(all="ignore"):

@@ -21,26 +21,37 @@ STYLES = (("#b35900", "-"), ("#00306f", "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb
 
 
 def plot_husimi(
-    grid: Grid, values: ArrayLike, *, ax: Any, section_map: Any = None, boundary: Edge | None = None, peak: float | None = None,
-    size: float = 0.5, colorbar: bool = False,
-) -> Artists:  # fmt: skip
+    grid: Grid,
+    values: ArrayLike,
+    *,
+    ax: Any,
+    section_map: Any = None,
+    boundary: Edge | None = None,
+    peak: float | None = None,
+    size: float = 0.5,
+    colorbar: bool = False,
+) -> Artists:
     """Draw a Husimi function over a section, with crossings of classical orbits of the same energy as dots.
 
-    Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of orbits on the same
-    section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default; size: area of a dot in square
-    points. White is 0, and what the energy does not reach.
-    Returns Artists: points are the cells, lines the dots and the boundary; `missing` counts values that are not finite.
+    Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of
+    orbits on the same section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default;
+    size: area of a dot in square points. White is 0, and what the energy does not reach. Returns Artists: points are
+    the cells, lines the dots and the boundary; `missing` counts values that are not finite.
     """
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
     each = np.asarray(values, dtype=np.float64)
     if each.shape != grid.cell.shape:
         raise ValueError(f"values must have shape {grid.cell.shape}, one for each orbit of the grid, got {each.shape}")
-    colours = LinearSegmentedColormap.from_list("fastaff_husimi", ["#ffffff", "#f6d9b8", "#e39a4f", "#a8500b", "#4a1d00"])
+    colours = LinearSegmentedColormap.from_list(
+        "fastaff_husimi", ["#ffffff", "#f6d9b8", "#e39a4f", "#a8500b", "#4a1d00"]
+    )
     top = float(np.nanmax(each)) if peak is None else peak
     image = np.ma.masked_invalid(grid.spread(each))
     # Smooth between cells, as the function is; the section's edge is drawn by `boundary`.
-    cells = ax.pcolormesh(*grid.axes, image.T, cmap=colours, norm=Normalize(0.0, top), rasterized=True, shading="gouraud")
+    cells = ax.pcolormesh(
+        *grid.axes, image.T, cmap=colours, norm=Normalize(0.0, top), rasterized=True, shading="gouraud"
+    )
     lines: list[Any] = []
     if section_map is not None:
         names, z = (*ALPHA_BETA.names, *ALPHA_BETA.momenta), section_map.coordinates(ALPHA_BETA)
@@ -49,27 +60,37 @@ def plot_husimi(
         lines.append(ax.scatter(u[kept], v[kept], s=size, color="#00306f", alpha=0.55, linewidths=0, rasterized=True))
     if boundary is not None:
         u, p = boundary.coordinate, boundary.momentum
-        lines += ax.plot(np.concatenate([u, u[::-1], u[:1]]), np.concatenate([p, -p[::-1], p[:1]]), color="0.35", lw=0.8)
+        lines += ax.plot(
+            np.concatenate([u, u[::-1], u[:1]]), np.concatenate([p, -p[::-1], p[:1]]), color="0.35", lw=0.8
+        )
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
     bar = ax.figure.colorbar(cells, ax=ax, label=r"$|\langle z|\Psi\rangle|^2$") if colorbar else None
     return Artists(cells, bar, tuple(lines), (), int(np.count_nonzero(~np.isfinite(each))))
 
 
 def plot_spacings(
-    spacings: ArrayLike, laws: Mapping[str, Any], *, ax: Any, bins: int = 20, top: float = 3.5, colour: Any = "0.82",
+    spacings: ArrayLike,
+    laws: Mapping[str, Any],
+    *,
+    ax: Any,
+    bins: int = 20,
+    top: float = 3.5,
+    colour: Any = "0.82",
     label: str | None = None,
-) -> Artists:  # fmt: skip
+) -> Artists:
     """Draw a histogram of unfolded spacings, as a density, with laws for comparison.
 
-    Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, drawn in this order; bins,
-    top: of the histogram, from 0 to top; colour, label: of the histogram.
-    Returns Artists: points are the bars, lines the laws; `missing` counts spacings beyond `top`, which are part of the norm.
+    Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, drawn in
+    this order; bins, top: of the histogram, from 0 to top; colour, label: of the histogram. Returns Artists: points are
+    the bars, lines the laws; `missing` counts spacings beyond `top`, which are part of the norm.
     """
     s = np.asarray(spacings, dtype=np.float64)
     edges = np.linspace(0.0, top, bins + 1)
     counts = np.histogram(s, edges)[0]
     height = counts / (s.size * np.diff(edges))
-    bars = ax.bar(edges[:-1], height, np.diff(edges), align="edge", color=colour, edgecolor="white", linewidth=0.5, label=label)
+    bars = ax.bar(
+        edges[:-1], height, np.diff(edges), align="edge", color=colour, edgecolor="white", linewidth=0.5, label=label
+    )
     middle, error = (edges[1:] + edges[:-1]) / 2, np.sqrt(counts * (1 - counts / s.size)) / (s.size * np.diff(edges))
     ax.errorbar(middle, height, yerr=error, fmt="none", ecolor="0.45", elinewidth=0.8)
     x = np.linspace(0.0, top, 400)

@@ -29,14 +29,19 @@ def formula(vector: Sequence[int], names: Sequence[str]) -> str:
 
 
 def plot_web(
-    lines: Sequence[WebLine], *, ax: Any, names: Sequence[str], axes: Sequence[Any] | None = None, labels: int = 8,
+    lines: Sequence[WebLine],
+    *,
+    ax: Any,
+    names: Sequence[str],
+    axes: Sequence[Any] | None = None,
+    labels: int = 8,
     dots: bool = True,
-) -> Artists:  # fmt: skip
+) -> Artists:
     """Draw the lines of a web over a grid, those of low order thicker, and name the longest of the lowest orders.
 
-    Parameters: lines: of `fastaff.web`, drawn white in a dark casing; names: of the frequencies; axes: of the grid, as given
-    to `web`; labels: how many resonances are named; dots: mark the grid points of `locked`, for resonances that do not hold everywhere.
-    Returns Artists: points are the dots, or None; missing is 0.
+    Parameters: lines: of `fastaff.web`, drawn white in a dark casing; names: of the frequencies; axes: of the grid, as
+    given to `web`; labels: how many resonances are named; dots: mark the grid points of `locked`, for resonances that
+    do not hold everywhere. Returns Artists: points are the dots, or None; missing is 0.
     """
     drawn: list[Any] = []
     written: list[Any] = []
@@ -55,14 +60,21 @@ def plot_web(
 
 
 def plot_ratio_web(
-    lines: Sequence[WebLine], *, ax: Any, names: Sequence[str], nu: Any = None, values: Any = None, norm: Any = None,
-    label: str = DIFFUSION, labels: int = 8,
-) -> Artists:  # fmt: skip
+    lines: Sequence[WebLine],
+    *,
+    ax: Any,
+    names: Sequence[str],
+    nu: Any = None,
+    values: Any = None,
+    norm: Any = None,
+    label: str = DIFFUSION,
+    labels: int = 8,
+) -> Artists:
     """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
 
     Parameters: lines: of `fastaff.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits, or None;
-    values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many lines are named.
-    Returns Artists; `missing` counts orbits that are not finite.
+    values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many lines are
+    named. Returns Artists; `missing` counts orbits that are not finite.
     """
     drawn = [ax.plot(*part.T, **_style(line.order))[0] for line in lines for part in line.lines]
     points = bar = None
@@ -76,7 +88,11 @@ def plot_ratio_web(
             raise ValueError(f"values must have {x.size} entries, one for each orbit, got {each.size}")
         kept = np.isfinite(x) & np.isfinite(y) & np.isfinite(each)
         missing = int(np.count_nonzero(~kept))
-        colours = {"color": DARK} if values is None else {"c": each[kept], "cmap": colour_map(), "norm": norm or clipped(each)}
+        colours = (
+            {"color": DARK}
+            if values is None
+            else {"c": each[kept], "cmap": colour_map(), "norm": norm or clipped(each)}
+        )
         limits = (ax.get_xlim(), ax.get_ylim())
         points = ax.scatter(x[kept], y[kept], s=5, linewidths=0, zorder=3, rasterized=True, **colours)
         ax.set(xlim=limits[0], ylim=limits[1])
@@ -98,13 +114,21 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any, label: s
     """
     edges, counts, threshold = histogram.edges, histogram.counts, histogram.threshold
     colours = [ACCENT if middle > threshold else DARK for middle in (edges[:-1] + edges[1:]) / 2]
-    bars = ax.bar(edges[:-1], counts, width=np.diff(edges), align="edge", color=colours, linewidth=0.3, edgecolor="white")
+    bars = ax.bar(
+        edges[:-1], counts, width=np.diff(edges), align="edge", color=colours, linewidth=0.3, edgecolor="white"
+    )
     line = ax.axvline(threshold, color="0.2", lw=1.0, ls=(0, (4, 2)))
     ax.set(xlabel=label, ylabel="orbits", ylim=(0, 1.18 * max(1, counts.max())))
     text = ax.text(
-        0.03, 0.97, rf"above ${threshold:g}$: ${100 * histogram.fraction:.1f}\pm{100 * histogram.error:.1f}$ %",
-        transform=ax.transAxes, ha="left", va="top", fontsize=9, color=ACCENT,
-    )  # fmt: skip
+        0.03,
+        0.97,
+        rf"above ${threshold:g}$: ${100 * histogram.fraction:.1f}\pm{100 * histogram.error:.1f}$ %",
+        transform=ax.transAxes,
+        ha="left",
+        va="top",
+        fontsize=9,
+        color=ACCENT,
+    )
     return Artists(bars, None, (line,), (text,), histogram.missing)
 
 
@@ -126,7 +150,9 @@ def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
 
 
 def _name_on(ax: Any, line: WebLine, text: str, places: list[np.ndarray]) -> list[Any]:
-    """Write a line's name on its longest part, where it is farthest from the other names; nothing where there is no room."""
+    """Write a line's name on its longest part, where it is farthest from the other names; nothing where there is no
+    room.
+    """
     part = max(line.lines, key=lambda part: np.sqrt((np.diff(part, axis=0) ** 2).sum(axis=1)).sum())
     if len(part) == 2:
         part = part[0] + np.linspace(0, 1, 41)[:, None] * (part[1] - part[0])
@@ -145,7 +171,14 @@ def _name_on(ax: Any, line: WebLine, text: str, places: list[np.ndarray]) -> lis
     angle = (angle + 90) % 180 - 90
     return [
         ax.text(
-            *part[at], text, fontsize=8, ha="center", va="center", rotation=angle, rotation_mode="anchor", zorder=4,
+            *part[at],
+            text,
+            fontsize=8,
+            ha="center",
+            va="center",
+            rotation=angle,
+            rotation_mode="anchor",
+            zorder=4,
             bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.9},
         )
-    ]  # fmt: skip
+    ]

@@ -1,8 +1,9 @@
 """Figures: sections, frequency maps and diffusion maps drawn on given axes.
 
-Every function takes `ax=` and returns the artists it made. matplotlib is imported at the first call. Colours are cividis,
-perceptually uniform and the same to people with any kind of colour vision, cut at its palest end so that no point
-vanishes on white. Colour scales are clipped at the 5th and 95th percentile and say so by the arrows of the colour bar.
+Every function takes `ax=` and returns the artists it made. matplotlib is imported at the first call. Colours are
+cividis, perceptually uniform and the same to people with any kind of colour vision, cut at its palest end so that no
+point vanishes on white. Colour scales are clipped at the 5th and 95th percentile and say so by the arrows of the colour
+bar.
 """
 
 from __future__ import annotations
@@ -20,20 +21,41 @@ from ..charts import ALPHA_BETA, Chart
 from ..models.sections import BetaEquals, BetaTurning, Linear
 
 __all__ = [
-    "Artists", "Edge", "clipped", "colour_map", "diffusion_scale", "edge", "frequency", "on_line", "plot_diffusion_grid",
-    "plot_frequency_map", "plot_section", "resonances_between", "symbol",
-]  # fmt: skip
+    "Artists",
+    "Edge",
+    "clipped",
+    "colour_map",
+    "diffusion_scale",
+    "edge",
+    "frequency",
+    "on_line",
+    "plot_diffusion_grid",
+    "plot_frequency_map",
+    "plot_section",
+    "resonances_between",
+    "symbol",
+]
 
 SYMBOLS = {
-    "alpha": r"\alpha", "beta": r"\beta", "eta": r"\eta", "gamma": r"\gamma", "phi": r"\varphi", "psi": r"\psi",
-    "vartheta": r"\vartheta", "D1": "D_1", "D2": "D_2", "area": r"\mathrm{area}",
-}  # fmt: skip
+    "alpha": r"\alpha",
+    "beta": r"\beta",
+    "eta": r"\eta",
+    "gamma": r"\gamma",
+    "phi": r"\varphi",
+    "psi": r"\psi",
+    "vartheta": r"\vartheta",
+    "D1": "D_1",
+    "D2": "D_2",
+    "area": r"\mathrm{area}",
+}
 PALE_END = 0.93
 DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
 
 
 class Artists(NamedTuple):
-    """What a function drew: the points or cells, colour bar, lines with their labels, and the number of orbits not drawn."""
+    """What a function drew: the points or cells, colour bar, lines with their labels, and the number of orbits not
+    drawn.
+    """
 
     points: Any
     colorbar: Any
@@ -70,7 +92,9 @@ def clipped(values: Any) -> Any:
 
 
 def diffusion_scale(values: Any) -> Any:
-    """Return `clipped(values)` with its upper end at -6 or above, so that rounding noise of regular orbits does not look like chaos."""
+    """Return `clipped(values)` with its upper end at -6 or above, so that rounding noise of regular orbits does not
+    look like chaos.
+    """
     from matplotlib.colors import Normalize
 
     scale = clipped(values)
@@ -78,15 +102,25 @@ def diffusion_scale(values: Any) -> Any:
 
 
 def plot_section(
-    section_map: Any, *, ax: Any, values: Any = None, x: str | None = None, y: str | None = None, chart: Chart = ALPHA_BETA,
-    boundary: Edge | None = None, norm: Any = None, label: str = DIFFUSION, size: float | None = None, colorbar: bool = True,
-) -> Artists:  # fmt: skip
+    section_map: Any,
+    *,
+    ax: Any,
+    values: Any = None,
+    x: str | None = None,
+    y: str | None = None,
+    chart: Chart = ALPHA_BETA,
+    boundary: Edge | None = None,
+    norm: Any = None,
+    label: str = DIFFUSION,
+    size: float | None = None,
+    colorbar: bool = True,
+) -> Artists:
     """Draw the crossings of a SectionMap in two coordinates, coloured by a value of each orbit.
 
-    Parameters: values (orbits,), for example the diffusion of a frequency map, or None for one dark colour; x, y: names of
-    coordinates of the chart or momenta (`p_beta`), x, y, p_x, p_y for two degrees of freedom; by default those free on the section;
-    boundary: of `edge`; norm: a colour scale, by default `clipped(values)`; size: area of a point in square points.
-    Returns Artists; `missing` counts orbits without a crossing or a value, which are not drawn.
+    Parameters: values (orbits,), for example the diffusion of a frequency map, or None for one dark colour; x, y: names
+    of coordinates of the chart or momenta (`p_beta`), x, y, p_x, p_y for two degrees of freedom; by default those free
+    on the section; boundary: of `edge`; norm: a colour scale, by default `clipped(values)`; size: area of a point in
+    square points. Returns Artists; `missing` counts orbits without a crossing or a value, which are not drawn.
     """
     names, coordinates = _section_coordinates(section_map, chart)
     default = _free_coordinate(section_map.section, names)
@@ -104,7 +138,9 @@ def plot_section(
     # In an order without meaning, so that no kind of orbit covers another.
     order = np.random.default_rng(0).permutation(np.flatnonzero(kept))
     area = size if size is not None else float(np.clip(60000 / max(order.size, 1), 0.25, 9.0))
-    colours = {"color": "#00224e"} if values is None else {"c": c[order], "cmap": colour_map(), "norm": norm or clipped(each)}
+    colours = (
+        {"color": "#00224e"} if values is None else {"c": c[order], "cmap": colour_map(), "norm": norm or clipped(each)}
+    )
     points = ax.scatter(u[order], v[order], s=area, linewidths=0, rasterized=True, **colours)
     lines: tuple = ()
     if boundary is not None:
@@ -133,7 +169,9 @@ def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
 
 
 def frequency(frequency_map: Any, name: str) -> np.ndarray:
-    """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two: "beta/alpha"."""
+    """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
+    "beta/alpha".
+    """
     numerator, slash, denominator = name.partition("/")
     if slash:
         with np.errstate(all="ignore"):
@@ -147,7 +185,9 @@ def frequency(frequency_map: Any, name: str) -> np.ndarray:
 
 
 def resonances_between(low: float, high: float, max_order: int) -> list[tuple[int, int, int]]:
-    """Return the resonances m : n with low < m/n < high as lines (n, 0, -m) of a frequency map, of order m + n at most."""
+    """Return the resonances m : n with low < m/n < high as lines (n, 0, -m) of a frequency map, of order m + n at
+    most.
+    """
     found = [
         (n, 0, -m)
         for n in range(1, max_order)
@@ -158,25 +198,37 @@ def resonances_between(low: float, high: float, max_order: int) -> list[tuple[in
 
 
 def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:
-    """Count the orbits, of those shown, with |k1 X + k2 Y + k0| < tolerance for the line (k1, k2, k0) of a map's plane."""
+    """Count the orbits, of those shown, with |k1 X + k2 Y + k0| < tolerance for the line (k1, k2, k0) of a map's
+    plane.
+    """
     X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
     with np.errstate(all="ignore"):
         return int(np.count_nonzero((np.abs(line[0] * X + line[1] * Y + line[2]) < tolerance) & shown))
 
 
 def plot_frequency_map(
-    frequency_map: Any, *, ax: Any, x: str | None = None, y: str | None = None, values: Any = None,
-    lines: Sequence[Sequence[int]] = (), shown: Any = None, norm: Any = None, label: str = DIFFUSION, size: float | None = None,
-    colorbar: bool = True, limits: tuple | None = None,
-) -> Artists:  # fmt: skip
+    frequency_map: Any,
+    *,
+    ax: Any,
+    x: str | None = None,
+    y: str | None = None,
+    values: Any = None,
+    lines: Sequence[Sequence[int]] = (),
+    shown: Any = None,
+    norm: Any = None,
+    label: str = DIFFUSION,
+    size: float | None = None,
+    colorbar: bool = True,
+    limits: tuple | None = None,
+) -> Artists:
     """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
 
-    Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body, else
-    the two rows; values: colours (orbits,), by default the map's diffusion on a `diffusion_scale`; lines: integers
-    (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
-    k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
-    Returns Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n above the
-    frame, the others by their equation; a label without room is left out, its line is drawn.
+    Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body,
+    else the two rows; values: colours (orbits,), by default the map's diffusion on a `diffusion_scale`; lines: integers
+    (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance k . nu = 0;
+    shown: a mask of orbits; limits: (x0, x1), (y0, y1). Returns Artists; `missing` counts orbits that are not OK or not
+    shown. Vertical lines n X = m are labelled m:n above the frame, the others by their equation; a label without room
+    is left out, its line is drawn.
     """
     names = frequency_map.names
     body = frequency_map.nu_eta is not None
@@ -190,7 +242,15 @@ def plot_frequency_map(
     order = np.random.default_rng(0).permutation(np.flatnonzero(good))
     area = size if size is not None else float(np.clip(24000 / max(order.size, 1), 1.2, 16.0))
     points = ax.scatter(
-        X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, cmap=colour_map(), norm=norm or _scale(c, values), zorder=2
+        X[order],
+        Y[order],
+        c=c[order],
+        s=area,
+        linewidths=0,
+        rasterized=True,
+        cmap=colour_map(),
+        norm=norm or _scale(c, values),
+        zorder=2,
     )
     if limits is not None:
         ax.set(xlim=limits[0], ylim=limits[1])
@@ -229,7 +289,9 @@ def _draw_lines(ax: Any, lines: Sequence[Sequence[int]], x: str, y: str) -> tupl
             place = (at - x0) / (x1 - x0)
             if all(abs(place - other) > 0.075 for other in taken):
                 taken.append(place)
-                labels.append(ax.text(place, 1.012, f"{-k0}:{k1}", transform=ax.transAxes, ha="center", va="bottom", fontsize=8))
+                labels.append(
+                    ax.text(place, 1.012, f"{-k0}:{k1}", transform=ax.transAxes, ha="center", va="bottom", fontsize=8)
+                )
         elif k2:
             ends = [(u, -(k1 * u + k0) / k2) for u in np.linspace(x0, x1, 200)]
             inside = [(u, v) for u, v in ends if y0 < v < y1]
@@ -246,9 +308,16 @@ def _label_along(ax: Any, inside: list, text: str) -> Any:
     """Write a line's equation along it, a little below its upper end."""
     (u0, v0), (u1, v1) = inside[int(0.70 * len(inside))], inside[int(0.72 * len(inside)) + 1]
     return ax.text(
-        u0, v0, text, fontsize=8, ha="center", va="bottom", rotation=math.degrees(math.atan2(v1 - v0, u1 - u0)),
-        rotation_mode="anchor", transform_rotates_text=True,
-    )  # fmt: skip
+        u0,
+        v0,
+        text,
+        fontsize=8,
+        ha="center",
+        va="bottom",
+        rotation=math.degrees(math.atan2(v1 - v0, u1 - u0)),
+        rotation_mode="anchor",
+        transform_rotates_text=True,
+    )
 
 
 def _equation(line: tuple[int, int, int], x: str, y: str) -> str:
@@ -258,7 +327,9 @@ def _equation(line: tuple[int, int, int], x: str, y: str) -> str:
     sides = []
     for sign in (1, -1):
         side = "+".join(
-            (str(abs(k)) if abs(k) != 1 or not name else "") + (symbol(f"nu_{name}") if name else "") for k, name in terms if k * sign > 0
+            (str(abs(k)) if abs(k) != 1 or not name else "") + (symbol(f"nu_{name}") if name else "")
+            for k, name in terms
+            if k * sign > 0
         )
         sides.append(side or "0")
     return f"${sides[0]}={sides[1]}$"
@@ -275,7 +346,9 @@ def plot_diffusion_grid(
     if each.shape != grid.cell.shape:
         raise ValueError(f"values must have shape {grid.cell.shape}, one for each orbit of the grid, got {each.shape}")
     image = np.ma.masked_invalid(grid.spread(each))
-    cells = ax.pcolormesh(*grid.axes, image.T, cmap=colour_map(), norm=norm or clipped(each), rasterized=True, shading="nearest")
+    cells = ax.pcolormesh(
+        *grid.axes, image.T, cmap=colour_map(), norm=norm or clipped(each), rasterized=True, shading="nearest"
+    )
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
     bar = ax.figure.colorbar(cells, ax=ax, label=label, extend="both") if colorbar else None
     return Artists(cells, bar, (), (), int(np.count_nonzero(~np.isfinite(each))))

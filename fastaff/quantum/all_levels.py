@@ -1,8 +1,9 @@
 """The spectrum of a whole body: all symmetry classes together, with degeneracies, complete below an energy.
 
 With a = |m - l|/2 and b = |m + l|/2 the k-th level of a class is E_k(a, b), and H of another class differs from it by
-(hbar^2/2 mu) (a^2/alpha^2 + b^2/beta^2) alone. By the min-max principle E_k grows with a and with b: a class cannot have more levels below
-an energy than its neighbours with smaller a or b have, and where one of them has none the search ends.
+(hbar^2/2 mu) (a^2/alpha^2 + b^2/beta^2) alone. By the min-max principle E_k grows with a and with b: a class cannot
+have more levels below an energy than its neighbours with smaller a or b have, and where one of them has none the search
+ends.
 """
 
 from __future__ import annotations
@@ -34,9 +35,10 @@ ROUNDING = 64 * np.finfo(float).eps
 class LevelList:
     """Levels of many symmetry classes in ascending order, gathered to multiplets.
 
-    E, error, converged (levels,) as in `Levels`; m, l (levels,): the class; k (levels,): its number in the class, from 0; labels
-    (levels, 2), names as in `Levels`, None where the body does not separate. first (multiplets + 1,): where each multiplet begins; its
-    levels follow one another within their errors. complete_below: no level of the body below this energy is missing (-inf: not known).
+    E, error, converged (levels,) as in `Levels`; m, l (levels,): the class; k (levels,): its number in the class, from
+    0; labels (levels, 2), names as in `Levels`, None where the body does not separate. first (multiplets + 1,): where
+    each multiplet begins; its levels follow one another within their errors. complete_below: no level of the body below
+    this energy is missing (-inf: not known).
     """
 
     E: np.ndarray
@@ -71,21 +73,25 @@ class LevelList:
         return slice(*self.first[[multiplet, multiplet + 1]])
 
     def upto(self, levels: int) -> LevelList:
-        """Return the list of the lowest levels only, all where there are no more; complete below the first one left out."""
+        """Return the list of the lowest levels only, all where there are no more; complete below the first one left
+        out.
+        """
         size = min(whole("levels", levels, 0), self.E.size)
         cut: dict[str, Any] = {name: getattr(self, name)[:size] for name in ("E", "error", "converged", "m", "l", "k")}
         labels = None if self.labels is None else self.labels[:size]
         top = min(self.complete_below, float(self.E[size])) if size < self.E.size else self.complete_below
-        return replace(self, **cut, labels=labels, first=np.append(self.first[self.first < size], size), complete_below=top)
+        return replace(
+            self, **cut, labels=labels, first=np.append(self.first[self.first < size], size), complete_below=top
+        )
 
 
 def level_list(classes: Sequence[Levels], *, complete_below: float = -math.inf) -> LevelList:
     """Merge the levels of symmetry classes into one list with degeneracies.
 
     classes: Levels of one body, one or more, such as `spectrum_table` gives; complete_below: kept in the result.
-    Returns LevelList. Raises TypeError for what are no Levels, ValueError for none of them, or of different hbar or quantum numbers.
-    Formula: neighbours are one multiplet where E differs by no more than the sum of their errors (and 64 roundings).
-    Source: none; the errors are those of `Levels`.
+    Returns LevelList. Raises TypeError for what are no Levels, ValueError for none of them, or of different hbar or
+    quantum numbers. Formula: neighbours are one multiplet where E differs by no more than the sum of their errors (and
+    64 roundings). Source: none; the errors are those of `Levels`.
     """
     if not isinstance(classes, (list, tuple)) or not all(isinstance(found, Levels) for found in classes):
         raise TypeError(f"classes must be a list of Levels, got {shown(classes)}")
@@ -101,10 +107,19 @@ def level_list(classes: Sequence[Levels], *, complete_below: float = -math.inf) 
     error = np.concatenate([found.error for found in classes])[order]
     labels = None if classes[0].labels is None else np.concatenate([found.labels for found in classes])[order]
     return LevelList(
-        E[order], error, np.concatenate([found.converged for found in classes])[order], m, l,
-        np.concatenate([np.arange(size) for size in sizes])[order], labels, classes[0].names, _first(E[order], error), classes[0].hbar,
-        float(complete_below), classes[0].method,
-    )  # fmt: skip
+        E[order],
+        error,
+        np.concatenate([found.converged for found in classes])[order],
+        m,
+        l,
+        np.concatenate([np.arange(size) for size in sizes])[order],
+        labels,
+        classes[0].names,
+        _first(E[order], error),
+        classes[0].hbar,
+        float(complete_below),
+        classes[0].method,
+    )
 
 
 def _first(E: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -115,20 +130,27 @@ def _first(E: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 @recorded
 def all_levels(
-    body: Any, *, below: float | None = None, count: int | None = None, hbar: float = 1.0, single_valued: bool = True, chart: Any = None,
-    tolerance: float = 1e-10, report: Callable[[float], None] | None = None,
-) -> LevelList:  # fmt: skip
+    body: Any,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+    report: Callable[[float], None] | None = None,
+) -> LevelList:
     """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
 
-    Parameters: body: a Body; below: finite, or count >= 1: how many different energies, one of them; hbar, chart, tolerance as in
-    `spectrum`; single_valued: functions on GL(2,R), m + l even; False: on its double covering, all m and l; report: called with the
-    fraction that is done.
-    Returns LevelList, perhaps of no level. Raises as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in
-    `.partial`.
-    Completeness: E_k of a class grows with |m - l| and |m + l| (min-max), which ends the search and bounds the number of levels to
-    compute. Classes with the same |m - l| and |m + l| have the same levels and are computed once: up to four (m, l).
-    Cost: that of the classes; many at once where the body separates, one after another else (there a tolerance of 1e-6 is much cheaper).
-    Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski, EQ4.1, EQ4.2 (a, b).
+    Parameters: body: a Body; below: finite, or count >= 1: how many different energies, one of them; hbar, chart,
+    tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even; False: on its double covering, all m
+    and l; report: called with the fraction that is done. Returns LevelList, perhaps of no level. Raises as `spectrum`;
+    Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`. Completeness: E_k of a class grows
+    with |m - l| and |m + l| (min-max), which ends the search and bounds the number of levels to compute. Classes with
+    the same |m - l| and |m + l| have the same levels and are computed once: up to four (m, l). Cost: that of the
+    classes; many at once where the body separates, one after another else (there a tolerance of 1e-6 is much cheaper).
+    Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski,
+    EQ4.1, EQ4.2 (a, b).
     """
     if (below is None) == (count is None):
         raise ValueError(f"give either below or count, got below = {below!r}, count = {count!r}")
@@ -161,7 +183,9 @@ def _solved(body: Any, todo: dict[Key, int], solved: dict[Key, Levels], options:
     """Return the levels of all classes to do where the body separates, else of that which may have the lowest ones."""
     if solved and next(iter(solved.values())).labels is not None:
         spins, vorticities = zip(*(_class(key) for key in todo), strict=True)
-        return dict(zip(todo, spectrum_table(body, m=spins, l=vorticities, levels=max(todo.values()), **options), strict=True))
+        return dict(
+            zip(todo, spectrum_table(body, m=spins, l=vorticities, levels=max(todo.values()), **options), strict=True)
+        )
     key = min(todo, key=lambda key: _bound(solved, key))
     m, l = _class(key)
     return {key: spectrum(body, m=m, l=l, levels=todo[key], **options)}
@@ -188,12 +212,16 @@ def _bound(solved: dict[Key, Levels], key: Key) -> float:
 
 def _next(solved: dict[Key, Levels], seeds: tuple[Key, ...]) -> list[Key]:
     """Return the classes not solved whose smaller neighbours all are."""
-    candidates = dict.fromkeys(seeds) | dict.fromkeys(new for eta, gamma in solved for new in ((eta + 2, gamma), (eta, gamma + 2)))
+    candidates = dict.fromkeys(seeds) | dict.fromkeys(
+        new for eta, gamma in solved for new in ((eta + 2, gamma), (eta, gamma + 2))
+    )
     return [new for new in candidates if new not in solved and all(other in solved for other in _smaller(new))]
 
 
 def _todo(solved: dict[Key, Levels], top: float, seeds: tuple[Key, ...]) -> dict[Key, int]:
-    """Return the classes that may have more levels up to `top`, and how many to compute: none more than their neighbours, and one."""
+    """Return the classes that may have more levels up to `top`, and how many to compute: none more than their
+    neighbours, and one.
+    """
     longer = {key: 2 * found.E.size for key, found in solved.items() if found.E[-1] - found.error[-1] <= top}
     if math.isinf(top):
         return longer

@@ -27,19 +27,27 @@ REACH = 12.0
 
 
 def coherent_packet(
-    body: Any, z0: ArrayLike, *, width: ArrayLike, levels: int, hbar: float = 1.0, m: int | None = None, l: int | None = None,
+    body: Any,
+    z0: ArrayLike,
+    *,
+    width: ArrayLike,
+    levels: int,
+    hbar: float = 1.0,
+    m: int | None = None,
+    l: int | None = None,
     missing: float = 1e-6,
-) -> Packet:  # fmt: skip
+) -> Packet:
     """Build the coherent state at a phase point, over all symmetry classes it takes or the part of it in one class.
 
-    Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of the position in each
-    direction, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega)) keeps its shape in a harmonic body); body, hbar as in
-    `spectrum`; levels: how many of each class; m, l: give both to take one class, in which the packet is normalised: best
-    those next to p_phi/hbar and p_psi/hbar of z0; missing: how much of the packet the states, and the classes left out, may lose.
-    Returns Packet. Raises ValueError or TypeError for wrong input, a centre outside of the body's domain, and as `projected_packet`.
-    Formula: Psi ~ exp(-|q - q0|^2/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma) by sums over equal
-    angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
-    Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
+    Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of the
+    position in each direction, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega)) keeps its shape in a
+    harmonic body); body, hbar as in `spectrum`; levels: how many of each class; m, l: give both to take one class, in
+    which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of z0; missing: how much of the packet
+    the states, and the classes left out, may lose. Returns Packet. Raises ValueError or TypeError for wrong input, a
+    centre outside of the body's domain, and as `projected_packet`. Formula: Psi ~ exp(-|q - q0|^2/(4 width^2) + i p0.(q
+    - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma) by sums over equal angles, exact to rounding, on the grid
+    of `projected_packet`. Seconds for some 100 classes. Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian
+    packets); Martens & Slawianowski, EQ4.3 (the states).
     """
     z, tolerance = phase_points("z0", z0, checked_model(body)), fraction(missing)
     if z.shape[1] != 1:
@@ -50,7 +58,9 @@ def coherent_packet(
     if np.any((widths < 1e-100) | (widths > 1e100)):
         raise ValueError(f"width must lie between 1e-100 and 1e100, got {width!r}")
     quantum, sides = action_quantum(hbar), np.broadcast_to(widths, (2,))
-    planes = [PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], float(sides[i]), quantum) for i in (0, 1)]
+    planes = [
+        PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], float(sides[i]), quantum) for i in (0, 1)
+    ]
     if (m is None) != (l is None):
         raise ValueError(f"m and l must be given both or neither, got m = {m!r}, l = {l!r}")
     quanta = [interruptible(gaussian.probabilities) for gaussian in planes]
@@ -61,13 +71,16 @@ def coherent_packet(
         if share < 1e-12:
             means = [round(float(np.average(list(found), weights=list(found.values()))), 2) for found in quanta]
             raise ValueError(
-                f"m = {m}, l = {l} hold {share:.1e} of the packet: its p_eta/hbar = (m - l)/2 is {means[0]}, its p_gamma/hbar = (m + l)/2 "
+                f"m = {m}, l = {l} hold {share:.1e} of the packet: its p_eta/hbar = (m - l)/2 is {means[0]}, its "
+                "p_gamma/hbar = (m + l)/2 "
                 f"is {means[1]}"
             )
     else:
         chosen, share = _likeliest(quanta, 0.1 * tolerance), 1.0
         if len(chosen) > CLASSES:
-            raise ValueError(f"the packet takes {len(chosen)} symmetry classes, more than {CLASSES}: give m and l, or another width")
+            raise ValueError(
+                f"the packet takes {len(chosen)} symmetry classes, more than {CLASSES}: give m and l, or another width"
+            )
 
     def build(count: int) -> Packet:
         groups = class_states(body, chosen, count, hbar, True)
@@ -85,7 +98,9 @@ def coherent_packet(
 
 
 class PlaneGaussian(NamedTuple):
-    """A Gaussian of one plane, (2 pi width^2)^(-1/2) exp(-|q - centre|^2/(4 width^2) + i momentum.(q - centre)/hbar)."""
+    """A Gaussian of one plane, (2 pi width^2)^(-1/2) exp(-|q - centre|^2/(4 width^2) + i momentum.(q -
+    centre)/hbar).
+    """
 
     centre: np.ndarray
     momentum: np.ndarray
@@ -112,7 +127,8 @@ class PlaneGaussian(NamedTuple):
         waves, count = 96 + (hi - lo) * np.hypot(*self.momentum) / self.hbar, self._angles(0)
         if not max(waves * WORK, waves * count) <= WORK * FINEST:
             raise ValueError(
-                f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} takes {waves:.2g} radii, {count:.2g} angles "
+                f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} takes {waves:.2g} radii, "
+                f"{count:.2g} angles "
                 f"of a plane, more than {FINEST} and {WORK:.0e}: take one nearer to sqrt(hbar) = {self.hbar**0.5:.3g}"
             )
         t, w = roots_legendre(int(waves))
@@ -130,7 +146,9 @@ class PlaneGaussian(NamedTuple):
 
     def _values(self, radius: np.ndarray, angles: np.ndarray) -> np.ndarray:
         """Return the Gaussian (radii, angles)."""
-        steps = [np.multiply.outer(radius, turn(angles)) - q for turn, q in zip((np.cos, np.sin), self.centre, strict=True)]
+        steps = [
+            np.multiply.outer(radius, turn(angles)) - q for turn, q in zip((np.cos, np.sin), self.centre, strict=True)
+        ]
         square = -(steps[0] ** 2 + steps[1] ** 2) / (4 * self.width**2)
         phase = (self.momentum[0] * steps[0] + self.momentum[1] * steps[1]) / self.hbar
         return np.exp(square + 1j * phase) / math.sqrt(2 * math.pi * self.width**2)

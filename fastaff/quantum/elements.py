@@ -1,7 +1,7 @@
 """Spectral elements for Sturm-Liouville problems whose potential has narrow features.
 
-Where a global basis would need too many functions, panels that resolve the potential become elements with a nodal basis (Gauss-Lobatto,
-Gauss-Radau with the exponents at the ends of the interval): V is diagonal in it, the matrix banded.
+Where a global basis would need too many functions, panels that resolve the potential become elements with a nodal basis
+(Gauss-Lobatto, Gauss-Radau with the exponents at the ends of the interval): V is diagonal in it, the matrix banded.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ POINTS = 1 << 14
 
 
 class Elements(NamedTuple):
-    """Nodal basis of f = w P on elements, P continuous and polynomial on each; w = (d/h)^e in the first and the last one, 1 between.
+    """Nodal basis of f = w P on elements, P continuous and polynomial on each; w = (d/h)^e in the first and the last
+    one, 1 between.
 
-    edges (E + 1,); interval: its exponents (E,) are 0 but at the ends; t (E, n): nodes in (-1, 1); x, below, above, weight (E, n): nodes,
-    their distances from the ends, and weights of int f^2; slopes (E, n, n): P' at the nodes of the cardinal polynomials; mass (size,):
-    weights of the nodes, which elements share.
+    edges (E + 1,); interval: its exponents (E,) are 0 but at the ends; t (E, n): nodes in (-1, 1); x, below, above,
+    weight (E, n): nodes, their distances from the ends, and weights of int f^2; slopes (E, n, n): P' at the nodes of
+    the cardinal polynomials; mass (size,): weights of the nodes, which elements share.
     """
 
     edges: np.ndarray
@@ -79,11 +80,15 @@ class Elements(NamedTuple):
 
         blocks = self.kinetic(p)
         index = np.arange(len(blocks))[:, None] * self.degree + np.arange(self.degree + 1)
-        rows, columns = (np.broadcast_to(place, blocks.shape).ravel() for place in (index[:, :, None], index[:, None, :]))
+        rows, columns = (
+            np.broadcast_to(place, blocks.shape).ravel() for place in (index[:, :, None], index[:, None, :])
+        )
         return (coo_matrix((blocks.ravel(), (rows, columns))) + diags(self.diagonal(q))).tocsc()
 
     def bounds(self, p: np.ndarray) -> tuple[float, float]:
-        """Return p w w' where the first element ends, and -p w w' where the last one begins: what integration by parts leaves there."""
+        """Return p w w' where the first element ends, and -p w w' where the last one begins: what integration by parts
+        leaves there.
+        """
         h, ends = np.diff(self.edges), self.interval
         return float(p[0, -1] * ends.e_lo[0] / h[0]), float(p[-1, 0] * ends.e_hi[-1] / h[-1])
 
@@ -93,7 +98,9 @@ class Elements(NamedTuple):
         return values[np.arange(self.x.shape[0])[:, None] * n + np.arange(n + 1)]
 
     def table(self, below: np.ndarray, above: np.ndarray, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Return which functions are not 0 at points (points, n), and their values there times below^shift (points, n)."""
+        """Return which functions are not 0 at points (points, n), and their values there times below^shift (points,
+        n).
+        """
         span = self.hi - self.lo
         place = np.where(below < above, below, span - above)
         inside = (below >= 0) & (above >= 0)
@@ -132,7 +139,9 @@ class Elements(NamedTuple):
         return out
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return distances from lo and weights for functions of this basis: int f^2 g dx, with `order` nodes on each element."""
+        """Return distances from lo and weights for functions of this basis: int f^2 g dx, with `order` nodes on each
+        element.
+        """
         h, ends = np.diff(self.edges), self.interval
         t, w = np.polynomial.legendre.leggauss(order)
         below, weights = (self.edges[:-1] - self.lo)[:, None] + h[:, None] * (1 + t) / 2, h[:, None] * w / 2
@@ -196,7 +205,9 @@ def elements(edges: np.ndarray, n: int, e_lo: float, e_hi: float, wall_lo: bool,
 
 
 def _end(n: int, e: float, wall: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes and weights of int ((1 + t)/2)^(2 e) dt/2 on the element at an end; at walls those of one power less."""
+    """Return nodes and weights of int ((1 + t)/2)^(2 e) dt/2 on the element at an end; at walls those of one power
+    less.
+    """
     t, w = _reference(n, 2 * e - wall)
     w = w / (2 * e - wall + 1)
     return t, w * ((1 + t) / 2) ** wall
@@ -259,9 +270,9 @@ class ElementFunction(NamedTuple):
 def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
     """Return eigenvectors (size, count) of the lowest eigenvalues of a sparse symmetric matrix.
 
-    By Lanczos with the inverse of matrix - s; s below all eigenvalues, so that no pivot is negative, is looked for below `top` in
-    steps that double. Eigenvalues that Lanczos has once and the matrix twice are looked for in what is left.
-    Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
+    By Lanczos with the inverse of matrix - s; s below all eigenvalues, so that no pivot is negative, is looked for
+    below `top` in steps that double. Eigenvalues that Lanczos has once and the matrix twice are looked for in what is
+    left. Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
     from scipy.sparse import identity
     from scipy.sparse.linalg import LinearOperator, eigsh, splu
@@ -286,7 +297,9 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
             v = factor.solve(v)
             return v - vectors @ (vectors.T @ v)
 
-        value, vector = eigsh(LinearOperator((size, size), matvec=rest, dtype=float), k=1, v0=start[::-1], ncv=min(size, 24), tol=1e-6)
+        value, vector = eigsh(
+            LinearOperator((size, size), matvec=rest, dtype=float), k=1, v0=start[::-1], ncv=min(size, 24), tol=1e-6
+        )
         if value[0] <= np.sort(values)[-count] * (1 + 1e-5):
             break
         values, vectors = np.append(values, value), np.linalg.qr(np.hstack([vectors, vector]))[0]
@@ -305,7 +318,9 @@ def quadratic(line: Elements, p: np.ndarray, q: np.ndarray, c: np.ndarray) -> np
     return value + low * P[0, -1] ** 2 + high * P[-1, 0] ** 2
 
 
-def solve(line: Elements, p: np.ndarray, q: np.ndarray, count: int, top: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+def solve(
+    line: Elements, p: np.ndarray, q: np.ndarray, count: int, top: float, step: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest eigenvalues (count,) and vectors (size, count) of -(p f')' + q f, p and q (E, n)."""
     c = lowest(line.assembled(p, q), count, top, step)
     values = quadratic(line, p, q, c) / (c**2).sum(axis=0)
@@ -314,7 +329,9 @@ def solve(line: Elements, p: np.ndarray, q: np.ndarray, count: int, top: float, 
 
 
 def left_over(line: Elements, missed: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return int |what V misses| f^2 (count,) for vectors c (size, count), missed (E,): the first order of perturbation theory."""
+    """Return int |what V misses| f^2 (count,) for vectors c (size, count), missed (E,): the first order of perturbation
+    theory.
+    """
     share = (line.local(c / np.sqrt(line.mass)[:, None]) ** 2 * line.weight[..., None]).sum(axis=1)
     return np.minimum(missed, 1e300) @ share
 

@@ -1,13 +1,14 @@
 """Normalised factors of wave functions in one coordinate: f_alpha, f_beta, f_r, f_rho, f_vartheta in closed form.
 
-A factor is a value that is called on its coordinate and knows its measure and a Gauss rule for it; a product state asks for nothing
-else, so a factor found numerically takes the same place.
+A factor is a value that is called on its coordinate and knows its measure and a Gauss rule for it; a product state asks
+for nothing else, so a factor found numerically takes the same place.
 
 | factor | coordinate | measure | closed form (up to its constant) |
 |---|---|---|---|
 | PlaneFactor(n, s, kappa) | alpha or beta | x dx | x^s e^(-kappa x^2/2) L_n^s(kappa x^2) |
 | RadialFactor(n, s, kappa) | r | r dr | r^((s - 1)/2) e^(-kappa r/2) L_n^s(kappa r) |
-| AngleFactor(n, a, b) | vartheta in [0, pi] | sin(vartheta) dvartheta | cos^a(vartheta/2) sin^b(vartheta/2) P_n^(a,b)(-cos vartheta) |
+| AngleFactor(n, a, b) | vartheta in [0, pi] | sin(vartheta) dvartheta | cos^a(vartheta/2) sin^b(vartheta/2)
+P_n^(a,b)(-cos vartheta) |
 """
 
 from __future__ import annotations
@@ -62,7 +63,9 @@ def _coordinate(name: str, x: ArrayLike, top: float = np.inf) -> np.ndarray:
 
 
 def _excess(x: float) -> float:
-    """Return ln Gamma(x + 1) - x ln x + x, without the large terms: 0 at 0, ln(2 pi x)/2 + 1/(12 x) - ... far from it."""
+    """Return ln Gamma(x + 1) - x ln x + x, without the large terms: 0 at 0, ln(2 pi x)/2 + 1/(12 x) - ... far from
+    it.
+    """
     if x == 0:
         return 0.0
     if x < 20:
@@ -88,7 +91,8 @@ def _log_binomial(n: int, s: float) -> float:
 
 
 def _laguerre_constants(n: int, s: float, h: float, log_front: float) -> np.ndarray:
-    """Constants (c, h, y0, cut) of front*y^h e^(-y/2) R_n(y) y^(-s/2), R_n orthonormal in dy: y0 = 2 h is the weight's peak.
+    """Constants (c, h, y0, cut) of front*y^h e^(-y/2) R_n(y) y^(-s/2), R_n orthonormal in dy: y0 = 2 h is the weight's
+    peak.
 
     c: the logarithms at the peak, large terms cancelled by hand; h is s/2 or (s - 1)/2.
     """
@@ -100,7 +104,9 @@ def _laguerre(n: int, s: float, h: float, log_front: float, y: np.ndarray) -> np
     return _laguerre_values((*_laguerre_ladder(n, s), _laguerre_constants(n, s, h, log_front)), 1.0, False, y)
 
 
-def _laguerre_values(tables: tuple[np.ndarray, np.ndarray, np.ndarray], kappa: float, squared: bool, x: np.ndarray) -> np.ndarray:
+def _laguerre_values(
+    tables: tuple[np.ndarray, np.ndarray, np.ndarray], kappa: float, squared: bool, x: np.ndarray
+) -> np.ndarray:
     out = np.empty(x.shape)
     laguerre_values(*tables, float(kappa), squared, x.reshape(-1), out.reshape(-1))
     return out
@@ -122,11 +128,12 @@ def _laguerre_rule(order: int, s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class PlaneFactor:
-    """Oscillator of one plane, f_alpha or f_beta: n quanta, index s (angular momentum and wall), kappa = sqrt(C mu)/hbar.
+    """Oscillator of one plane, f_alpha or f_beta: n quanta, index s (angular momentum and wall), kappa = sqrt(C
+    mu)/hbar.
 
-    f(x) = kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1) x^s e^(-kappa x^2/2) 1F1(-n; 1+s; kappa x^2), positive near x = 0,
-    integral f^2 x dx = 1. Error below 1e-12 of the maximum for n, s <= 500.
-    Source: Martens & Slawianowski, section 5, f_alpha and f_beta (the norm is derived).
+    f(x) = kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1) x^s e^(-kappa x^2/2) 1F1(-n; 1+s; kappa x^2), positive
+    near x = 0, integral f^2 x dx = 1. Error below 1e-12 of the maximum for n, s <= 500. Source: Martens & Slawianowski,
+    section 5, f_alpha and f_beta (the norm is derived).
     """
 
     n: int
@@ -138,7 +145,9 @@ class PlaneFactor:
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return *_laguerre_ladder(self.n, self.s), _laguerre_constants(self.n, self.s, self.s / 2, math.log(2 * self.kappa) / 2)
+        return *_laguerre_ladder(self.n, self.s), _laguerre_constants(
+            self.n, self.s, self.s / 2, math.log(2 * self.kappa) / 2
+        )
 
     def __call__(self, x: ArrayLike) -> np.ndarray:
         """Return f (...) at radii x (...) >= 0."""
@@ -159,8 +168,8 @@ class PlaneFactor:
 class RadialFactor:
     """Dilatation factor f_r of n quanta, index s = 2 epsilon >= 0, kappa = sqrt(C mu)/hbar; `of_rho` is f_rho.
 
-    f(r) = kappa^((1+s)/2) sqrt(Gamma(n+s+1)/n!)/Gamma(s+1) r^((s-1)/2) e^(-kappa r/2) 1F1(-n; 1+s; kappa r), positive near r = 0,
-    integral f^2 r dr = 1; infinite at r = 0 for s < 1, where shear attracts. Error as `PlaneFactor`.
+    f(r) = kappa^((1+s)/2) sqrt(Gamma(n+s+1)/n!)/Gamma(s+1) r^((s-1)/2) e^(-kappa r/2) 1F1(-n; 1+s; kappa r), positive
+    near r = 0, integral f^2 r dr = 1; infinite at r = 0 for s < 1, where shear attracts. Error as `PlaneFactor`.
     Source: Martens & Slawianowski, section 5, f_r (the norm is derived).
     """
 
@@ -175,7 +184,9 @@ class RadialFactor:
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         weak = self.s < 1  # the kernel takes no negative power of r: `__call__` does
         front = math.log(self.kappa) + ((math.log(self.s or 1.0) - math.lgamma(self.s + 1)) / 2 if weak else 0.0)
-        return *_laguerre_ladder(self.n, self.s), _laguerre_constants(self.n, self.s, 0.0 if weak else (self.s - 1) / 2, front)
+        return *_laguerre_ladder(self.n, self.s), _laguerre_constants(
+            self.n, self.s, 0.0 if weak else (self.s - 1) / 2, front
+        )
 
     def __call__(self, x: ArrayLike) -> np.ndarray:
         """Return f_r (...) at r = x (...) >= 0."""
@@ -205,8 +216,8 @@ class RadialFactor:
 class AngleFactor:
     """Shear factor f_vartheta of n quanta, index a of the end vartheta = pi (alpha = 0), b of vartheta = 0 (beta = 0).
 
-    f = N cos^a(v/2) sin^b(v/2) 2F1(-n, 1+n+a+b; 1+a; cos^2(v/2)), positive near v = pi, integral f^2 sin(v) dv = 1, with
-    N = ((1+a)_n/n!) sqrt((2n+a+b+1) n! Gamma(n+a+b+1)/(2 Gamma(n+a+1) Gamma(n+b+1))). Error as `PlaneFactor`.
+    f = N cos^a(v/2) sin^b(v/2) 2F1(-n, 1+n+a+b; 1+a; cos^2(v/2)), positive near v = pi, integral f^2 sin(v) dv = 1,
+    with N = ((1+a)_n/n!) sqrt((2n+a+b+1) n! Gamma(n+a+b+1)/(2 Gamma(n+a+1) Gamma(n+b+1))). Error as `PlaneFactor`.
     Source: Martens & Slawianowski, section 5, f_vartheta with chi = a, gamma = b (the norm is derived).
     """
 
@@ -241,7 +252,9 @@ class AngleFactor:
         return self.n
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order - n)."""
+        """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order -
+        n).
+        """
         from scipy.linalg import eigh_tridiagonal
 
         N, p, q = order, self.b, self.a
@@ -264,14 +277,21 @@ class AngleFactor:
 
 
 def _jacobi_end(n: int, p: float, q: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ladder tables and constants (c, h, y0, g, z0, sign) of the orthonormal Jacobi function seen from the end y = 0 of index p."""
+    """Ladder tables and constants (c, h, y0, g, z0, sign) of the orthonormal Jacobi function seen from the end y = 0 of
+    index p.
+    """
     k, t = np.arange(n), p + q
     steps = (k + p + 1) * (k + t + 1)
     u = k * (k + q) * (2 * k + t + 2) / (steps * np.maximum(2 * k + t, 1e-300))
     w = (2 * k + t + 1) * (2 * k + t + 2) / steps
     y0, z0, M = (p / t, q / t, n + t) if t else (1.0, 1.0, max(n, 1))
     excesses = _excess(n + t) + _excess(n + p) - _excess(n) - _excess(n + q) - 2 * _excess(p)
-    logarithms = _times_log(n + t, (n + t) / M) + _times_log(n + p, (n + p) / M) - _times_log(n, n / M) - _times_log(n + q, (n + q) / M)
+    logarithms = (
+        _times_log(n + t, (n + t) / M)
+        + _times_log(n + p, (n + p) / M)
+        - _times_log(n, n / M)
+        - _times_log(n + q, (n + q) / M)
+    )
     peak = -_times_log(p, p / M) + _times_log(q, q / M) - _times_log(t, t / M)  # y0^p z0^q/p^(2p)
     c = (math.log((2 * n + t + 1) / 2) + excesses + logarithms + peak) / 2
     return u, w, np.array([c, p / 2, y0 or 1.0, q / 2, z0 or 1.0, 1.0])

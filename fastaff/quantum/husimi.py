@@ -26,8 +26,9 @@ CHUNK = 1 << 21
 class Husimi:
     """The Husimi function of a state; call it on phase points z (8, ...), rows a1, a2, b1, b2 and their momenta.
 
-    coefficients (n_alpha, n_beta): of the state in products of plane oscillators with radial quanta n and the angular momenta
-    momenta = ((m - l)/2, (m + l)/2) in units of hbar; widths: sigma of the coherent states in the planes a and b; hbar.
+    coefficients (n_alpha, n_beta): of the state in products of plane oscillators with radial quanta n and the angular
+    momenta momenta = ((m - l)/2, (m + l)/2) in units of hbar; widths: sigma of the coherent states in the planes a and
+    b; hbar.
     """
 
     coefficients: np.ndarray
@@ -47,7 +48,9 @@ class Husimi:
         """Return |<z|Psi>|^2 (...), between 0 and 1, at phase points z (8, ...), such as `Grid.z0` and `Sample.z0`."""
         points = checked("z", z, (8,))
         flat = points.reshape(8, -1)
-        planes = [(flat[2 * i : 2 * i + 2], flat[2 * i + 4 : 2 * i + 6], self.widths[i], self.momenta[i]) for i in (0, 1)]
+        planes = [
+            (flat[2 * i : 2 * i + 2], flat[2 * i + 4 : 2 * i + 6], self.widths[i], self.momenta[i]) for i in (0, 1)
+        ]
         out = np.empty(flat.shape[1])
         step = max(1, CHUNK // sum(self.coefficients.shape))
         for k in range(0, out.size, step):
@@ -63,30 +66,35 @@ class Husimi:
 def husimi(state: State, *, widths: tuple[float, float] | None = None, tolerance: float = 1e-4) -> Husimi:
     """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
 
-    Parameters: state: of `wavefunction` or `Levels.state`, with m + l even; widths: sigma_a, sigma_b > 0 of the coherent states
-    e^(-|a - q|^2/2 sigma^2 + i p.a/hbar), sqrt(hbar) each by default; sqrt(hbar/(mu omega)) is that of an oscillation omega; tolerance: how
-    much of the norm the expansion may lack.
-    Returns Husimi, a function of phase points in the planes: the points of `energy_grid`, `energy_sample` and `poincare_map` as they are.
-    Raises ValueError or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to the tolerance.
+    Parameters: state: of `wavefunction` or `Levels.state`, with m + l even; widths: sigma_a, sigma_b > 0 of the
+    coherent states e^(-|a - q|^2/2 sigma^2 + i p.a/hbar), sqrt(hbar) each by default; sqrt(hbar/(mu omega)) is that of
+    an oscillation omega; tolerance: how much of the norm the expansion may lack. Returns Husimi, a function of phase
+    points in the planes: the points of `energy_grid`, `energy_sample` and `poincare_map` as they are. Raises ValueError
+    or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to the tolerance.
 
-    Q(z) = |<z|Psi>|^2 with 4-dimensional coherent states, so that alpha = 0, beta = 0 and angular momenta need no care: at
-    p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The spreads in q and p are
-    sigma/sqrt2 and hbar/(sqrt2 sigma). <z|n, M> = (-1)^n e^(-|z|^2/2) z+^(n + M) z-^n/sqrt((n + M)! n!) for M >= 0 (conjugate), where
-    sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i sigma p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where
-    the state is large. Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
-    Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
+    Q(z) = |<z|Psi>|^2 with 4-dimensional coherent states, so that alpha = 0, beta = 0 and angular momenta need no care:
+    at p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The spreads in
+    q and p are sigma/sqrt2 and hbar/(sqrt2 sigma). <z|n, M> = (-1)^n e^(-|z|^2/2) z+^(n + M) z-^n/sqrt((n + M)! n!) for
+    M >= 0 (conjugate), where sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i sigma p_j/hbar. Error about
+    sqrt(tolerance) of the largest amplitude, far less where the state is large. Cost: two matrix products; 0.3 s for
+    40000 points at 100 quanta. Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure
+    Appl. Math. 14, 187.
     """
     if not isinstance(state, State):
         raise TypeError(f"state must be a State, of `wavefunction` or `Levels.state`, got {type(state).__name__}")
     m, l = state.symmetry
     if (m + l) % 2:
-        raise ValueError(f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}")
+        raise ValueError(
+            f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}"
+        )
     tolerance, hbar = positive("tolerance", tolerance), positive("state.hbar", state.hbar)
     if not tolerance < 1:
         raise ValueError(f"tolerance must be below 1, got {tolerance!r}")
     if widths is not None and an_array("widths", widths).shape != (2,):
         raise ValueError(f"widths must be two numbers, of the planes a and b, got {shown(widths)}")
-    sigmas = (math.sqrt(hbar),) * 2 if widths is None else (positive("widths", widths[0]), positive("widths", widths[1]))
+    sigmas = (
+        (math.sqrt(hbar),) * 2 if widths is None else (positive("widths", widths[0]), positive("widths", widths[1]))
+    )
     momenta = ((m - l) // 2, (m + l) // 2)
     count = 40
     while True:
@@ -95,7 +103,8 @@ def husimi(state: State, *, widths: tuple[float, float] | None = None, tolerance
             return found
         if count >= LARGEST:
             raise ValueError(
-                f"state does not fit in {count} radial quanta of widths {sigmas}: {1 - found.norm:.2g} of its norm is left out; other "
+                f"state does not fit in {count} radial quanta of widths {sigmas}: {1 - found.norm:.2g} of its norm is "
+                "left out; other "
                 "widths, or a larger tolerance where a hard wall makes the wave function rough"
             )
         count = min(2 * count, LARGEST)
@@ -116,7 +125,9 @@ def _coefficients(state: Any, count: int, momenta: tuple[int, int], widths: tupl
 
 
 def _fock(q: np.ndarray, wave: np.ndarray, width: float, quanta: int, count: int) -> np.ndarray:
-    """Return (-1)^n <z|n, M> (points, count) of one plane, the phase of z+^M left out; by logarithms, for nothing to overflow."""
+    """Return (-1)^n <z|n, M> (points, count) of one plane, the phase of z+^M left out; by logarithms, for nothing to
+    overflow.
+    """
     from scipy.special import gammaln, xlogy
 
     first, second = (q[i] / width + 1j * width * wave[i] for i in (0, 1))  # sqrt2 z_1, sqrt2 z_2

@@ -1,7 +1,8 @@
 """Spectral Galerkin method for Sturm-Liouville problems -(p f')' + q f = lambda f with singular ends.
 
-The basis on (lo, hi) is f = (x - lo)^e_lo (hi - x)^e_hi times orthonormal Jacobi polynomials, e the exponents of the wanted solution,
-so what is left to the polynomials is smooth. Many problems that differ in exponents and in q are solved at once (first axis).
+The basis on (lo, hi) is f = (x - lo)^e_lo (hi - x)^e_hi times orthonormal Jacobi polynomials, e the exponents of the
+wanted solution, so what is left to the polynomials is smooth. Many problems that differ in exponents and in q are
+solved at once (first axis).
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from ..kernels.laguerre_jacobi import polynomial_values
 
 
 class Interval(NamedTuple):
-    """Ends of problems with their exponents (problems,). wall: p is not 0 there; else p = 1 - x^2 vanishes there (x = -1 or 1)."""
+    """Ends of problems with their exponents (problems,). wall: p is not 0 there; else p = 1 - x^2 vanishes there (x =
+    -1 or 1).
+    """
 
     lo: float
     hi: float
@@ -26,7 +29,8 @@ class Interval(NamedTuple):
 
 
 class Basis(NamedTuple):
-    """Polynomials (problems, nodes, n) and their derivatives at quadrature nodes; weights include (x - lo)^2e_lo (hi - x)^2e_hi.
+    """Polynomials (problems, nodes, n) and their derivatives at quadrature nodes; weights include (x - lo)^2e_lo (hi -
+    x)^2e_hi.
 
     x, below = x - lo, above = hi - x, weight: (problems, nodes).
     """
@@ -47,8 +51,9 @@ class Basis(NamedTuple):
     def lowest(self, q: np.ndarray, p: np.ndarray, count: int, start: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest eigenvalues (problems, count) and eigenvectors (problems, n, count).
 
-        The matrix grows as n^4 at walls, and rounding with it; Rayleigh quotients as sums over the nodes, of eigenvectors whose errors
-        enter squared, are accurate to rounding of the value itself. Signs: positive at the end `start`, 0 for lo, -1 for hi.
+        The matrix grows as n^4 at walls, and rounding with it; Rayleigh quotients as sums over the nodes, of
+        eigenvectors whose errors enter squared, are accurate to rounding of the value itself. Signs: positive at the
+        end `start`, 0 for lo, -1 for hi.
         """
         _, vectors = np.linalg.eigh(self.matrix(q, p))
         vectors = vectors[..., :count]
@@ -86,7 +91,9 @@ class IntervalFunction(NamedTuple):
         t = np.clip((low - high) / (self.hi - self.lo), -1, 1)
         diagonal, off = recurrence(self.coefficients.size, np.array([2 * self.e_hi]), np.array([2 * self.e_lo]))
         polynomial = np.empty(t.shape)
-        polynomial_values(diagonal[0], off[0], self.coefficients, np.ascontiguousarray(t).reshape(-1), polynomial.reshape(-1))
+        polynomial_values(
+            diagonal[0], off[0], self.coefficients, np.ascontiguousarray(t).reshape(-1), polynomial.reshape(-1)
+        )
         return np.where(inside, weight * np.where(inside, polynomial, 0.0), 0.0)
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -95,14 +102,22 @@ class IntervalFunction(NamedTuple):
 
 
 def interval_rule(lo: float, hi: float, e_lo: float, e_hi: float, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return Gauss nodes (order,) as distances from lo, and weights for functions that carry (x - lo)^2e_lo (hi - x)^2e_hi themselves."""
+    """Return Gauss nodes (order,) as distances from lo, and weights for functions that carry (x - lo)^2e_lo (hi -
+    x)^2e_hi themselves.
+    """
     t, w = gauss_jacobi(order, np.array([2 * e_hi]), np.array([2 * e_lo]))
     below, above = (hi - lo) * (1 + t[0]) / 2, (hi - lo) * (1 - t[0]) / 2
-    return below, np.exp(np.log(w[0]) + log_total_weight(lo, hi, e_lo, e_hi) - 2 * e_lo * np.log(below) - 2 * e_hi * np.log(above))
+    return below, np.exp(
+        np.log(w[0]) + log_total_weight(lo, hi, e_lo, e_hi) - 2 * e_lo * np.log(below) - 2 * e_hi * np.log(above)
+    )
 
 
-def interval_weight(lo: float, hi: float, e_lo: float, e_hi: float, below: np.ndarray, above: np.ndarray, shift: float = 0.0) -> np.ndarray:
-    """Return (x - lo)^(e_lo + shift) (hi - x)^e_hi at distances below, above >= 0, so that for shift = 0 the square has integral 1."""
+def interval_weight(
+    lo: float, hi: float, e_lo: float, e_hi: float, below: np.ndarray, above: np.ndarray, shift: float = 0.0
+) -> np.ndarray:
+    """Return (x - lo)^(e_lo + shift) (hi - x)^e_hi at distances below, above >= 0, so that for shift = 0 the square has
+    integral 1.
+    """
     from scipy.special import xlogy
 
     logarithm = xlogy(e_lo + shift, below) + xlogy(e_hi, above) - log_total_weight(lo, hi, e_lo, e_hi) / 2
@@ -117,7 +132,8 @@ def log_total_weight(lo: float, hi: float, e_lo: float, e_hi: float) -> float:
 
 
 def recurrence(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return diagonals (problems, n) and off-diagonals (problems, n) of the Jacobi matrices of (1 - t)^alpha (1 + t)^beta.
+    """Return diagonals (problems, n) and off-diagonals (problems, n) of the Jacobi matrices of (1 - t)^alpha (1 +
+    t)^beta.
 
     Source: Gautschi 2004, Orthogonal Polynomials: Computation and Approximation, table 1.1.
     """
@@ -132,7 +148,9 @@ def recurrence(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray,
 
 
 def jacobi_table(n: int, alpha: np.ndarray, beta: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Return the first n polynomials (problems, points, n) orthonormal in (1 - t)^alpha (1 + t)^beta scaled to total 1."""
+    """Return the first n polynomials (problems, points, n) orthonormal in (1 - t)^alpha (1 + t)^beta scaled to
+    total 1.
+    """
     diagonal, off = recurrence(n, alpha, beta)
     table = np.empty((*t.shape, n))
     table[..., 0] = 1.0
@@ -162,8 +180,8 @@ def gauss_jacobi(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarra
 def basis(interval: Interval, n: int, extra: int) -> Basis:
     """Return the first n functions of problems on an interval at n + extra nodes.
 
-    The nodes are those of a weight that is one power less at walls: simple poles there, from p f'^2 or of potentials, are
-    integrated as smooth functions.
+    The nodes are those of a weight that is one power less at walls: simple poles there, from p f'^2 or of potentials,
+    are integrated as smooth functions.
     """
     alpha, beta = 2 * interval.e_hi, 2 * interval.e_lo
     t, w = gauss_jacobi(n + extra, alpha - interval.wall_hi, beta - interval.wall_lo)

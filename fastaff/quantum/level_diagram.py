@@ -19,7 +19,9 @@ from .symmetry import SymmetryClass, checked_class
 
 
 class Curve(NamedTuple):
-    """One level of a diagram: its column, quantum numbers (two where the body separates, else its number), E (points,), NaN outside."""
+    """One level of a diagram: its column, quantum numbers (two where the body separates, else its number), E (points,),
+    NaN outside.
+    """
 
     column: int
     label: tuple[int, ...]
@@ -33,9 +35,9 @@ class Curve(NamedTuple):
 class LevelDiagram:
     """Levels of one or more symmetry classes at each value of a parameter.
 
-    name: of what varies, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error (points, columns,
-    levels): the lowest of each class, ascending, NaN where not computed; labels (points, columns, levels, 2): their quantum numbers, None
-    where the body does not separate; names: of these.
+    name: of what varies, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
+    (points, columns, levels): the lowest of each class, ascending, NaN where not computed; labels (points, columns,
+    levels, 2): their quantum numbers, None where the body does not separate; names: of these.
     """
 
     name: str
@@ -57,7 +59,8 @@ class LevelDiagram:
         return float(np.nanmin(self.E[..., -1]))
 
     def curves(self) -> list[Curve]:
-        """Return the levels as curves: followed by quantum numbers where the body separates, so that they cross, else by order.
+        """Return the levels as curves: followed by quantum numbers where the body separates, so that they cross, else
+        by order.
 
         A curve is NaN where it is not among the levels computed.
         """
@@ -75,19 +78,28 @@ class LevelDiagram:
 
 @recorded
 def level_diagram(
-    make: Callable[[float], Any], values: ArrayLike, *, m: int | Sequence[int], l: int | Sequence[int], levels: int,
-    name: str = "parameter", hbar: float = 1.0, single_valued: bool = True, chart: Any = None, tolerance: float = 1e-10,
+    make: Callable[[float], Any],
+    values: ArrayLike,
+    *,
+    m: int | Sequence[int],
+    l: int | Sequence[int],
+    levels: int,
+    name: str = "parameter",
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
     report: Callable[[float], None] | None = None,
-) -> LevelDiagram:  # fmt: skip
+) -> LevelDiagram:
     """Compute levels against a parameter, in one symmetry class or several.
 
-    Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or sequences of them,
-    one for each class; levels of each class; name: of the parameter; hbar, single_valued, chart, tolerance as in `spectrum`; report:
-    called with the fraction that is done.
-    Returns LevelDiagram. Raises as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not;
-    Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`.
-    Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
-    Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it is conserved).
+    Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
+    sequences of them, one for each class; levels of each class; name: of the parameter; hbar, single_valued, chart,
+    tolerance as in `spectrum`; report: called with the fraction that is done. Returns LevelDiagram. Raises as
+    `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not; Interrupted on
+    Ctrl-C, with NaN where nothing was computed yet in `.partial`. Cost: that of `spectrum` for every value; 1e-6 is
+    tolerance enough for a figure of a body that does not separate. Source: as `spectrum`; von Neumann & Wigner 1929,
+    Phys. Z. 30, 467 (levels of a class cross only where more than it is conserved).
     """
     text("name", name)
     points = np.atleast_1d(numbers("values", values))
@@ -111,15 +123,21 @@ def level_diagram(
 
 @recorded
 def class_diagram(
-    body: Any, *, m: int | Sequence[int], l: int | Sequence[int], levels: int, hbar: float = 1.0, single_valued: bool = True,
-    chart: Any = None, tolerance: float = 1e-10,
-) -> LevelDiagram:  # fmt: skip
+    body: Any,
+    *,
+    m: int | Sequence[int],
+    l: int | Sequence[int],
+    levels: int,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+) -> LevelDiagram:
     """Compute levels of a body against its spin m at one vorticity l, or against l at one m.
 
-    Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; levels of each class; hbar,
-    single_valued, chart, tolerance as in `spectrum`.
-    Returns LevelDiagram of one column, whose values are the sequence. Raises as `spectrum`.
-    Source: as `spectrum`.
+    Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; levels of
+    each class; hbar, single_valued, chart, tolerance as in `spectrum`. Returns LevelDiagram of one column, whose values
+    are the sequence. Raises as `spectrum`. Source: as `spectrum`.
     """
     if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
         raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")
@@ -141,7 +159,9 @@ def _classes(m: Any, l: Any, single_valued: bool) -> list[SymmetryClass]:
     return [checked_class(one, other, single_valued) for one, other in zip(*pairs, strict=True)]
 
 
-def _row_at(number: int, value: float, make: Callable, chosen: list[Any], levels: int, options: dict[str, Any]) -> list[Levels]:
+def _row_at(
+    number: int, value: float, make: Callable, chosen: list[Any], levels: int, options: dict[str, Any]
+) -> list[Levels]:
     """Return the levels of the body of one value, which messages name."""
     try:
         return _row(make(value), chosen, levels, options)
@@ -162,10 +182,14 @@ def _row(body: Any, chosen: list[Any], levels: int, options: dict[str, Any]) -> 
 
 
 def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[Levels]]) -> LevelDiagram:
-    """Return the diagram of levels that are computed already: one row for each value, NaN for values without one at the end."""
+    """Return the diagram of levels that are computed already: one row for each value, NaN for values without one at the
+    end.
+    """
     first = rows[0][0]
     if len({found.names for row in rows for found in row}) > 1:
-        raise ValueError("make must give bodies that all separate in the same chart, or none: their curves could not be followed")
+        raise ValueError(
+            "make must give bodies that all separate in the same chart, or none: their curves could not be followed"
+        )
     shape = (len(values), len(rows[0]), first.E.size)
     E, error, labels = np.full(shape, np.nan), np.full(shape, np.nan), np.full((*shape, 2), -1)
     for i, row in enumerate(rows):
@@ -174,4 +198,14 @@ def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[Levels]]) 
             labels[i] = [found.labels for found in row]
     classes = [*rows, *[rows[0]] * (len(values) - len(rows))]
     m, l = (np.array([[getattr(found, axis) for found in row] for row in classes]) for axis in ("m", "l"))
-    return LevelDiagram(name, np.asarray(values, float), m, l, E, error, None if first.labels is None else labels, first.names, first.hbar)
+    return LevelDiagram(
+        name,
+        np.asarray(values, float),
+        m,
+        l,
+        E,
+        error,
+        None if first.labels is None else labels,
+        first.names,
+        first.hbar,
+    )

@@ -17,10 +17,11 @@ from .symmetry import SymmetryClass
 class Levels:
     """The lowest levels of a symmetry class (m, l): Psi = e^(i m phi + i l psi) f.
 
-    E (levels,), ascending; error (levels,): the larger of the change from a smaller basis and rounding; converged (levels,): error below
-    the tolerance asked for. labels (levels, 2): quantum numbers of the factors `names`, ("alpha", "beta") or ("r", "vartheta"); both None
-    where the body does not separate. functions: size of the largest basis; method: one sentence on the method, with boundary conditions;
-    describe: shape, quantum numbers and separation constants of level k, for `state`.
+    E (levels,), ascending; error (levels,): the larger of the change from a smaller basis and rounding; converged
+    (levels,): error below the tolerance asked for. labels (levels, 2): quantum numbers of the factors `names`,
+    ("alpha", "beta") or ("r", "vartheta"); both None where the body does not separate. functions: size of the largest
+    basis; method: one sentence on the method, with boundary conditions; describe: shape, quantum numbers and separation
+    constants of level k, for `state`.
     """
 
     E: np.ndarray

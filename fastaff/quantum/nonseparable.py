@@ -24,7 +24,9 @@ ELEMENTS = ((8,), (11,), (14,), (18,))
 LINES, CLOSE = 48, 3
 """Lines of either coordinate along which V is looked at, and how many of them densely."""
 ROUNDS, WORST = 3, 8
-"""How often partitions are refined along lines through the points where V is not resolved, and through how many of them."""
+"""How often partitions are refined along lines through the points where V is not resolved, and through how many of
+them.
+"""
 PANELS = (120, 30)
 """Panels of rho and of x at most."""
 PRODUCTS = 100_000
@@ -34,17 +36,28 @@ SPECTRAL = 4.0
 ALGEBRAIC = 30.0
 """Error in units of the change from a smaller basis where convergence is algebraic; 26 was the worst seen."""
 STEEP = 1e9
-"""Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of all levels."""
-STEPS = ((1.5, 1.15, 10.0), (1.8, 1.3, 11.0), (2.2, 1.5, 13.0), (2.8, 1.75, 15.0), (3.6, 2.1, 18.0), (4.8, 2.5, 22.0), (6.5, 3.0, 26.0))
+"""Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of
+all levels.
+"""
+STEPS = (
+    (1.5, 1.15, 10.0),
+    (1.8, 1.3, 11.0),
+    (2.2, 1.5, 13.0),
+    (2.8, 1.75, 15.0),
+    (3.6, 2.1, 18.0),
+    (4.8, 2.5, 22.0),
+    (6.5, 3.0, 26.0),
+)
 """Refinements: cut of the channels in units of the energy of the highest level above the bottom, density of both bases,
 action to which tails of channels are kept."""
 
 
 class _Problem(NamedTuple):
-    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with centrifugal terms.
+    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with
+    centrifugal terms.
 
-    lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf without bound; smooth: whether the weights
-    take all that is not smooth at the ends of vartheta.
+    lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf without bound; smooth:
+    whether the weights take all that is not smooth at the ends of vartheta.
     """
 
     U: Callable
@@ -62,17 +75,20 @@ class _Problem(NamedTuple):
 def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tolerance: float) -> Levels:
     """Compute the lowest levels of a class of a body by adiabatic channels, whether the potential separates or not.
 
-    Parameters and result as in `spectrum` (chosen: its class), which checks them. Raises as `spectrum`, and ValueError where
-    the potential lives elsewhere than on det phi > 0 or on all of GL(2,R).
-    At every node of a Gauss-Jacobi grid in rho the equation in x = cos(vartheta) is solved in Jacobi polynomials; channels below a cut
-    are kept, and the matrix of d^2/drho^2 between them is diagonalised (sequential truncation). Weights have the exponents at
-    alpha = 0, beta = 0, det phi = 0 and rho = 0. Cut and both bases grow together until two in succession agree: an upper size of 6000.
-    Source: Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation of a discrete variable representation).
+    Parameters and result as in `spectrum` (chosen: its class), which checks them. Raises as `spectrum`, and ValueError
+    where the potential lives elsewhere than on det phi > 0 or on all of GL(2,R). At every node of a Gauss-Jacobi grid
+    in rho the equation in x = cos(vartheta) is solved in Jacobi polynomials; channels below a cut are kept, and the
+    matrix of d^2/drho^2 between them is diagonalised (sequential truncation). Weights have the exponents at alpha = 0,
+    beta = 0, det phi = 0 and rho = 0. Cut and both bases grow together until two in succession agree: an upper size of
+    6000. Source: Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation of a discrete variable
+    representation).
     """
     unit = hbar**2 / (2 * body.mu)
     problem = _problem(body, chosen, unit)
     bottom = problem.lowest.min()
-    top = count_top(problem.states, bottom, 1 / problem.rho[np.argmin(problem.lowest)] ** 2, _wanted(problem, levels, unit))
+    top = count_top(
+        problem.states, bottom, 1 / problem.rho[np.argmin(problem.lowest)] ** 2, _wanted(problem, levels, unit)
+    )
     with np.errstate(invalid="ignore"):
         ends = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
     parts = interruptible(_partition, problem, ends, bottom, top)
@@ -80,7 +96,9 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
     coarse, size = None, 0
     for step in STEPS if smooth else ELEMENTS:
         try:
-            E, states, found_size, left = interruptible(_solve if smooth else _solve_elements, problem, parts, levels, bottom, top, *step)
+            E, states, found_size, left = interruptible(
+                _solve if smooth else _solve_elements, problem, parts, levels, bottom, top, *step
+            )
         except _TooLarge:
             break
         if found_size < levels:
@@ -97,11 +115,27 @@ def plane_levels(body: Any, chosen: SymmetryClass, levels: int, hbar: float, tol
         if converged.all():
             break
     if size == 0:
-        raise ValueError(f"levels = {levels} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar")
-    grid = "adiabatic channels in vartheta, Gauss-Jacobi grid in rho" if smooth else "spectral elements in rho and vartheta"
+        raise ValueError(
+            f"levels = {levels} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar"
+        )
+    grid = (
+        "adiabatic channels in vartheta, Gauss-Jacobi grid in rho"
+        if smooth
+        else "spectral elements in rho and vartheta"
+    )
     method = f"not separated: {grid}; f = 0 where V is infinite (Friedrichs)"
     return Levels(
-        unit * coarse, error, converged, None, None, chosen.m, chosen.l, hbar, size, method, lambda k: (make(k), {"level": k}, {})
+        unit * coarse,
+        error,
+        converged,
+        None,
+        None,
+        chosen.m,
+        chosen.l,
+        hbar,
+        size,
+        method,
+        lambda k: (make(k), {"level": k}, {}),
     )
 
 
@@ -113,16 +147,19 @@ def _wanted(problem: _Problem, levels: int, unit: float) -> float:
     bound = problem.states(problem.threshold)
     if bound < levels + 0.5:
         raise NoGroundState(
-            f"V grows to {unit * problem.threshold:.6g} only at large distance and binds about {bound:.0f} levels of a class below that; "
+            f"V grows to {unit * problem.threshold:.6g} only at large distance and binds about {bound:.0f} levels of a "
+            "class below that; "
             f"levels = {levels}"
         )
     return min(wanted, (levels + bound) / 2)
 
 
 def _partition(problem: _Problem, ends: tuple[float, float], bottom: float, top: float) -> tuple[Panels, Panels]:
-    """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, on a few of them densely, and between.
+    """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, on a few of them
+    densely, and between.
 
-    Where points between the lines find something, lines through them are looked at too; what is not resolved then is counted.
+    Where points between the lines find something, lines through them are looked at too; what is not resolved then is
+    counted.
     """
     x, quasi = _line_x(problem), (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
 
@@ -141,7 +178,9 @@ def _partition(problem: _Problem, ends: tuple[float, float], bottom: float, top:
 
     rows, columns = (lo + (hi - lo) * quasi for lo, hi in (x, ends))
     few = slice(0, CLOSE)
-    found = refined(along(np.sort(rows), np.sort(columns), DENSE >> 4), along(np.sort(rows[few]), np.sort(columns[few]), DENSE))
+    found = refined(
+        along(np.sort(rows), np.sort(columns), DENSE >> 4), along(np.sort(rows[few]), np.sort(columns[few]), DENSE)
+    )
     for _ in range(ROUNDS):
         at, miss = between(V, found, bottom, top - bottom)
         if not miss.size:
@@ -156,7 +195,9 @@ def _line_x(problem: _Problem) -> tuple[float, float]:
     return ends.lo, ends.hi
 
 
-def _global(problem: _Problem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float) -> bool:
+def _global(
+    problem: _Problem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float
+) -> bool:
     """Return whether global bases of the usual size resolve V, or nearly."""
     n_rho, n_x = _sizes(problem, *ends, bottom, top, STEPS[0][1])
     return parts[0].needed <= 1.3 * n_rho and parts[1].needed <= 3 * n_x
@@ -183,12 +224,19 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
     if not np.isfinite(lowest[place]):
         raise ValueError("the potential is finite nowhere")
     if place == 0 and lowest[0] < 0:
-        raise NoGroundState("V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state")
+        raise NoGroundState(
+            "V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state"
+        )
     check_bottom("V", place, rho.size, np.inf)
-    wells = [well("V", lambda angle, q=q: U(q, angle) * q * q / 4, 0.0, np.pi) for q in (0.8 * rho[place], rho[place], 1.3 * rho[place])]
+    wells = [
+        well("V", lambda angle, q=q: U(q, angle) * q * q / 4, 0.0, np.pi)
+        for q in (0.8 * rho[place], rho[place], 1.3 * rho[place])
+    ]
     one = wells[1]
     if any(abs(other.hi - one.hi) > 1e-9 or abs(other.lo - one.lo) > 1e-9 for other in wells) or one.lo != 0:
-        raise ValueError("the potential must live on det phi > 0 or on all of GL(2,R), alpha > beta or all alpha, beta > 0")
+        raise ValueError(
+            "the potential must live on det phi > 0 or on all of GL(2,R), alpha > beta or all alpha, beta > 0"
+        )
     cell = np.gradient(rho) * rho / 2 * (v[1] - v[0])
     span = rho / 2 * (v[1] - v[0]) / np.pi
 
@@ -201,8 +249,10 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
         return float((np.sqrt(np.maximum(top - w, 0)).sum(axis=1) * span).max())
 
     strengths = [sum(getattr(x, c) for x in wells) / 3 for c in ("c_lo", "c_hi")]
-    uniform = all(max(getattr(x, c) for x in wells) - min(getattr(x, c) for x in wells) <= 1e-6 * (1 + abs(s))
-                  for c, s in zip(("c_lo", "c_hi"), strengths))  # fmt: skip
+    uniform = all(
+        max(getattr(x, c) for x in wells) - min(getattr(x, c) for x in wells) <= 1e-6 * (1 + abs(s))
+        for c, s in zip(("c_lo", "c_hi"), strengths)
+    )
     fine = np.pi * (np.arange(200_000) + 0.5) / 200_000  # valleys far out are narrow in vartheta
     before, last = (float(U(q, fine).min()) for q in (1e3, 1e4))
     level_out = last - before < 0.01 * (last - lowest[place])
@@ -213,7 +263,9 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
 
 
 def _even(U: Callable, rho: float, found: Well) -> bool:
-    """Return whether V less its singular part is even in vartheta at both natural ends: no cone, as |beta| would make."""
+    """Return whether V less its singular part is even in vartheta at both natural ends: no cone, as |beta| would
+    make.
+    """
     for natural, c, end, sign in ((found.natural_lo, found.c_lo, 0.0, 1), (found.natural_hi, found.c_hi, np.pi, -1)):
         if not natural:
             continue
@@ -226,7 +278,9 @@ def _even(U: Callable, rho: float, found: Well) -> bool:
 
 
 class _Bases(NamedTuple):
-    """Grid in rho and basis in x: polynomials of nodes, nodes, -d^2/drho^2 + (3/4 - rest)/rho^2 between nodes, rest; matrix of L_x."""
+    """Grid in rho and basis in x: polynomials of nodes, nodes, -d^2/drho^2 + (3/4 - rest)/rho^2 between nodes, rest;
+    matrix of L_x.
+    """
 
     rho: Interval
     grid: np.ndarray
@@ -244,7 +298,9 @@ def _beyond(problem: _Problem, bottom: float, top: float) -> float:
 
 def _sizes(problem: _Problem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
     """Return how many global functions of rho and of x resolve waves."""
-    return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(density * (1.2 * problem.channels(top) + 16))
+    return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(
+        density * (1.2 * problem.channels(top) + 16)
+    )
 
 
 def _bases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float, density: float) -> _Bases:
@@ -254,7 +310,9 @@ def _bases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: 
     n_rho = max(n_rho, parts[0].needed)
     if n_rho > LARGEST or n_x > LARGEST // 2:
         raise _TooLarge
-    angular = basis(angular_interval("V", problem.well, problem.a, problem.b), n_x, max(n_x // 2 + 16, parts[1].needed - n_x))
+    angular = basis(
+        angular_interval("V", problem.well, problem.a, problem.b), n_x, max(n_x // 2 + 16, parts[1].needed - n_x)
+    )
     free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
     tiny = np.array([1e-6 * far])
     e_lo = _inner_exponent(near, tiny[0], _angular_matrices(problem, angular, free, tiny)[0])
@@ -265,24 +323,40 @@ def _bases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: 
     t, w = gauss_jacobi(n_rho, alpha, beta)
     grid = (jacobi_table(n_rho, alpha, beta, t)[0] * np.sqrt(w[0])[:, None]).T
     return _Bases(
-        outer, grid, near + (far - near) * (1 + t[0]) / 2, grid.T @ radial.matrix(weights, 1.0)[0] @ grid, 0.75 - e_lo * (e_lo - 1),
-        angular, free,
-    )  # fmt: skip
+        outer,
+        grid,
+        near + (far - near) * (1 + t[0]) / 2,
+        grid.T @ radial.matrix(weights, 1.0)[0] @ grid,
+        0.75 - e_lo * (e_lo - 1),
+        angular,
+        free,
+    )
 
 
 def _inner_exponent(near: float, tiny: float, matrix: np.ndarray) -> float:
-    """Return the exponent at the least rho: at 0 of the lowest channel, whose matrix at a tiny rho has rho^2 U where it has a limit."""
+    """Return the exponent at the least rho: at 0 of the lowest channel, whose matrix at a tiny rho has rho^2 U where it
+    has a limit.
+    """
     return exponent("V", 0.75 + float(np.linalg.eigvalsh(matrix)[0]) * tiny**2, "at phi = 0") if near == 0.0 else 1.0
 
 
 def _solve(
-    problem: _Problem, parts: tuple[Panels, Panels], levels: int, bottom: float, top: float, cut: float, density: float, depth: float
+    problem: _Problem,
+    parts: tuple[Panels, Panels],
+    levels: int,
+    bottom: float,
+    top: float,
+    cut: float,
+    density: float,
+    depth: float,
 ) -> tuple[np.ndarray, Callable, int, float]:
     """Return the lowest eigenvalues, a maker of states, the size, and what is not resolved, for one cut and density."""
     from scipy.linalg import eigh
 
     bases = _bases(problem, parts, bottom, top, density)
-    energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, bottom + STEEP * (top - bottom)))
+    energies, vectors = np.linalg.eigh(
+        _angular_matrices(problem, bases.angular, bases.free, bases.nodes, bottom + STEEP * (top - bottom))
+    )
     energies = energies + bases.rest / bases.nodes[:, None] ** 2
     kept = _kept(energies, bases.nodes, bottom + cut * (top - bottom), bottom + 1.05 * (top - bottom), depth)
     node, channel = np.nonzero(kept)
@@ -331,13 +405,18 @@ def _solve_elements(
     along = np.ones_like(q), q
     nodes = radii.shared(radii.x)
     U = V(nodes[:, None])
-    matrix = kron(radii.assembled(*along), identity(angles.size)) + kron(diags(4 / nodes**2), turning) + diags(U.ravel())
+    matrix = (
+        kron(radii.assembled(*along), identity(angles.size)) + kron(diags(4 / nodes**2), turning) + diags(U.ravel())
+    )
     tables = lowest(matrix.tocsc(), levels, bottom, 0.01 * (top - bottom)).T.reshape(levels, *U.shape)
     E, left = np.empty(levels), np.empty(levels)
     for k, c in enumerate(tables):
         E[k] = quadratic(radii, *along, c).sum() + quadratic(angles, *around, c.T) @ (4 / nodes**2) + (U * c**2).sum()
         sides = (np.sqrt((c**2).sum(axis=axis))[:, None] for axis in (1, 0))
-        left[k] = sum(left_over(line, part.missed, side)[0] for line, part, side in zip((radii, angles), (rho, x), sides, strict=True))
+        left[k] = sum(
+            left_over(line, part.missed, side)[0]
+            for line, part, side in zip((radii, angles), (rho, x), sides, strict=True)
+        )
     order = np.argsort(E)
     E, left, tables = E[order], left[order], tables[order]
 
@@ -348,16 +427,21 @@ def _solve_elements(
     return E, state, U.size, left
 
 
-def _phases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
+def _phases(
+    problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the phases of the shortest waves over the panels of rho and of x."""
     rho, x = parts
     lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)
     turns = np.sqrt(np.maximum(top - problem.lowest, 0) * problem.rho**2).max() / 2
-    return np.diff(rho.edges) * np.sqrt(np.maximum(top - lowest, 0)), -np.diff(np.arccos(np.clip(x.edges, -1, 1))) * turns
+    return np.diff(rho.edges) * np.sqrt(np.maximum(top - lowest, 0)), -np.diff(
+        np.arccos(np.clip(x.edges, -1, 1))
+    ) * turns
 
 
 def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth: float) -> np.ndarray:
-    """Return which channels (rho, n) to keep: those below `limit`, and their tails until an action of `depth` at the energy `top`.
+    """Return which channels (rho, n) to keep: those below `limit`, and their tails until an action of `depth` at the
+    energy `top`.
 
     Behind centrifugal barriers waves decay by a power of rho: a cut in energy alone would converge slowly.
     """
@@ -366,7 +450,9 @@ def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth
     first, last = np.argmax(below, axis=0), below.shape[0] - 1 - np.argmax(below[::-1], axis=0)
     columns = np.arange(below.shape[1])
     index = np.arange(below.shape[0])[:, None]
-    tail = (index < first) & (action[first, columns] - action < depth) | (index > last) & (action - action[last, columns] < depth)
+    tail = (index < first) & (action[first, columns] - action < depth) | (index > last) & (
+        action - action[last, columns] < depth
+    )
     between = (index >= first) & (index <= last)
     return (between | tail) & below.any(axis=0)
 
@@ -374,11 +460,16 @@ def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth
 def _cut_off(U: np.ndarray, highest: float) -> np.ndarray:
     """Return U, no more than `highest`; raises ValueError where it is infinite."""
     if not np.all(np.isfinite(U)):
-        raise ValueError("the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta inside")
+        raise ValueError(
+            "the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta "
+            "inside"
+        )
     return np.minimum(U, highest)
 
 
-def _angular_matrices(problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf) -> np.ndarray:
+def _angular_matrices(
+    problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf
+) -> np.ndarray:
     """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
     vartheta = 2 * np.arctan2(np.sqrt(1 - angular.x[0]), np.sqrt(1 + angular.x[0]))
     U = sampled(lambda q: problem.U(q, vartheta), rho[:, None] + 0 * vartheta)

@@ -24,19 +24,27 @@ TAIL = 7.7
 
 
 def number_packet(
-    body: Any, *, n: ArrayLike, m: int, l: int, width: ArrayLike, theta: ArrayLike = (0.0, 0.0, 0.0, 0.0), hbar: float = 1.0,
-    chart: Chart | None = None, single_valued: bool = True,
-) -> Packet:  # fmt: skip
+    body: Any,
+    *,
+    n: ArrayLike,
+    m: int,
+    l: int,
+    width: ArrayLike,
+    theta: ArrayLike = (0.0, 0.0, 0.0, 0.0),
+    hbar: float = 1.0,
+    chart: Chart | None = None,
+    single_valued: bool = True,
+) -> Packet:
     """Build a packet whose weights are a Gaussian in the quantum numbers of a separable body.
 
-    Parameters: n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights in n1, n2 (2,), or n1, n2, m, l
-    (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in `from_action_angle`: the packet starts next to
-    the phase point of these angles on the torus of n, m, l; body, hbar, chart, single_valued as in `spectrum`.
-    Returns Packet, of norm 1; n < 0 is cut off. Raises ValueError or TypeError for wrong input, ValueError for a body that
-    does not separate.
-    Formula: c ~ exp(-sum of (d/(2 width))^2 - 2 pi i theta.d), d the distance from the centre, as far as |c|^2 > 1e-13; factors counted
-    positive next to the inner turning point. Cost: that of `spectrum_table` for as many levels as lie below the last one.
-    Source: Robinett 2004, Phys. Rep. 392, 1 (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
+    Parameters: n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights in n1, n2 (2,),
+    or n1, n2, m, l (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in `from_action_angle`:
+    the packet starts next to the phase point of these angles on the torus of n, m, l; body, hbar, chart, single_valued
+    as in `spectrum`. Returns Packet, of norm 1; n < 0 is cut off. Raises ValueError or TypeError for wrong input,
+    ValueError for a body that does not separate. Formula: c ~ exp(-sum of (d/(2 width))^2 - 2 pi i theta.d), d the
+    distance from the centre, as far as |c|^2 > 1e-13; factors counted positive next to the inner turning point. Cost:
+    that of `spectrum_table` for as many levels as lie below the last one. Source: Robinett 2004, Phys. Rep. 392, 1
+    (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
     """
     centre = np.array([*_pair("n", n), *checked_class(m, l, single_valued)])
     sigma, angles = _reals("width", width, (2, 4)), _reals("theta", theta, (4,))
@@ -45,7 +53,9 @@ def number_packet(
     sigma = np.concatenate([sigma, np.zeros(4 - sigma.size)])
     sizes = [2 * math.ceil(TAIL * s) + 1 for s in sigma]
     fits("width", 64, *sizes)
-    ranges = [range(c - math.ceil(TAIL * s), c + math.ceil(TAIL * s) + 1) for c, s in zip(centre.tolist(), sigma, strict=True)]
+    ranges = [
+        range(c - math.ceil(TAIL * s), c + math.ceil(TAIL * s) + 1) for c, s in zip(centre.tolist(), sigma, strict=True)
+    ]
     rows = np.array(list(product(*ranges)))
     steps = np.where(sigma > 0, (rows - centre) / np.where(sigma > 0, sigma, 1.0), 0.0)
     with np.errstate(over="ignore"):
@@ -65,15 +75,26 @@ def number_packet(
 
 
 def labelled_levels(
-    body: Any, classes: Sequence[SymmetryClass], pairs: Sequence[tuple[int, int]], hbar: float, chart: Any, single_valued: bool
+    body: Any,
+    classes: Sequence[SymmetryClass],
+    pairs: Sequence[tuple[int, int]],
+    hbar: float,
+    chart: Any,
+    single_valued: bool,
 ) -> list[tuple[Levels, dict[tuple[int, int], int]]]:
-    """Return the levels of classes of a separable body as far as all quantum numbers in `pairs`, and where each pair is in them."""
+    """Return the levels of classes of a separable body as far as all quantum numbers in `pairs`, and where each pair is
+    in them.
+    """
     m, l = zip(*classes, strict=True)
     most = max(i + j for i, j in pairs)
     levels = (most + 1) * (most + 2) // 2 + most + 8  # as many as an oscillator has up to there, and some
     while True:
         tables = spectrum_table(body, m=m, l=l, levels=levels, hbar=hbar, chart=chart, single_valued=single_valued)
-        places = [{(i, j): k for k, (i, j) in enumerate(table.labels.tolist())} for table in tables if table.labels is not None]
+        places = [
+            {(i, j): k for k, (i, j) in enumerate(table.labels.tolist())}
+            for table in tables
+            if table.labels is not None
+        ]
         if all(pair in place for place in places for pair in pairs):
             return list(zip(tables, places, strict=True))
         levels *= 2
@@ -83,7 +104,9 @@ def _inner_signs(states: Sequence[State]) -> np.ndarray:
     """Return the signs (states,) of states next to the inner turning points of both factors."""
     box, orders = converged_box(states)
     grid, signs = box.grid(orders), np.ones(len(states))
-    for values, weights in zip(grid_tables(states, grid), (grid.weights.sum(axis=1), grid.weights.sum(axis=0)), strict=True):
+    for values, weights in zip(
+        grid_tables(states, grid), (grid.weights.sum(axis=1), grid.weights.sum(axis=0)), strict=True
+    ):
         density = values**2 * weights
         first = np.argmax(density > 1e-6 * density.max(axis=1, keepdims=True), axis=1)
         signs *= np.sign(values[np.arange(len(states)), first])

@@ -28,9 +28,9 @@ from .symmetry import SymmetryClass
 class Packet:
     """A wave packet: coefficients c (states,) of stationary states with energies E (states,), and hbar.
 
-    states: `State`s of one or many classes, of one body. The coefficients are kept as
-    they are given: of a projection, 1 - `norm`^2 is the part of the packet that the states do not hold, `missing`.
-    Methods take `time`, one number or an array (times,), whose shape comes first in what they return; each state is evaluated once.
+    states: `State`s of one or many classes, of one body. The coefficients are kept as they are given: of a projection,
+    1 - `norm`^2 is the part of the packet that the states do not hold, `missing`. Methods take `time`, one number or an
+    array (times,), whose shape comes first in what they return; each state is evaluated once.
     """
 
     states: tuple[State, ...]
@@ -46,7 +46,10 @@ class Packet:
 
     def __repr__(self) -> str:
         classes = len(self.classes)
-        return f"<Packet of {len(self.states)} states in {classes} class{'es' * (classes > 1)}, E = {self.energy:.6g} +- {self.spread:.3g}>"
+        return (
+            f"<Packet of {len(self.states)} states in {classes} class{'es' * (classes > 1)}, E = {self.energy:.6g} "
+            f"+- {self.spread:.3g}>"
+        )
 
     @property
     def weights(self) -> np.ndarray:
@@ -90,8 +93,8 @@ class Packet:
     def autocorrelation(self, time: ArrayLike) -> np.ndarray:
         """Return A(t) = <Psi(0)|Psi(t)> = sum |c|^2 e^(-i E t/hbar), complex, of the shape of `time`.
 
-        |A|^2 is 1 (norm^4) where the packet has come back. 2.5 ns for each state and time on one thread, in memory of a few times the
-        result. Rounding: 1e-16 of the phases E t/hbar, in |A| only of those of E - `energy`.
+        |A|^2 is 1 (norm^4) where the packet has come back. 2.5 ns for each state and time on one thread, in memory of a
+        few times the result. Rounding: 1e-16 of the phases E t/hbar, in |A| only of those of E - `energy`.
         """
         moments, mean = _moments(time), self.energy
         flat = np.ascontiguousarray(moments).reshape(-1)
@@ -112,16 +115,20 @@ class Packet:
         return self._sum(lambda state: state.at(q, chart), time)
 
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None, time: ArrayLike = 0.0) -> np.ndarray:
-        """Return Psi e^(-i m phi - i l psi), complex, at invariants x, y of `chart` (ALPHA_BETA by default), which broadcast.
+        """Return Psi e^(-i m phi - i l psi), complex, at invariants x, y of `chart` (ALPHA_BETA by default), which
+        broadcast.
 
         Raises ValueError for a packet of several classes, which has no such function.
         """
         if len(self.classes) > 1:
-            raise ValueError(f"amplitude belongs to one class (m, l), the packet has {len(self.classes)}: take density, or at")
+            raise ValueError(
+                f"amplitude belongs to one class (m, l), the packet has {len(self.classes)}: take density, or at"
+            )
         return self._sum(_amplitudes(x, y, ALPHA_BETA if chart is None else chart), time)
 
     def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None, time: ArrayLike = 0.0) -> np.ndarray:
-        """Return the probability density of two invariants, per unit dx dy, summed over the classes; x, y, chart as in `amplitude`.
+        """Return the probability density of two invariants, per unit dx dy, summed over the classes; x, y, chart as in
+        `amplitude`.
 
         Its integral is norm^2. In TWO_POLAR it is 0 outside of D1 >= |D2|.
         """
@@ -137,13 +144,17 @@ class Packet:
         return sum(np.abs(self._sum(evaluate, time, places)) ** 2 for places in self.classes.values()) * measure
 
     def expectation(
-        self, function: Callable[[np.ndarray, np.ndarray], np.ndarray], *, chart: Chart | None = None, time: ArrayLike = 0.0
+        self,
+        function: Callable[[np.ndarray, np.ndarray], np.ndarray],
+        *,
+        chart: Chart | None = None,
+        time: ArrayLike = 0.0,
     ) -> np.ndarray:
         """Return the mean of a function of two invariants over the packet, divided by norm^2, at each time.
 
-        function(x, y): arrays of the invariants of `chart` (ALPHA_BETA by default, R_VARTHETA, TWO_POLAR) to real values.
-        Gauss-Legendre quadrature over where the states live, refined until all states are normalised to 1e-9; raises ValueError
-        where they cannot be. Cost: about 1 ns for each state, node (some 10^4) and time.
+        function(x, y): arrays of the invariants of `chart` (ALPHA_BETA by default, R_VARTHETA, TWO_POLAR) to real
+        values. Gauss-Legendre quadrature over where the states live, refined until all states are normalised to 1e-9;
+        raises ValueError where they cannot be. Cost: about 1 ns for each state, node (some 10^4) and time.
         """
         chosen, moments = invariants_of(ALPHA_BETA if chart is None else chart), _moments(time)
         a_function("function", function)
@@ -169,7 +180,9 @@ class Packet:
         """Return c e^(-i E t/hbar) (times, states)."""
         return self.coefficients[places] * np.exp(-1j / self.hbar * np.multiply.outer(times, self.energies[places]))
 
-    def _sum(self, evaluate: Callable[[State], np.ndarray], time: ArrayLike, places: np.ndarray | None = None) -> np.ndarray:
+    def _sum(
+        self, evaluate: Callable[[State], np.ndarray], time: ArrayLike, places: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the sum of states, each evaluated once and a few kept at a time."""
         moments = _moments(time)
         chosen = np.arange(len(self.states)) if places is None else places
@@ -182,7 +195,9 @@ class Packet:
 
 
 def _amplitudes(x: ArrayLike, y: ArrayLike, chart: Chart) -> Callable[[State], np.ndarray]:
-    """Return what evaluates a state at invariants of a chart: factors, where it has them there, on x and y before they broadcast."""
+    """Return what evaluates a state at invariants of a chart: factors, where it has them there, on x and y before they
+    broadcast.
+    """
     first, second = checked_invariants(x, y, chart)
     front = invariants_of(chart).front
 
@@ -210,7 +225,9 @@ def _row(name: str, value: ArrayLike, kind: type, size: int) -> np.ndarray:
         raise TypeError(f"{name} must be {'real' if kind is float else 'complex'} numbers, got {given.dtype}")
     row: np.ndarray = given.astype(kind)
     if row.shape != (size,) or size == 0:
-        raise ValueError(f"{name} must have one entry for each of the {size} states (at least 1), got shape {row.shape}")
+        raise ValueError(
+            f"{name} must have one entry for each of the {size} states (at least 1), got shape {row.shape}"
+        )
     if not np.isfinite(row).all():
         raise ValueError(f"{name} must be finite, got {row[~np.isfinite(row)][0]}")
     return row

@@ -1,6 +1,7 @@
 """Where a potential is resolved: partitions of an interval on which it is its own interpolant.
 
-An interval is halved until on every panel the potential is the polynomial through a few of its points, seen at many others.
+An interval is halved until on every panel the potential is the polynomial through a few of its points, seen at many
+others.
 """
 
 from __future__ import annotations
@@ -16,15 +17,20 @@ from .singular_ends import sampled
 ORDER = 12
 """Points whose polynomial is held against a potential on a panel."""
 DENSE = 1 << 15
-"""Points of an interval at which a potential of one variable is looked at: half a step sees a Gaussian of 4e-6 of the interval."""
+"""Points of an interval at which a potential of one variable is looked at: half a step sees a Gaussian of 4e-6 of the
+interval.
+"""
 FEWEST = 48
 """Points at which a panel is looked at, however short it is."""
 MISS = 1e-8
-"""Distance of a potential from its polynomial, relative to |V| and to the energies of the levels, below which a panel resolves it."""
+"""Distance of a potential from its polynomial, relative to |V| and to the energies of the levels, below which a panel
+resolves it.
+"""
 SHORTEST = 2.0**-30
 """Shortest panel, relative to the interval; what is not resolved there counts as error."""
 SPAN = 2.0**-13
-"""Panels at the ends of an interval are not cut below this part of it: singular ends are in the exponents of the basis."""
+"""Panels at the ends of an interval are not cut below this part of it: singular ends are in the exponents of the basis.
+"""
 SCATTERED = 1 << 18
 """Points of a rectangle at which a potential is held against its panels: a Gaussian of 1e-3 of the sides is seen."""
 BETWEEN = 1e-6
@@ -34,7 +40,9 @@ WAVES = 7.0
 
 
 class Panels(NamedTuple):
-    """Edges (panels + 1,) of a partition of an interval, and what a potential differs from its polynomial by on each panel (panels,)."""
+    """Edges (panels + 1,) of a partition of an interval, and what a potential differs from its polynomial by on each
+    panel (panels,).
+    """
 
     edges: np.ndarray
     missed: np.ndarray
@@ -43,7 +51,8 @@ class Panels(NamedTuple):
     def needed(self) -> int:
         """Nodes that a global Gauss rule takes to be as dense as the panels' own points, away from the ends.
 
-        n of its nodes are pi sqrt(d d')/n apart at distances d, d' from the ends; panels graded to a singular end do not count.
+        n of its nodes are pi sqrt(d d')/n apart at distances d, d' from the ends; panels graded to a singular end do
+        not count.
         """
         lo, hi, h = self.edges[:-1], self.edges[1:], np.diff(self.edges)
         d, other = lo - self.edges[0], self.edges[-1] - hi
@@ -67,9 +76,14 @@ class Panels(NamedTuple):
         return Panels(self.edges, missed)
 
     def cut(self, phases: np.ndarray) -> Panels:
-        """Return the partition, of at least two, with panels cut where the phases (panels,) of waves over them are above WAVES."""
+        """Return the partition, of at least two, with panels cut where the phases (panels,) of waves over them are
+        above WAVES.
+        """
         pieces = np.clip(np.ceil(phases / WAVES), 1 + (phases.size == 1), 10_000).astype(int)
-        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(self.edges[:-1], self.edges[1:], pieces, strict=True)]
+        parts = [
+            np.linspace(a, b, n, endpoint=False)
+            for a, b, n in zip(self.edges[:-1], self.edges[1:], pieces, strict=True)
+        ]
         return Panels(np.append(np.concatenate(parts), self.edges[-1]), np.repeat(self.missed, pieces))
 
 
@@ -88,7 +102,9 @@ _NODES = (1 - np.cos(_PHASES)) / 2, (-1.0) ** np.arange(ORDER) * np.sin(_PHASES)
 
 @lru_cache(maxsize=64)
 def chebyshev(points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return ORDER Chebyshev points in (0, 1) and the matrix (points, ORDER) from values there to values in the middles of equal parts."""
+    """Return ORDER Chebyshev points in (0, 1) and the matrix (points, ORDER) from values there to values in the middles
+    of equal parts.
+    """
     return _NODES[0], barycentric(*_NODES, (np.arange(points) + 0.5) / points)
 
 
@@ -102,11 +118,13 @@ def barycentric(nodes: np.ndarray, weights: np.ndarray, at: np.ndarray) -> np.nd
     return terms / terms.sum(axis=1, keepdims=True)
 
 
-def panels(V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: float, scale: float, dense: int, most: int) -> Panels:
+def panels(
+    V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: float, scale: float, dense: int, most: int
+) -> Panels:
     """Return a partition of (lo, hi) on which V is resolved, or of `most` panels.
 
-    V(points) -> (..., points), rows of potentials at once; low, scale: the bottom, and the energy of the levels above it; dense: a power
-    of 2, at how many points in equal steps V is looked at to begin with.
+    V(points) -> (..., points), rows of potentials at once; low, scale: the bottom, and the energy of the levels above
+    it; dense: a power of 2, at how many points in equal steps V is looked at to begin with.
     """
     left, width, depth = np.array([lo]), hi - lo, 0
     seen = sampled(V, lo + width * (np.arange(dense) + 0.5) / dense)[..., None, :]
@@ -138,14 +156,19 @@ def panels(V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: flo
     return Panels(np.append(edges[order], hi), missed[order])
 
 
-def between(V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (2, k) of a rectangle where V is not its polynomial on the products of the panels, and what it misses (k,) there.
+def between(
+    V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: float, scale: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (2, k) of a rectangle where V is not its polynomial on the products of the panels, and what it
+    misses (k,) there.
 
-    V(x, y) of arrays of one shape. The points are scattered evenly, those of the largest miss come first; panels at the ends, as short as
-    they may be, are left out.
+    V(x, y) of arrays of one shape. The points are scattered evenly, those of the largest miss come first; panels at the
+    ends, as short as they may be, are left out.
     """
     unit = (np.arange(SCATTERED)[None] * np.array([[0.7548776662466927], [0.5698402909980532]]) + 0.5) % 1
-    at = np.array([part.edges[0] + (part.edges[-1] - part.edges[0]) * row for part, row in zip(parts, unit, strict=True)])
+    at = np.array(
+        [part.edges[0] + (part.edges[-1] - part.edges[0]) * row for part, row in zip(parts, unit, strict=True)]
+    )
     place = [part.place(row) for part, row in zip(parts, at, strict=True)]
     kept = np.ones(SCATTERED, bool)
     for part, panel in zip(parts, place, strict=True):
@@ -171,7 +194,8 @@ def between(V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: flo
 
 
 def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what V misses on panels by, at most, and relative to it: values inner (..., panels, ORDER), seen (..., panels, points).
+    """Return what V misses on panels by, at most, and relative to it: values inner (..., panels, ORDER), seen (...,
+    panels, points).
 
     By a few of the points first, and by all where these find nothing.
     """
@@ -180,7 +204,9 @@ def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tu
         miss, part = _largest(inner @ chebyshev(points)[1][:: points // few.shape[-1]].T, few, low, scale)
         rest = part <= MISS
         if rest.any():
-            miss[rest], part[rest] = _largest(inner[..., rest, :] @ chebyshev(points)[1].T, seen[..., rest, :], low, scale)
+            miss[rest], part[rest] = _largest(
+                inner[..., rest, :] @ chebyshev(points)[1].T, seen[..., rest, :], low, scale
+            )
         return miss, part
     return _largest(inner @ chebyshev(points)[1].T, seen, low, scale)
 

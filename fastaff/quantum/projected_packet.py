@@ -23,19 +23,27 @@ NOTHING = 1e-3
 
 
 def projected_packet(
-    body: Any, function: Callable[[np.ndarray, np.ndarray], np.ndarray], *, m: int, l: int, levels: int, hbar: float = 1.0,
-    chart: Chart = ALPHA_BETA, missing: float = 1e-6, single_valued: bool = True,
-) -> Packet:  # fmt: skip
+    body: Any,
+    function: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    *,
+    m: int,
+    l: int,
+    levels: int,
+    hbar: float = 1.0,
+    chart: Chart = ALPHA_BETA,
+    missing: float = 1e-6,
+    single_valued: bool = True,
+) -> Packet:
     """Expand a given initial function in the lowest states of one symmetry class of a body.
 
-    Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart` (ALPHA_BETA,
-    R_VARTHETA, TWO_POLAR), everywhere: what is of it beyond a wall of V is missing; it need not be normalised, and must have ended
-    at twice the reach of the states; body, m, l, levels, hbar, single_valued as in `spectrum`; missing: how much of the function the
-    states may fail to hold.
-    Returns Packet, of norm^2 = 1 - missing. Raises ValueError or TypeError for wrong input, for a function that is not finite or that
-    the quadrature does not resolve, and where more than `missing` is lost: it then says how many levels to ask for.
-    Formula: c_k = <Psi_k|Psi>/||Psi||, Gauss-Legendre quadrature to about 1e-9. Cost: that of `spectrum`, and milliseconds.
-    Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
+    Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
+    (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: what is of it beyond a wall of V is missing; it need not be
+    normalised, and must have ended at twice the reach of the states; body, m, l, levels, hbar, single_valued as in
+    `spectrum`; missing: how much of the function the states may fail to hold. Returns Packet, of norm^2 = 1 - missing.
+    Raises ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
+    resolve, and where more than `missing` is lost: it then says how many levels to ask for. Formula: c_k =
+    <Psi_k|Psi>/||Psi||, Gauss-Legendre quadrature to about 1e-9. Cost: that of `spectrum`, and milliseconds. Source:
+    Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
     """
     chosen, tolerance, invariants = checked_class(m, l, single_valued), fraction(missing), invariants_of(chart)
     if not callable(function):
@@ -61,15 +69,20 @@ def projected_packet(
         edge = max(density[-2:].sum(), density[:, -2:].sum() if box.ends[1][-1] != math.pi else 0.0)
         if abs(square[1] - square[0]) > (1e-3 * tolerance + 1e-9) * square[1] or edge > 1e-9 * square[1]:
             raise ValueError(
-                f"function must vary no faster, and reach no farther, than the lowest {count} states can: its norm cannot be told; ask "
+                f"function must vary no faster, and reach no farther, than the lowest {count} states can: its norm "
+                "cannot be told; ask "
                 "for more levels"
             )
-        return kept_packet(states, tables[0].integrals(grid.weights * values(grid)) / math.sqrt(square[1]), hbar, tolerance)
+        return kept_packet(
+            states, tables[0].integrals(grid.weights * values(grid)) / math.sqrt(square[1]), hbar, tolerance
+        )
 
     return holding(build, whole("levels", levels, 1), tolerance)
 
 
-def class_states(body: Any, chosen: Sequence[SymmetryClass], levels: int, hbar: float, single_valued: bool) -> list[list[State]]:
+def class_states(
+    body: Any, chosen: Sequence[SymmetryClass], levels: int, hbar: float, single_valued: bool
+) -> list[list[State]]:
     """Return the lowest states of each class."""
     if isinstance(body, Body) and any(hasattr(body.potential, family.member) for family in FAMILIES[:2]):
         m, l = zip(*chosen, strict=True)
@@ -93,7 +106,8 @@ def holding(build: Callable[[int], Packet], levels: int, missing: float) -> Pack
         return packet
     enough = next((f"levels = {more}" for more in (2 * levels, 4 * levels) if _lost(build, more) <= missing), None)
     raise ValueError(
-        f"levels = {levels} in each class leave {packet.missing:.2g} of the packet out, more than missing = {missing:.2g}; ask for "
+        f"levels = {levels} in each class leave {packet.missing:.2g} of the packet out, more than missing = "
+        f"{missing:.2g}; ask for "
         f"{enough or f'more than levels = {4 * levels}, or allow more to be missing'}"
     )
 

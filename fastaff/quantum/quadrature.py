@@ -1,7 +1,7 @@
 """Quadrature of many states of one class at once: a tensor grid over where they live, and tables of their values.
 
-Gauss-Legendre nodes in lengths, alpha and beta or rho = sqrt(r) and vartheta: there states are smooth between the walls, and every
-product of two of them, whatever the exponents of their factors, is integrated on one grid.
+Gauss-Legendre nodes in lengths, alpha and beta or rho = sqrt(r) and vartheta: there states are smooth between the
+walls, and every product of two of them, whatever the exponents of their factors, is integrated on one grid.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ GROWTH = 1.4
 
 
 class Grid(NamedTuple):
-    """Nodes x (X,), y (Y,) of two invariants of `chart`; weights (X, Y): sum of weights*amplitude^2 is the norm squared."""
+    """Nodes x (X,), y (Y,) of two invariants of `chart`; weights (X, Y): sum of weights*amplitude^2 is the norm
+    squared.
+    """
 
     chart: Chart
     x: np.ndarray
@@ -40,7 +42,9 @@ class Grid(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """Amplitudes of states at the nodes of a grid, flattened: the products of first (states, A) and second (states, B)."""
+    """Amplitudes of states at the nodes of a grid, flattened: the products of first (states, A) and second (states,
+    B).
+    """
 
     first: np.ndarray
     second: np.ndarray
@@ -99,7 +103,9 @@ def factors(states: Sequence[State], chart: Chart) -> list[tuple[Factor, Factor]
 
 
 def converged_box(states: Sequence[State]) -> tuple[Box, tuple[int, int]]:
-    """Return where states of one body live, and orders of Gauss-Legendre rules that integrate their squares to 1e-11."""
+    """Return where states of one body live, and orders of Gauss-Legendre rules that integrate their squares to
+    1e-11.
+    """
     longest = _extremes(states)
     pairs = factors(longest, states[0].chart)
     chart = states[0].chart if pairs else R_VARTHETA
@@ -117,7 +123,9 @@ def converged_box(states: Sequence[State]) -> tuple[Box, tuple[int, int]]:
 
 
 def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[Tables], Grid]:
-    """Return one grid on which all states, and the products of those of one class, are integrated, to 1e-9, and their tables by group."""
+    """Return one grid on which all states, and the products of those of one class, are integrated, to 1e-9, and their
+    tables by group.
+    """
     box, orders = converged_box([state for group in groups for state in group])
     while max(orders) < LARGEST:
         grid = box.grid(orders)
@@ -125,7 +133,9 @@ def resolved(groups: Sequence[Sequence[State]]) -> tuple[list[Tables], Grid]:
         if max(np.abs(table.norms(grid.weights) - 1).max() for table in tables) < 1e-9:
             return tables, grid
         orders = int(GROWTH * orders[0]), int(GROWTH * orders[1])
-    raise ValueError(f"states must be resolved by {LARGEST} nodes in each coordinate; take fewer, or lower ones, or another hbar")
+    raise ValueError(
+        f"states must be resolved by {LARGEST} nodes in each coordinate; take fewer, or lower ones, or another hbar"
+    )
 
 
 def grid_tables(states: Sequence[State], grid: Grid) -> Tables:
@@ -139,12 +149,16 @@ def grid_tables(states: Sequence[State], grid: Grid) -> Tables:
 
 
 def _extremes(states: Sequence[State]) -> list[State]:
-    """Return the states that reach farthest and oscillate most: of the largest energy and degrees, of the least spins."""
+    """Return the states that reach farthest and oscillate most: of the largest energy and degrees, of the least
+    spins.
+    """
     sizes = np.array([[state.energy, *state.shape.degrees, -state.symmetry.a, -state.symmetry.b] for state in states])
     return [states[k] for k in sorted({0, *np.argmax(sizes, axis=0)})]
 
 
-def _profile(states: list[State], pairs: list[tuple[Factor, Factor]] | None, i: int, planes: bool, known: list[list[float]]) -> Callable:
+def _profile(
+    states: list[State], pairs: list[tuple[Factor, Factor]] | None, i: int, planes: bool, known: list[list[float]]
+) -> Callable:
     """Return a function of length or angle i (n,) whose rows (..., n) are states along it."""
 
     def coordinate(u: np.ndarray) -> np.ndarray:
@@ -161,11 +175,15 @@ def _profile(states: list[State], pairs: list[tuple[Factor, Factor]] | None, i: 
 
 
 def _ends(profile: Callable, measure: Callable, samples: np.ndarray) -> tuple[float, float]:
-    """Return where all states have ended: next to the last samples where they have not, or at the wall beyond which they are 0."""
+    """Return where all states have ended: next to the last samples where they have not, or at the wall beyond which
+    they are 0.
+    """
     square = profile(samples) ** 2 * measure(samples)
     alive = np.flatnonzero((square > TAIL * square.max(axis=1, keepdims=True)).any(axis=0))
     if not alive.size:
-        raise ValueError(f"hbar is too small or too large for the body: its states vanish between {samples[0]:g} and {samples[-1]:g}")
+        raise ValueError(
+            f"hbar is too small or too large for the body: its states vanish between {samples[0]:g} and {samples[-1]:g}"
+        )
     found = []
     for inside, step in ((alive[0], -1), (alive[-1], 1)):
         here, there = (float(samples[min(max(k, 0), samples.size - 1)]) for k in (inside, inside + step))
@@ -189,4 +207,6 @@ def _order(profile: Callable, measure: Callable, lo: float, hi: float) -> int:
         if before is not None and np.all(np.abs(value - before) <= 1e-11 * value.max()):
             return order
         order, before = int(GROWTH * order), value
-    raise ValueError(f"states must be integrable by {LARGEST} nodes in each coordinate; they have kinks, or ask for fewer levels")
+    raise ValueError(
+        f"states must be integrable by {LARGEST} nodes in each coordinate; they have kinks, or ask for fewer levels"
+    )

@@ -19,15 +19,16 @@ BOHR_SOMMERFELD = (0, 0)
 """Maslov indices of the paper's quantization, J = n h."""
 
 EBK = (2, 2)
-"""Maslov indices of two librations between soft turning points, J = (n + 1/2) h; 3 for a libration with one hard wall."""
+"""Maslov indices of two librations between soft turning points, J = (n + 1/2) h; 3 for a libration with one hard wall.
+"""
 
 
 @dataclass(frozen=True)
 class QuasiclassicalLevels:
     """Levels E (levels,) with their quantum numbers: n (2, levels) of the two coordinates, m of spin, l of vorticity.
 
-    spacing (2, levels): h nu of the two coordinates, the energy of one more quantum to first order. status (levels,): UNBOUND where
-    no torus has these actions; E is NaN there.
+    spacing (2, levels): h nu of the two coordinates, the energy of one more quantum to first order. status (levels,):
+    UNBOUND where no torus has these actions; E is NaN there.
     """
 
     names: tuple[str, ...]
@@ -62,20 +63,28 @@ LONGEST_ROW = 2**20
 
 @recorded
 def quasiclassical_levels(
-    body: Any, *, n: ArrayLike, m: ArrayLike, l: ArrayLike, maslov: tuple[int, int] = EBK, hbar: float = 1.0,
-    single_valued: bool = True, chart: Any = None, near: ArrayLike | None = None,
-) -> QuasiclassicalLevels:  # fmt: skip
+    body: Any,
+    *,
+    n: ArrayLike,
+    m: ArrayLike,
+    l: ArrayLike,
+    maslov: tuple[int, int] = EBK,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    near: ArrayLike | None = None,
+) -> QuasiclassicalLevels:
     """Compute quasiclassical levels of a separable body for given quantum numbers.
 
-    Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order; m, l: whole numbers of spin and
-    vorticity, one or (levels,); maslov: the indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others;
-    hbar > 0; single_valued: wave functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in
-    `from_action_angle`.
-    Returns QuasiclassicalLevels. Raises ValueError or TypeError for wrong input.
-    Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. Exact (EBK) for Harmonic and
-    Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies between 2 and 3 (the wall at det = 0).
-    Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature.
-    Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack); Keller 1958, Ann. Phys. 4, 180 (EBK).
+    Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order; m, l: whole
+    numbers of spin and vorticity, one or (levels,); maslov: the indices M of the two coordinates, BOHR_SOMMERFELD = (0,
+    0), EBK = (2, 2), or others; hbar > 0; single_valued: wave functions on GL(2,R) need m + l even (else refused),
+    False: on the covering; chart, near as in `from_action_angle`. Returns QuasiclassicalLevels. Raises ValueError or
+    TypeError for wrong input. Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar
+    l. Exact (EBK) for Harmonic and Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies
+    between 2 and 3 (the wall at det = 0). Cost: that of `energy_of_actions`, about 20 microseconds for a level by
+    quadrature. Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack); Keller 1958, Ann.
+    Phys. 4, 180 (EBK).
     """
     h = 2 * np.pi * positive("hbar", hbar)
     flag("single_valued", single_valued)
@@ -87,35 +96,49 @@ def quasiclassical_levels(
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
     sizes = {q.size for q in (quanta[0][0], quanta[1], quanta[2])} - {1}
     if len(sizes) > 1 or quanta[1].ndim > 1 or quanta[2].ndim > 1:
-        raise ValueError(f"n, m and l must be single or have the same number of levels, got {[q.shape for q in quanta]}")
-    n1, n2, spin, vorticity = np.broadcast_arrays(*(q.ravel() for q in (quanta[0][0], quanta[0][1], quanta[1], quanta[2])))
+        raise ValueError(
+            f"n, m and l must be single or have the same number of levels, got {[q.shape for q in quanta]}"
+        )
+    n1, n2, spin, vorticity = np.broadcast_arrays(
+        *(q.ravel() for q in (quanta[0][0], quanta[0][1], quanta[1], quanta[2]))
+    )
     odd = np.flatnonzero((spin + vorticity) % 2)
     if single_valued and odd.size:
         raise ValueError(
-            f"m + l must be even: (phi + pi, psi + pi) is the same matrix; got m = {spin[odd[0]]}, l = {vorticity[odd[0]]} "
+            f"m + l must be even: (phi + pi, psi + pi) is the same matrix; got m = {spin[odd[0]]}, l = "
+            f"{vorticity[odd[0]]} "
             "(single_valued=False takes them, on the covering)"
         )
     J = h * np.array([n1 + indices[0] / 4, n2 + indices[1] / 4, spin, vorticity])
     if not np.abs(J).max() < LARGEST_ACTION:
-        raise ValueError(f"hbar times the quantum numbers must be below {LARGEST_ACTION / (2 * np.pi):.3g}, got hbar = {hbar!r}")
+        raise ValueError(
+            f"hbar times the quantum numbers must be below {LARGEST_ACTION / (2 * np.pi):.3g}, got hbar = {hbar!r}"
+        )
     result = energy_of_actions(body, J, chart=chart, near=near)
     numbers = np.array([n1, n2]), spin.copy(), vorticity.copy()
     pair = (indices[0], indices[1])
-    return QuasiclassicalLevels(result.names, result.energy, *numbers, h * result.nu[:2], pair, float(hbar), result.status)
+    return QuasiclassicalLevels(
+        result.names, result.energy, *numbers, h * result.nu[:2], pair, float(hbar), result.status
+    )
 
 
 @recorded
 def quasiclassical_levels_below(
-    body: Any, energy: float, *, maslov: tuple[int, int] = EBK, hbar: float = 1.0, single_valued: bool = True, chart: Any = None
+    body: Any,
+    energy: float,
+    *,
+    maslov: tuple[int, int] = EBK,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
 ) -> QuasiclassicalLevels:
     """Compute all quasiclassical levels of a separable body below an energy, in ascending order.
 
-    Parameters: energy, finite; maslov, hbar, single_valued, chart as in `quasiclassical_levels`.
-    Returns QuasiclassicalLevels, perhaps of no level. Raises ValueError or TypeError for wrong input.
-    Formula: E(J) grows with both actions and with |J_eta| and |J_gamma|, so the search stops at the first level above in each
-    direction; each level of m - l, m + l other than 0 comes with both signs. Actions that belong to no torus (bodies that fall or
-    escape) end their direction too.
-    Source: Martens & Slawianowski, EQ3.2 and EQ3.6; Keller 1958, Ann. Phys. 4, 180.
+    Parameters: energy, finite; maslov, hbar, single_valued, chart as in `quasiclassical_levels`. Returns
+    QuasiclassicalLevels, perhaps of no level. Raises ValueError or TypeError for wrong input. Formula: E(J) grows with
+    both actions and with |J_eta| and |J_gamma|, so the search stops at the first level above in each direction; each
+    level of m - l, m + l other than 0 comes with both signs. Actions that belong to no torus (bodies that fall or
+    escape) end their direction too. Source: Martens & Slawianowski, EQ3.2 and EQ3.6; Keller 1958, Ann. Phys. 4, 180.
     """
     top = real("energy", energy)
     rows = list(_search(body, top, maslov, hbar, 2 if flag("single_valued", single_valued) else 1, chart))
@@ -137,14 +160,24 @@ def quasiclassical_levels_below(
     return QuasiclassicalLevels(found.names, found.E[order], *numbers, found.maslov, found.hbar, found.status[order])
 
 
-def _search(body: Any, top: float, maslov: tuple[int, int], hbar: float, step: int, chart: Any) -> Iterator[tuple[int, int, int, int]]:
-    """Yield n1, n2, |m - l|, |m + l| of the levels below `top`; the last two have the same parity and grow by `step`."""
+def _search(
+    body: Any, top: float, maslov: tuple[int, int], hbar: float, step: int, chart: Any
+) -> Iterator[tuple[int, int, int, int]]:
+    """Yield n1, n2, |m - l|, |m + l| of the levels below `top`; the last two have the same parity and grow by
+    `step`.
+    """
 
     def below(n1: np.ndarray, n2: int, eta: int, gamma: int) -> np.ndarray:
         levels = quasiclassical_levels(
-            body, n=np.array([n1, np.full_like(n1, n2)]), m=(gamma + eta) // 2, l=(gamma - eta) // 2, maslov=maslov, hbar=hbar,
-            single_valued=False, chart=chart,
-        )  # fmt: skip
+            body,
+            n=np.array([n1, np.full_like(n1, n2)]),
+            m=(gamma + eta) // 2,
+            l=(gamma - eta) // 2,
+            maslov=maslov,
+            hbar=hbar,
+            single_valued=False,
+            chart=chart,
+        )
         return top > levels.E
 
     for parity in range(0, 2, step):  # the classes of even and of odd |m - l|, |m + l|
@@ -163,7 +196,9 @@ def _search(body: Any, top: float, maslov: tuple[int, int], hbar: float, step: i
                             break
                         size *= 2
                         if size > LONGEST_ROW:
-                            raise ValueError(f"hbar must be larger: more than {LONGEST_ROW} levels lie below the energy in one row")
+                            raise ValueError(
+                                f"hbar must be larger: more than {LONGEST_ROW} levels lie below the energy in one row"
+                            )
                     if n1 == 0:
                         break
                     found_gamma = True

@@ -22,7 +22,9 @@ NOISE = 1e-9
 
 
 class TimeScales(NamedTuple):
-    """Derivatives of the energy to quantum numbers: slope dE/dn (n,), curvature d2E/dn2 (n, n), rows as `names`; hbar."""
+    """Derivatives of the energy to quantum numbers: slope dE/dn (n,), curvature d2E/dn2 (n, n), rows as `names`;
+    hbar.
+    """
 
     names: tuple[str, ...]
     slope: np.ndarray
@@ -34,20 +36,26 @@ class TimeScales(NamedTuple):
 
     @property
     def period(self) -> np.ndarray:
-        """Times 2 pi hbar/|dE/dn| (n,) after which packets of each degree of freedom come back; inf for a slope of 0."""
+        """Times 2 pi hbar/|dE/dn| (n,) after which packets of each degree of freedom come back; inf for a slope of
+        0.
+        """
         return _over(2 * np.pi * self.hbar, self.slope)
 
     @property
     def revival(self) -> np.ndarray:
-        """Times (n, n) after which packets are whole again: 4 pi hbar/|d2E/dn2|, and 2 pi hbar/|d2E/dn dn'| of pairs; inf for 0.
+        """Times (n, n) after which packets are whole again: 4 pi hbar/|d2E/dn2|, and 2 pi hbar/|d2E/dn dn'| of pairs;
+        inf for 0.
 
-        Source: Robinett 2004, Phys. Rep. 392, 1; Bluhm, Kostelecky & Tudose 1996, Phys. Lett. A 222, 220 (two quantum numbers).
+        Source: Robinett 2004, Phys. Rep. 392, 1; Bluhm, Kostelecky & Tudose 1996, Phys. Lett. A 222, 220 (two quantum
+        numbers).
         """
         return _over(2 * np.pi * self.hbar * (1 + np.eye(self.slope.size)), self.curvature)
 
 
 class Revivals(NamedTuple):
-    """The time scales of the same packet twice: from differences of the levels, and from the frequencies dE/dJ, d2E/dJ2."""
+    """The time scales of the same packet twice: from differences of the levels, and from the frequencies dE/dJ,
+    d2E/dJ2.
+    """
 
     quantum: TimeScales
     classical: TimeScales
@@ -57,20 +65,28 @@ class Revivals(NamedTuple):
 
 
 def revivals(
-    body: Any, *, n: ArrayLike, m: int, l: int, hbar: float = 1.0, chart: Any = None, maslov: tuple[int, int] = EBK,
-    single_valued: bool = True, near: ArrayLike | None = None,
-) -> Revivals:  # fmt: skip
-    """Compute classical period and revival time of packets about given quantum numbers, from levels and from the actions.
+    body: Any,
+    *,
+    n: ArrayLike,
+    m: int,
+    l: int,
+    hbar: float = 1.0,
+    chart: Any = None,
+    maslov: tuple[int, int] = EBK,
+    single_valued: bool = True,
+    near: ArrayLike | None = None,
+) -> Revivals:
+    """Compute classical period and revival time of packets about given quantum numbers, from levels and from the
+    actions.
 
-    Parameters: n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart, single_valued as in `spectrum`; maslov, near as in
-    `quasiclassical_levels`.
-    Returns Revivals: names are the chart's coordinates, and eta, gamma where |p_eta| = |m - l| hbar/2 and |p_gamma| are at least hbar
-    (below, E has a kink). Raises ValueError or TypeError for wrong input, for a body that does not separate, and where no torus has
-    the actions.
-    Formulas: T = 2 pi hbar/|dE/dn| and 4 pi hbar/|d2E/dn2|, by central differences of the levels (0 below their error: a revival time of
-    inf); dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of `energy_of_actions`, to 1e-9.
-    Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled.
-    Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
+    Parameters: n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart, single_valued as in `spectrum`; maslov,
+    near as in `quasiclassical_levels`. Returns Revivals: names are the chart's coordinates, and eta, gamma where
+    |p_eta| = |m - l| hbar/2 and |p_gamma| are at least hbar (below, E has a kink). Raises ValueError or TypeError for
+    wrong input, for a body that does not separate, and where no torus has the actions. Formulas: T = 2 pi hbar/|dE/dn|
+    and 4 pi hbar/|d2E/dn2|, by central differences of the levels (0 below their error: a revival time of inf); dE/dn =
+    h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of `energy_of_actions`, to 1e-9.
+    Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled. Source: Averbukh & Perelman
+    1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
     """
     quantum, symmetry = action_quantum(hbar), checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)
@@ -131,7 +147,9 @@ def _differences(level: Callable, rows: list[int]) -> tuple[np.ndarray, np.ndarr
     return slope, curvature
 
 
-def _classical(body: Any, J: np.ndarray, rows: list[int], hbar: float, chart: str, near: Any) -> tuple[np.ndarray, np.ndarray]:
+def _classical(
+    body: Any, J: np.ndarray, rows: list[int], hbar: float, chart: str, near: Any
+) -> tuple[np.ndarray, np.ndarray]:
     """Return h nu and h^2 dnu/dJ of the primitive actions J (4,): of the two coordinates, eta, gamma."""
     h = 2 * np.pi * hbar
 
@@ -139,7 +157,9 @@ def _classical(body: Any, J: np.ndarray, rows: list[int], hbar: float, chart: st
         a, b, eta, gamma = actions
         found = energy_of_actions(body, np.array([a, b, gamma + eta, gamma - eta]), chart=chart, near=near)
         if np.any(found.status):
-            raise ValueError(f"n, m, l must belong to a torus of the body: the actions {J.tolist()}, or some next to them, do not")
+            raise ValueError(
+                f"n, m, l must belong to a torus of the body: the actions {J.tolist()}, or some next to them, do not"
+            )
         nu = found.nu
         return np.array([nu[0], nu[1], nu[2] - nu[3], nu[2] + nu[3]])
 

@@ -1,4 +1,6 @@
-"""One-dimensional problems of separable bodies: radial equations in alpha, beta or rho, and the angular one in vartheta."""
+"""One-dimensional problems of separable bodies: radial equations in alpha, beta or rho, and the angular one in
+vartheta.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ ORDERS = (14, 18)
 
 
 class Factors(NamedTuple):
-    """Solutions of one-dimensional problems: values (problems, levels), the same from the smaller basis, and their functions."""
+    """Solutions of one-dimensional problems: values (problems, levels), the same from the smaller basis, and their
+    functions.
+    """
 
     values: np.ndarray
     coarse: np.ndarray
@@ -62,7 +66,9 @@ class AngularFunction(NamedTuple):
         return f.at(2 * cosine if f.lo == -1 else x - f.lo, 2 * sine if f.hi == 1 else f.hi - x)
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order - degree)."""
+        """Return Gauss nodes and weights, exact for f^2 times polynomials of cos(vartheta) of degree < 2 (order -
+        degree).
+        """
         below, weights = self.function.rule(order)
         return angle_of(self.function.lo, self.function.hi, below), weights
 
@@ -74,7 +80,9 @@ def angle_of(lo: float, hi: float, below: np.ndarray) -> np.ndarray:
 
 
 class RadialFunction(NamedTuple):
-    """f(q) of a radius in `dimension` dimensions, int f^2 q^(dimension - 1) dq = 1; as a function of r = q^2, int f^2 r dr = 1, for 4."""
+    """f(q) of a radius in `dimension` dimensions, int f^2 q^(dimension - 1) dq = 1; as a function of r = q^2, int f^2 r
+    dr = 1, for 4.
+    """
 
     function: IntervalFunction | ElementFunction
     dimension: int
@@ -106,12 +114,21 @@ def centrifugal(name: str, strength: np.ndarray, place: str = "at 0") -> np.ndar
 
 
 def radial(
-    name: str, V: Any, dimension: int, K: np.ndarray, count: int, hbar: float, mu: float, tolerance: float, spare: int = 2
+    name: str,
+    V: Any,
+    dimension: int,
+    K: np.ndarray,
+    count: int,
+    hbar: float,
+    mu: float,
+    tolerance: float,
+    spare: int = 2,
 ) -> Factors:
     """Solve -(hbar^2/2 mu)(f'' + (dimension - 1) f'/q - K f/q^2) + V f = E f for every K: the lowest `count` E of each.
 
-    V is a function of q = alpha or beta in 2 dimensions, of r = q^2 in 4 (rho). Oscillators k q^2/2 + c/q^2 in closed form, V with
-    features too narrow for one polynomial by elements. spare: levels more than `count` whose reach is taken.
+    V is a function of q = alpha or beta in 2 dimensions, of r = q^2 in 4 (rho). Oscillators k q^2/2 + c/q^2 in closed
+    form, V with features too narrow for one polynomial by elements. spare: levels more than `count` whose reach is
+    taken.
     """
     unit = hbar**2 / (2 * mu)
     if isinstance(V, (Oscillator, Spring)):
@@ -122,10 +139,16 @@ def radial(
 
     found = well(name, U, 0.0, np.inf)
     strength = K + (dimension - 1) * (dimension - 3) / 4
-    e_zero = centrifugal(name, strength + found.c_lo) if found.natural_lo else np.array([exponent(name, found.c_lo, "at its wall")])
+    e_zero = (
+        centrifugal(name, strength + found.c_lo)
+        if found.natural_lo
+        else np.array([exponent(name, found.c_lo, "at its wall")])
+    )
     deepest = K.min() + (dimension - 2) ** 2 / 4
     highest = K.max() + (dimension - 2) ** 2 / 4
-    above, below = (reach(name, lambda q, k=k: U(q) + k / q**2, found.lo, found.hi, count + spare) for k in (highest, deepest))
+    above, below = (
+        reach(name, lambda q, k=k: U(q) + k / q**2, found.lo, found.hi, count + spare) for k in (highest, deepest)
+    )
     near, far = below.lo, max(above.hi, below.hi)
     e_lo = np.broadcast_to(e_zero if near == found.lo else np.ones(1), K.shape)
     e_far = exponent(name, found.c_hi, "at its outer wall") if far == found.hi else 1.0
@@ -150,7 +173,9 @@ def radial(
         def problem(i, edges, n):
             line = elements(edges, n, float(e_lo[i]), e_far, True, True)
             q = sampled(U, line.x) + strength[i] / line.x**2
-            q[0] -= (strength[i] + found.c_lo) / line.x[0] ** 2 if regular else e_lo[i] * (e_lo[i] - 1) / line.below[0] ** 2
+            q[0] -= (
+                (strength[i] + found.c_lo) / line.x[0] ** 2 if regular else e_lo[i] * (e_lo[i] - 1) / line.below[0] ** 2
+            )
             q[-1] -= e_far * (e_far - 1) / line.above[-1] ** 2
             return line, np.ones_like(q), q
 
@@ -158,14 +183,18 @@ def radial(
         room = np.maximum(top - sampled(U, parts.points) - deepest / parts.points**2, 0).max(axis=1)
         fine = parts.cut(np.diff(parts.edges) * np.sqrt(room))
         values, other, functions, n = _by_elements(problem, K.size, fine, top, below.kinetic, count)
-        if far < found.hi and values.max() > top:  # barriers raise levels: they reach farther than the semiclassical ones
+        if (
+            far < found.hi and values.max() > top
+        ):  # barriers raise levels: they reach farther than the semiclassical ones
             return radial(name, V, dimension, K, count, hbar, mu, tolerance, 2 * spare + 2)
         return Factors(unit * values, unit * other, lambda i, j: RadialFunction(functions(i, j), dimension), n)
     b, (values, vectors), coarse, n = _until_equal(attempt, max(first, parts.needed), far, grow, count, tolerance)
 
     def function(i, j):
         v = b.interval
-        return RadialFunction(IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]), dimension)
+        return RadialFunction(
+            IntervalFunction(v.lo, v.hi, float(v.e_lo[i]), float(v.e_hi[i]), vectors[i, :, j]), dimension
+        )
 
     return Factors(unit * values[:, :count], unit * coarse[:, :count], function, n)
 
@@ -173,7 +202,8 @@ def radial(
 def _by_elements(
     problem: Callable, size: int, parts: Panels, top: float, kinetic: float, count: int
 ) -> tuple[np.ndarray, np.ndarray, Callable, int]:
-    """Solve `size` problems(i, edges, n) -> line, p, q on elements: values (size, count), the same less their errors, functions, size.
+    """Solve `size` problems(i, edges, n) -> line, p, q on elements: values (size, count), the same less their errors,
+    functions, size.
 
     Errors: twice the change from polynomials of a lower degree, and what V differs from its polynomials by.
     """
@@ -185,7 +215,14 @@ def _by_elements(
             values, c = solve(line, p, q, count + 1, top, 1e-4 * kinetic)
             gap, before = np.abs(values - before), values
         rounding = 64 * np.finfo(float).eps * np.abs(values).max()
-        rows.append((values[:count], (2 * gap + rounding + left_over(line, parts.missed, c))[:count], line, c * first_signs(line, c)))
+        rows.append(
+            (
+                values[:count],
+                (2 * gap + rounding + left_over(line, parts.missed, c))[:count],
+                line,
+                c * first_signs(line, c),
+            )
+        )
     values, errors = (np.array([row[k] for row in rows]) for k in (0, 1))
     return values, values - errors, lambda i, j: ElementFunction(rows[i][2], rows[i][3][:, j]), rows[0][2].size
 
@@ -193,7 +230,10 @@ def _by_elements(
 def check_size(name: str, size: int, count: int) -> None:
     """Raise ValueError for a basis so large that it leaves no room for a larger one to compare with."""
     if 1.25 * size + 12 > LARGEST:
-        raise ValueError(f"{count} levels of {name} take {size} basis functions and more, above {LARGEST}: ask for fewer, or a larger hbar")
+        raise ValueError(
+            f"{count} levels of {name} take {size} basis functions and more, above {LARGEST}: ask for fewer, or a "
+            "larger hbar"
+        )
 
 
 def _until_equal(solve, n, hi, grow, count, tolerance):
@@ -222,11 +262,13 @@ def _oscillator(name, V, dimension, K, count, hbar, mu):
     return Factors(values, values, lambda i, j: factor(j, float(s[i]), kappa), count)
 
 
-def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
+def angular(
+    name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: float, mu: float, tolerance: float
+) -> Factors:
     """Solve EQ4.6 for the classes a, b (problems,): the lowest `count` e_vartheta of each.
 
-    In x = cos(vartheta): -((1 - x^2) f')' + [b^2/(2(1 - x)) + a^2/(2(1 + x)) + mu V/(2 hbar^2)] f = (mu e/2 hbar^2) f. Where V becomes
-    infinite inside (0, pi), as at det phi = 0, f = 0 there (Friedrichs). Barriers in closed form.
+    In x = cos(vartheta): -((1 - x^2) f')' + [b^2/(2(1 - x)) + a^2/(2(1 + x)) + mu V/(2 hbar^2)] f = (mu e/2 hbar^2) f.
+    Where V becomes infinite inside (0, pi), as at det phi = 0, f = 0 there (Friedrichs). Barriers in closed form.
     """
     unit = 2 * hbar**2 / mu
     if isinstance(V, (Barriers, Zero)):
@@ -266,7 +308,9 @@ def angular(name: str, V: Any, a: np.ndarray, b: np.ndarray, count: int, hbar: f
         fine = parts.cut(-np.diff(np.arccos(parts.edges)) * np.sqrt(room))
         values, other, functions, n = _by_elements(problem, a.size, fine, top, scale, count)
         return Factors(unit * values, unit * other, lambda i, j: AngularFunction(functions(i, j)), n)
-    base, (values, vectors), coarse, n = _until_equal(attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance)
+    base, (values, vectors), coarse, n = _until_equal(
+        attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance
+    )
 
     def function(i, j):
         v = base.interval
@@ -304,7 +348,8 @@ def _cosine(vartheta: float) -> float:
 
 
 def angular_potential(base: Basis | Elements, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return what the weight leaves of the centrifugal terms, without the potential: q - (p w')'/w - c-terms of natural ends.
+    """Return what the weight leaves of the centrifugal terms, without the potential: q - (p w')'/w - c-terms of natural
+    ends.
 
     a, b: of every row of nodes.
     """

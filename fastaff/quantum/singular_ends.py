@@ -10,7 +10,8 @@ import numpy as np
 REACH = 42.0
 """Action in units of hbar by which states have decayed where an interval is cut: e^-42 = 6e-19."""
 ESSENTIAL = 1e5
-"""d^2 U where an essential singularity of -u'' + U u is cut off: sqrt(1e5) is beyond REACH for all powers up to d^-12."""
+"""d^2 U where an essential singularity of -u'' + U u is cut off: sqrt(1e5) is beyond REACH for all powers up to d^-12.
+"""
 RANGE = (1e-6, 1e6)
 
 
@@ -19,7 +20,9 @@ class NoGroundState(ValueError):
 
 
 class Well(NamedTuple):
-    """Where a potential is finite, (lo, hi), whether these are the natural ends of the coordinate, and lim distance^2 V at both."""
+    """Where a potential is finite, (lo, hi), whether these are the natural ends of the coordinate, and lim distance^2 V
+    at both.
+    """
 
     lo: float
     hi: float
@@ -65,10 +68,16 @@ def well(name: str, V: Callable, lo: float, hi: float) -> Well:
 def check_poles(name: str, V: Callable, y: np.ndarray, values: np.ndarray) -> None:
     """Raise ValueError for a V that is infinite inside of y, at which it has `values`.
 
-    Sixteenfold zooms on the places where |V| is larger than on both sides: eight of them raise 1/d by 4e9, a smooth hill by little.
+    Sixteenfold zooms on the places where |V| is larger than on both sides: eight of them raise 1/d by 4e9, a smooth
+    hill by little.
     """
     size = np.where(np.isfinite(values), np.abs(values), np.inf)
-    hills = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > np.minimum(size[:-2], size[2:]))) + 1
+    hills = (
+        np.flatnonzero(
+            (size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > np.minimum(size[:-2], size[2:]))
+        )
+        + 1
+    )
     for i in hills:
         lo, hi, side = y[i - 1], y[i + 1], max(size[i - 1], size[i + 1])
         for _ in range(8):
@@ -78,7 +87,9 @@ def check_poles(name: str, V: Callable, y: np.ndarray, values: np.ndarray) -> No
             k = int(np.clip(np.argmax(inner), 1, 31))
             lo, hi = t[k - 1], t[k + 1]
         if not inner[k] <= 1e6 * side or np.isinf(side):
-            raise ValueError(f"{name} must be finite on one interval, it has a pole at {t[k]:.6g}; make it np.inf on its other side")
+            raise ValueError(
+                f"{name} must be finite on one interval, it has a pole at {t[k]:.6g}; make it np.inf on its other side"
+            )
 
 
 def _edge(V: Callable, inside: float, outside: float) -> float:
@@ -94,15 +105,19 @@ def _edge(V: Callable, inside: float, outside: float) -> float:
 
 
 def _strength(name: str, V: Callable, end: float, size: float, sign: int) -> tuple[float, float]:
-    """Return the end and c = lim d^2 V(d); an end where d^2 V -> +inf is moved to where the wave functions have decayed.
+    """Return the end and c = lim d^2 V(d); an end where d^2 V -> +inf is moved to where the wave functions have
+    decayed.
 
-    d^2 V is extrapolated to d = 0 by polynomials through Chebyshev nodes of two small intervals; only agreement counts as a limit.
+    d^2 V is extrapolated to d = 0 by polynomials through Chebyshev nodes of two small intervals; only agreement counts
+    as a limit.
     """
     d = size * np.array([1e-2, 1e-4, 1e-6])
     g = d * d * sampled(V, d)
     if abs(g[2]) > 10 * abs(g[1]) > 100 * abs(g[0]):
         if g[2] < 0:
-            raise NoGroundState(f"{name} falls faster than -1/x^2 at {end:.6g}: the energy is unbounded below, there is no ground state")
+            raise NoGroundState(
+                f"{name} falls faster than -1/x^2 at {end:.6g}: the energy is unbounded below, there is no ground state"
+            )
         close = d[2:]
         while (close**2 * sampled(V, close))[0] > ESSENTIAL:
             close = close * 1.1
@@ -121,14 +136,17 @@ def exponent(name: str, strength: float, place: str) -> float:
     """Return e of u ~ x^e in -u'' + strength u/x^2, the larger root; raises NoGroundState below -1/4."""
     if not strength >= -0.25 - 1e-14:
         raise NoGroundState(
-            f"{name} is too attractive {place}: in the reduced equation -u'' + s u/x^2 it gives s = {strength:.6g} < -1/4, that is, it is "
+            f"{name} is too attractive {place}: in the reduced equation -u'' + s u/x^2 it gives s = {strength:.6g} < "
+            "-1/4, that is, it is "
             "below -hbar^2/(8 mu x^2); the energy is unbounded below, there is no ground state"
         )
     return 0.5 + max(0.25 + strength, 0.0) ** 0.5
 
 
 class Reach(NamedTuple):
-    """Beyond which interval (lo, hi) states have decayed, Gauss nodes that resolve them, their top energy, and the largest top - W."""
+    """Beyond which interval (lo, hi) states have decayed, Gauss nodes that resolve them, their top energy, and the
+    largest top - W.
+    """
 
     lo: float
     hi: float
@@ -140,15 +158,17 @@ class Reach(NamedTuple):
 def reach(name: str, W: Callable, lo: float, hi: float, count: float) -> Reach:
     """Return where the lowest `count` states of -u'' + W u live.
 
-    W with the Langer centrifugal term; semiclassical count int sqrt(lambda - W) dx/pi. n Gauss nodes are pi sqrt(d d')/n apart at distances
-    d, d' from the ends.
+    W with the Langer centrifugal term; semiclassical count int sqrt(lambda - W) dx/pi. n Gauss nodes are pi sqrt(d
+    d')/n apart at distances d, d' from the ends.
     """
     stop = hi if np.isfinite(hi) else RANGE[1]
     y = lo + np.geomspace(RANGE[0] * min(1.0, stop - lo), stop - lo, 6001)
     w, step = sampled(W, y), np.gradient(y)
     bottom = int(np.argmin(w))
     check_bottom(name, bottom, y.size, hi)
-    top = count_top(lambda top: float((np.sqrt(np.maximum(top - w, 0)) * step).sum()) / np.pi, w[bottom], 1 / y[bottom] ** 2, count)
+    top = count_top(
+        lambda top: float((np.sqrt(np.maximum(top - w, 0)) * step).sum()) / np.pi, w[bottom], 1 / y[bottom] ** 2, count
+    )
     left, right = decayed(name, y, w, top, lo, hi)
     waves = np.maximum(top - w, 0) * np.maximum(y - left, 0) * np.maximum(right - y, 0)
     return Reach(left, right, float(np.sqrt(waves.max())), float(top), float(top - w[bottom]))
@@ -172,10 +192,14 @@ def count_top(states: Callable, low: float, unit: float, count: float) -> float:
 
 
 def decayed(name: str, y: np.ndarray, w: np.ndarray, top: float, lo: float, hi: float) -> tuple[float, float]:
-    """Return where states of -u'' + w u with eigenvalues up to `top` have decayed, left and right, on the grid y in (lo, hi)."""
+    """Return where states of -u'' + w u with eigenvalues up to `top` have decayed, left and right, on the grid y in
+    (lo, hi).
+    """
     allowed = np.flatnonzero(w < top)
     if allowed[-1] == y.size - 1 and not np.isfinite(hi):
-        raise NoGroundState(f"{name} does not bind as many levels as asked: it must grow at large distance for a discrete spectrum")
+        raise NoGroundState(
+            f"{name} does not bind as many levels as asked: it must grow at large distance for a discrete spectrum"
+        )
     with np.errstate(invalid="ignore", over="ignore"):
         decay = np.minimum(np.sqrt(np.maximum(w - top, 0)), 1e150) * np.gradient(y)
     after, before = np.cumsum(decay[allowed[-1] :]), np.cumsum(decay[allowed[0] :: -1])

@@ -1,9 +1,10 @@
 """Stationary states on GL(2,R): Psi on matrices and in charts, densities, expectation values, overlaps.
 
-    Psi = e^(i m phi + i l psi) A(x, y),    |Psi|^2 integrated with dx dy dz du = alpha beta dalpha dbeta deta dgamma is 1.
+    Psi = e^(i m phi + i l psi) A(x, y),    |Psi|^2 integrated with dx dy dz du = alpha beta dalpha dbeta deta dgamma is
+    1.
 
-A `State` is a symmetry class and a `Shape`, the real amplitude A over two invariants; where the shape comes from does not matter. The
-shape of separable bodies is a `Product` of two factors,
+A `State` is a symmetry class and a `Shape`, the real amplitude A over two invariants; where the shape comes from does
+not matter. The shape of separable bodies is a `Product` of two factors,
 
     A = (1/2 pi) f_alpha f_beta,    A = (sqrt2/pi) f_r f_vartheta.
 """
@@ -29,14 +30,16 @@ from .factors import Factor
 from .symmetry import SymmetryClass
 
 CHUNK = 1 << 15
-"""Points done at once: few enough for what stands between factors and Psi to stay in the cache, where larger ones halved the speed."""
+"""Points done at once: few enough for what stands between factors and Psi to stay in the cache, where larger ones
+halved the speed.
+"""
 
 
 class Invariants(NamedTuple):
     """Two deformation invariants as coordinates of the quadrant alpha, beta >= 0.
 
-    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha, beta)/d(invariants)|;
-    ranges: least and largest value of both.
+    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha,
+    beta)/d(invariants)|; ranges: least and largest value of both.
     """
 
     front: float
@@ -66,7 +69,9 @@ def _turned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 _RADIUS, _ANY = (0.0, math.inf), (-math.inf, math.inf)
 INVARIANTS = {
     ALPHA_BETA.name: Invariants(1 / (2 * math.pi), _same, _same, 1.0, (_RADIUS, _RADIUS)),
-    R_VARTHETA.name: Invariants(math.sqrt(2) / math.pi, _to_r_vartheta, _from_r_vartheta, 0.25, (_RADIUS, (0.0, math.pi))),
+    R_VARTHETA.name: Invariants(
+        math.sqrt(2) / math.pi, _to_r_vartheta, _from_r_vartheta, 0.25, (_RADIUS, (0.0, math.pi))
+    ),
     TWO_POLAR.name: Invariants(1.0, _turned, _turned, 1.0, (_ANY, _ANY)),
 }
 
@@ -74,12 +79,16 @@ INVARIANTS = {
 def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)) -> Invariants:
     """Return the invariants of a chart; raises ValueError for one that is not among those given."""
     if getattr(chart, "name", None) not in [known.name for known in among]:
-        raise ValueError(f"chart must be {', '.join(known.name for known in among)}, got {getattr(chart, 'name', chart)!r}")
+        raise ValueError(
+            f"chart must be {', '.join(known.name for known in among)}, got {getattr(chart, 'name', chart)!r}"
+        )
     return INVARIANTS[chart.name]
 
 
 def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.ndarray, np.ndarray]:
-    """Return invariants of a chart as floats; raises ValueError or TypeError for what is not finite, or outside of their ranges."""
+    """Return invariants of a chart as floats; raises ValueError or TypeError for what is not finite, or outside of
+    their ranges.
+    """
     ranges, rows = invariants_of(chart).ranges, []
     for letter, own, value, (least, most) in zip("xy", chart.names, (x, y), ranges, strict=False):
         name = f"{letter} ({own})"
@@ -87,7 +96,9 @@ def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.nda
         outside = (row < least) | (row > most)
         if outside.any():
             index = first(outside)
-            raise ValueError(f"{name} must lie in [{least:g}, {most:.3g}], got {row[index]}{f' at index {index}' if index else ''}")
+            raise ValueError(
+                f"{name} must lie in [{least:g}, {most:.3g}], got {row[index]}{f' at index {index}' if index else ''}"
+            )
         rows.append(row)
     return rows[0], rows[1]
 
@@ -102,7 +113,9 @@ def _together(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Shape(Protocol):
-    """What a state asks of its amplitude: values, and quadrature, over two invariants of its chart (ALPHA_BETA or R_VARTHETA)."""
+    """What a state asks of its amplitude: values, and quadrature, over two invariants of its chart (ALPHA_BETA or
+    R_VARTHETA).
+    """
 
     @property
     def chart(self) -> Chart:
@@ -119,11 +132,15 @@ class Shape(Protocol):
         """Return A (...) at alpha, beta (...) >= 0."""
 
     def rule(self, orders: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return nodes x (i,), y (j,), weights (i, j): the integral of A^2 g over GL(2,R) is the sum of weight*A^2*g."""
+        """Return nodes x (i,), y (j,), weights (i, j): the integral of A^2 g over GL(2,R) is the sum of
+        weight*A^2*g.
+        """
 
 
 class Product(NamedTuple):
-    """The shape of a product of two factors, functions of the invariants of `chart`, each normalised in its own measure."""
+    """The shape of a product of two factors, functions of the invariants of `chart`, each normalised in its own
+    measure.
+    """
 
     chart: Chart
     factors: tuple[Factor, Factor]
@@ -161,14 +178,14 @@ class Product(NamedTuple):
 
 @dataclass(frozen=True)
 class State:
-    """A stationary state Psi = e^(i m phi + i l psi) A of one symmetry class, normalised; call it on matrices phi (2, 2, ...).
+    """A stationary state Psi = e^(i m phi + i l psi) A of one symmetry class, normalised; call it on matrices phi (2,
+    2, ...).
 
-    symmetry: the class (m, l); shape: A, a `Product` of `factors` where the body separates; numbers: quantum numbers by name;
-    energy; constants: the separation constants by name; hbar.
-    Signs: factors are positive near alpha = 0, beta = 0 and r = 0, or near the wall instead; the shape of a body that does not separate has
-    its largest coefficient positive.
-    With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`).
-    Source: Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
+    symmetry: the class (m, l); shape: A, a `Product` of `factors` where the body separates; numbers: quantum numbers by
+    name; energy; constants: the separation constants by name; hbar. Signs: factors are positive near alpha = 0, beta =
+    0 and r = 0, or near the wall instead; the shape of a body that does not separate has its largest coefficient
+    positive. With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`). Source: Martens &
+    Slawianowski, EQ4.3 and section 5 (the norms are derived).
     """
 
     symmetry: SymmetryClass
@@ -201,7 +218,9 @@ class State:
     def planes(self, planes: ArrayLike) -> np.ndarray:
         """Return Psi (...), complex, at rows a1, a2, b1, b2 (4, ...): the fastest way, without trigonometry."""
         if (self.symmetry.m + self.symmetry.l) % 2:
-            raise ValueError("with m + l odd Psi has two values on a matrix: give the coordinates of one, as at(q, ALPHA_BETA)")
+            raise ValueError(
+                "with m + l odd Psi has two values on a matrix: give the coordinates of one, as at(q, ALPHA_BETA)"
+            )
         rows = checked("planes", planes, (4,))
         flat = np.ascontiguousarray(rows.reshape(4, -1))
         out = np.empty(flat.shape[1], complex)
@@ -210,7 +229,9 @@ class State:
             some = flat[:, start : start + CHUNK]
             radii = np.empty((2, some.shape[1]))
             plane_radii(some, radii)
-            turn_planes((m - l) // 2, (m + l) // 2, some, radii, self._of_radii(radii[0], radii[1]), out[start : start + CHUNK])
+            turn_planes(
+                (m - l) // 2, (m + l) // 2, some, radii, self._of_radii(radii[0], radii[1]), out[start : start + CHUNK]
+            )
         return out.reshape(rows.shape[1:])[()]
 
     def at(self, q: ArrayLike, chart: Chart = ALPHA_BETA) -> np.ndarray:
@@ -248,9 +269,9 @@ class State:
     def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
         """Return the probability density of two invariants, per unit dx dy: its integral is 1.
 
-        x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1 >= |D2|,
-        where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times 2 pi^2 (D1^2 - D2^2).
-        Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
+        x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1
+        >= |D2|, where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times
+        2 pi^2 (D1^2 - D2^2). Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
         """
         own_chart = self.chart if chart is None else chart
         chosen = invariants_of(own_chart)
@@ -268,24 +289,32 @@ class State:
         return math.sqrt(float(np.real(self.expectation(lambda x, y: np.ones(np.shape(x)), order=order))))
 
     def expectation(
-        self, function: Callable[[np.ndarray, np.ndarray], np.ndarray], *, chart: Chart | None = None, order: int | None = None
+        self,
+        function: Callable[[np.ndarray, np.ndarray], np.ndarray],
+        *,
+        chart: Chart | None = None,
+        order: int | None = None,
     ) -> Any:
         """Return the expectation value of a function of two invariants by Gauss quadrature.
 
-        function(x, y): arrays of the invariants of `chart` (own by default; ALPHA_BETA, R_VARTHETA, TWO_POLAR) to real or complex
-        values; order: nodes of each factor, n + 32 by default. Raises ValueError for a chart or order it does not take.
-        For closed-form factors exact to rounding for polynomials of alpha^2 and beta^2 (r and cos vartheta) of degree up to 63;
-        raise `order` until the digits stand otherwise.
+        function(x, y): arrays of the invariants of `chart` (own by default; ALPHA_BETA, R_VARTHETA, TWO_POLAR) to real
+        or complex values; order: nodes of each factor, n + 32 by default. Raises ValueError for a chart or order it
+        does not take. For closed-form factors exact to rounding for polynomials of alpha^2 and beta^2 (r and cos
+        vartheta) of degree up to 63; raise `order` until the digits stand otherwise.
         """
         chosen = invariants_of(self.chart if chart is None else chart)
         a_function("function", function)
         first, second, weights = self._rule(order, self.shape.degrees)
         alpha, beta = INVARIANTS[self.chart.name].to_radii(first, second)
-        values = np.asarray(function(*(first, second) if chosen is INVARIANTS[self.chart.name] else chosen.from_radii(alpha, beta)))
+        values = np.asarray(
+            function(*(first, second) if chosen is INVARIANTS[self.chart.name] else chosen.from_radii(alpha, beta))
+        )
         return np.sum(weights * self.shape(first, second) ** 2 * values).item()
 
     def overlap(self, other: State, *, order: int | None = None) -> float:
-        """Return <self|other>; 0 between different classes. `order` as in `expectation`, with the larger n of both states."""
+        """Return <self|other>; 0 between different classes. `order` as in `expectation`, with the larger n of both
+        states.
+        """
         if not isinstance(other, State):
             raise TypeError(f"other must be a State, got {type(other).__name__}")
         if self.symmetry != other.symmetry:
@@ -317,4 +346,6 @@ def _angles(chart: Chart, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return named["phi"] - named["psi"], named["phi"] + named["psi"]
     if "Phi" in named:
         return (named["Phi"] + named["Psi"]) / 2, (named["Phi"] - named["Psi"]) / 2
-    raise ValueError(f"chart must have the angles eta and gamma, phi and psi, or Phi and Psi where m + l is odd; got {chart.name!r}")
+    raise ValueError(
+        f"chart must have the angles eta and gamma, phi and psi, or Phi and Psi where m + l is odd; got {chart.name!r}"
+    )

@@ -1,9 +1,10 @@
 """Statistics of levels: unfolding, spacings and their ratios, against regular (Poisson) and chaotic (GOE) spectra.
 
-Statistics compare with random matrices only within one symmetry: the levels of one class (m, l). The potential of a body depends on
-alpha^2 and beta^2 alone, so reflections of space and of the body change the signs of m and l, and leave no parity inside a class, not
-for m = 0, l = 0 or |m| = |l| either. There is one exception: a potential that is the same at -det phi, V(A, B) = V(B, A), has
-alpha <-> beta as a parity inside classes with m l = 0. Bodies on det phi > 0 never have it.
+Statistics compare with random matrices only within one symmetry: the levels of one class (m, l). The potential of a
+body depends on alpha^2 and beta^2 alone, so reflections of space and of the body change the signs of m and l, and leave
+no parity inside a class, not for m = 0, l = 0 or |m| = |l| either. There is one exception: a potential that is the same
+at -det phi, V(A, B) = V(B, A), has alpha <-> beta as a parity inside classes with m l = 0. Bodies on det phi > 0 never
+have it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from ..base.numbers import MOST, an_array, function, numbers, real, shown, whole
 POISSON_RATIO = 2 * math.log(2) - 1
 """Mean ratio of spacings of independent levels, 0.38629. Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111."""
 GOE_RATIO = 0.5307
-"""Mean ratio of large real symmetric random matrices, +-0.0001. Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101, table I."""
+"""Mean ratio of large real symmetric random matrices, +-0.0001. Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101,
+table I.
+"""
 SAME = 1e-9
 """Spacings below this fraction of the mean are degenerate levels."""
 
@@ -53,11 +56,12 @@ def _spacings(s: ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BerryRobnik:
-    """Spacings of regular and chaotic levels, superposed independently; `chaotic` is the chaotic share of the energy surface.
+    """Spacings of regular and chaotic levels, superposed independently; `chaotic` is the chaotic share of the energy
+    surface.
 
-    BerryRobnik(0) is Poisson, e^-s; BerryRobnik(1) Wigner, (pi s/2) e^(-pi s^2/4). P(s) is the second derivative of the gap probability
-    e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic.
-    Source: Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
+    BerryRobnik(0) is Poisson, e^-s; BerryRobnik(1) Wigner, (pi s/2) e^(-pi s^2/4). P(s) is the second derivative of the
+    gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic. Source: Berry & Robnik 1984, J. Phys. A 17, 2413,
+    eq. 28 (one chaotic region).
     """
 
     chaotic: float
@@ -83,8 +87,9 @@ class BerryRobnik:
     def mean_ratio(self) -> float:
         """Return the mean ratio of neighbouring spacings of such a superposition.
 
-        Exact for Poisson; the chaotic part as if three levels were all there are, 4 - 2 sqrt3 = 0.5359 at chaotic = 1 where large matrices
-        have 0.5307. Derived: the joint density of both spacings from the gap probability and the three-level surmise of Atas et al.
+        Exact for Poisson; the chaotic part as if three levels were all there are, 4 - 2 sqrt3 = 0.5359 at chaotic = 1
+        where large matrices have 0.5307. Derived: the joint density of both spacings from the gap probability and the
+        three-level surmise of Atas et al.
         """
         nodes, weights = np.polynomial.legendre.leggauss(80)
         share, scale = (1 + nodes) / 4, weights / 4  # smaller spacing = share*z of the sum z of both, in (0, 1/2)
@@ -98,7 +103,11 @@ class BerryRobnik:
 
         q, p = self.chaotic, 1 - self.chaotic
         z, Q = x + y, q * (x + y)
-        gap, lone, pair = erfc(math.sqrt(np.pi) * Q / 2), np.exp(-np.pi * Q * Q / 4), np.pi * Q / 2 * np.exp(-np.pi * Q * Q / 4)
+        gap, lone, pair = (
+            erfc(math.sqrt(np.pi) * Q / 2),
+            np.exp(-np.pi * Q * Q / 4),
+            np.pi * Q / 2 * np.exp(-np.pi * Q * Q / 4),
+        )
         regular = p * (p * p * gap + 2 * p * q * lone + q * q * pair)
         X, Y = q * x, q * y
         empty = np.zeros(z.shape)
@@ -122,7 +131,9 @@ def _one_sided(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     from scipy.special import erfc
 
     c, Y = SURMISE, y + x / 2
-    tail = Y * np.exp(-c * Y * Y) / (2 * c) + (1 / (2 * c) - x * x / 4) * math.sqrt(np.pi / c) / 2 * erfc(math.sqrt(c) * Y)
+    tail = Y * np.exp(-c * Y * Y) / (2 * c) + (1 / (2 * c) - x * x / 4) * math.sqrt(np.pi / c) / 2 * erfc(
+        math.sqrt(c) * Y
+    )
     return 9 / math.sqrt(np.pi) * c**2.5 * x * np.exp(-0.75 * c * x * x) * tail
 
 
@@ -153,7 +164,9 @@ class Brody:
 
 
 class SpacingFit(NamedTuple):
-    """The law of largest likelihood, and the ends of the interval of its parameter where the likelihood is above e^(-1/2) of that."""
+    """The law of largest likelihood, and the ends of the interval of its parameter where the likelihood is above
+    e^(-1/2) of that.
+    """
 
     law: SpacingLaw
     low: float
@@ -184,7 +197,8 @@ def _simple(E: np.ndarray) -> np.ndarray:
     same = np.flatnonzero(spacings <= SAME * (E[-1] - E[0]) / spacings.size)
     if same.size:
         raise ValueError(
-            f"levels {same[0]} and {same[0] + 1} are degenerate ({same.size} such pairs): take one symmetry class (m, l) at a time; a body "
+            f"levels {same[0]} and {same[0] + 1} are degenerate ({same.size} such pairs): take one symmetry class (m, "
+            "l) at a time; a body "
             "whose classes have multiplets, like the harmonic one, has no statistics of spacings"
         )
     return spacings
@@ -208,10 +222,10 @@ def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike]
 def unfold(levels: ArrayLike, count: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
     """Map levels of one class to a sequence with mean spacing 1.
 
-    Parameters: levels (n,), ascending, any part of the spectrum; count: a smooth number of levels below an energy, such as
-    functools.partial(weyl_count, body, m=m, l=l, hbar=hbar) or `polynomial_count(levels)`.
-    Returns count(levels) (n,). Raises ValueError or TypeError for wrong input, and where the count does not grow along the levels.
-    Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
+    Parameters: levels (n,), ascending, any part of the spectrum; count: a smooth number of levels below an energy, such
+    as functools.partial(weyl_count, body, m=m, l=l, hbar=hbar) or `polynomial_count(levels)`. Returns count(levels)
+    (n,). Raises ValueError or TypeError for wrong input, and where the count does not grow along the levels. Source:
+    Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
     """
     E = checked_levels(levels, 1)
     x = checked("count(levels)", function("count", count)(E), ())
@@ -219,17 +233,20 @@ def unfold(levels: ArrayLike, count: Callable[[np.ndarray], ArrayLike]) -> np.nd
         raise ValueError(f"count must return one number for each level, got shape {x.shape} for {E.shape}")
     fall = np.flatnonzero((np.diff(x) <= 0) & (np.diff(E) > 0))
     if fall.size:
-        raise ValueError(f"count must grow; it falls from level {fall[0]}, {E[fall[0]]:.6g}, to the next: a lower degree, or higher levels")
+        raise ValueError(
+            f"count must grow; it falls from level {fall[0]}, {E[fall[0]]:.6g}, to the next: a lower degree, or higher "
+            "levels"
+        )
     return x
 
 
 def count_deviation(levels: ArrayLike, count: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
     """Compute how far the staircase of the lowest levels is above a smooth count: a check that no level is missing.
 
-    Parameters: levels (n,): all from the lowest on; count: as in `unfold`.
-    Returns k + 1/2 - count(E_k) (n,): it oscillates around 0 for `weyl_count`; from a missing level on it lies 1 lower, from a level too
-    many 1 higher, and a drift tells of a wrong count. Raises ValueError or TypeError for wrong input.
-    Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
+    Parameters: levels (n,): all from the lowest on; count: as in `unfold`. Returns k + 1/2 - count(E_k) (n,): it
+    oscillates around 0 for `weyl_count`; from a missing level on it lies 1 lower, from a level too many 1 higher, and a
+    drift tells of a wrong count. Raises ValueError or TypeError for wrong input. Source: Baltes & Hilf 1976, Spectra of
+    Finite Systems, chapter 6 (the check of completeness).
     """
     smooth = unfold(levels, count)
     return np.arange(smooth.size) + 0.5 - smooth
@@ -238,10 +255,10 @@ def count_deviation(levels: ArrayLike, count: Callable[[np.ndarray], ArrayLike])
 def spacing_ratios(levels: ArrayLike) -> np.ndarray:
     """Compute the ratios of neighbouring spacings, which need no unfolding.
 
-    Parameters: levels (n,), ascending, of one class.
-    Returns r_k = min(s_k, s_(k+1))/max(s_k, s_(k+1)) (n - 2,), s_k = E_(k+1) - E_k. Raises ValueError or TypeError for wrong input: fewer
-    than 3 levels, not ascending, not finite, degenerate (spacings below 1e-9 of the mean).
-    Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
+    Parameters: levels (n,), ascending, of one class. Returns r_k = min(s_k, s_(k+1))/max(s_k, s_(k+1)) (n - 2,), s_k =
+    E_(k+1) - E_k. Raises ValueError or TypeError for wrong input: fewer than 3 levels, not ascending, not finite,
+    degenerate (spacings below 1e-9 of the mean). Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al.
+    2013, Phys. Rev. Lett. 110, 084101.
     """
     return _ratios("levels", levels)
 
@@ -254,11 +271,11 @@ def _ratios(name: str, levels: ArrayLike) -> np.ndarray:
 def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     """Compute the mean ratio of spacings of one or several spectra, with its standard error.
 
-    Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their ratios are pooled.
-    Returns MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic), BerryRobnik(q).mean_ratio()
-    (both). Raises as `spacing_ratios`.
-    The error has the variance of a ratio and its covariance with the next, which shares a spacing with it.
-    Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
+    Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their ratios
+    are pooled. Returns MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic),
+    BerryRobnik(q).mean_ratio() (both). Raises as `spacing_ratios`. The error has the variance of a ratio and its
+    covariance with the next, which shares a spacing with it. Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101;
+    the error is derived.
     """
     if not isinstance(spectra, (list, tuple)) or not spectra or np.ndim(an_array("spectra[0]", spectra[0])) != 1:
         raise TypeError("spectra must be a list of level arrays, such as [levels]")
@@ -274,15 +291,17 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
 def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> SpacingFit:
     """Fit the parameter of a law of spacings by largest likelihood.
 
-    Parameters: spacings (n,), > 0, unfolded (mean about 1); law: BerryRobnik or Brody, or any function of a number in [0, 1] that returns
-    a SpacingLaw. Returns SpacingFit: law, and the 68 % interval of the parameter, cut at 0 and 1.
-    Raises ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE repel, with a correlation
-    of -0.27, so that the interval is rather too wide.
-    Source: Brody et al. 1981, Rev. Mod. Phys. 53, 385.
+    Parameters: spacings (n,), > 0, unfolded (mean about 1); law: BerryRobnik or Brody, or any function of a number in
+    [0, 1] that returns a SpacingLaw. Returns SpacingFit: law, and the 68 % interval of the parameter, cut at 0 and 1.
+    Raises ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE repel,
+    with a correlation of -0.27, so that the interval is rather too wide. Source: Brody et al. 1981, Rev. Mod. Phys. 53,
+    385.
     """
     s = checked("spacings", spacings, ())
     if s.ndim != 1 or s.size < 2 or np.any(s <= 0):
-        raise ValueError(f"spacings must be (n,) with n >= 2 and positive, got shape {s.shape}, least {s.min(initial=np.inf):.3g}")
+        raise ValueError(
+            f"spacings must be (n,) with n >= 2 and positive, got shape {s.shape}, least {s.min(initial=np.inf):.3g}"
+        )
     if s.max() > MOST:
         raise ValueError(f"spacings must be in mean spacings, at most 2**53, got {s.max():.3g}")
     parameter = np.linspace(0.0, 1.0, 401)
@@ -298,14 +317,15 @@ def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> Spa
 def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
     """Compute the variance of the number of unfolded levels in intervals of given lengths.
 
-    Parameters: unfolded (n,), of `unfold`; lengths (...), each positive and below a fifth of the sequence.
-    Returns Sigma^2 (...), over 4 n intervals spread evenly: L for Poisson, (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8) for GOE and L > 1.
-    Raises ValueError or TypeError for wrong input.
-    Source: Mehta 2004, Random Matrices, section 16.1.
+    Parameters: unfolded (n,), of `unfold`; lengths (...), each positive and below a fifth of the sequence. Returns
+    Sigma^2 (...), over 4 n intervals spread evenly: L for Poisson, (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8) for GOE and L
+    > 1. Raises ValueError or TypeError for wrong input. Source: Mehta 2004, Random Matrices, section 16.1.
     """
     x, spans = checked_levels(unfolded, 5, "unfolded"), checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):
-        raise ValueError(f"lengths must be positive and below a fifth of the sequence, {(x[-1] - x[0]) / 5:.3g}, got {lengths!r}")
+        raise ValueError(
+            f"lengths must be positive and below a fifth of the sequence, {(x[-1] - x[0]) / 5:.3g}, got {lengths!r}"
+        )
     out = np.empty(spans.shape)
     for place, span in np.ndenumerate(spans):
         start = np.linspace(x[0], x[-1] - span, 4 * x.size)

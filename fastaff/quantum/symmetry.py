@@ -14,9 +14,9 @@ MOST = 10**6
 class SymmetryClass(NamedTuple):
     """Wave functions e^(i m phi + i l psi) f(alpha, beta) = e^(i (m - l) eta/2 + i (m + l) gamma/2) f.
 
-    a = |m - l|/2 and b = |m + l|/2 are the angular momenta of the planes alpha and beta, in units of hbar. A function on GL(2,R)
-    itself has m + l even, so a and b are integers; with m + l odd it lives on the double covering.
-    Source: Martens & Slawianowski, EQ4.1, EQ4.2; m + l even: derived from phi(phi + pi, psi + pi) = phi(phi, psi).
+    a = |m - l|/2 and b = |m + l|/2 are the angular momenta of the planes alpha and beta, in units of hbar. A function
+    on GL(2,R) itself has m + l even, so a and b are integers; with m + l odd it lives on the double covering. Source:
+    Martens & Slawianowski, EQ4.1, EQ4.2; m + l even: derived from phi(phi + pi, psi + pi) = phi(phi, psi).
     """
 
     m: int
@@ -49,7 +49,8 @@ def checked_class(m: Any, l: Any, single_valued: Any = True) -> SymmetryClass:
             raise ValueError(f"{name} must be at most {MOST} in size, got {shown(value)}")
     if flag("single_valued", single_valued) and (chosen.m + chosen.l) % 2:
         raise ValueError(
-            f"m + l must be even for single-valued wave functions on GL(2,R), got m = {m}, l = {l}; single_valued=False takes the covering"
+            f"m + l must be even for single-valued wave functions on GL(2,R), got m = {m}, l = {l}; "
+            "single_valued=False takes the covering"
         )
     return chosen
 
@@ -58,7 +59,10 @@ def action_quantum(hbar: Any, mu: float = 1.0) -> float:
     """Return hbar > 0, whose hbar^2/mu is within the range of floats, with room for what is made of it."""
     quantum = positive("hbar", hbar)
     if not (1e-100 < quantum < 1e100 and 1e-200 < quantum * (quantum / mu) < 1e200):
-        raise ValueError(f"hbar must lie between 1e-100 and 1e100, and hbar^2/mu between 1e-200 and 1e200; got {hbar!r} with mu = {mu:g}")
+        raise ValueError(
+            f"hbar must lie between 1e-100 and 1e100, and hbar^2/mu between 1e-200 and 1e200; got {hbar!r} with mu = "
+            f"{mu:g}"
+        )
     return quantum
 
 
@@ -70,7 +74,9 @@ def whole_quantum(name: str, value: Any) -> int:
         return operator.index(value)
     except TypeError:
         pass
-    if getattr(value, "ndim", 0) == 0 and (isinstance(value, float) or getattr(getattr(value, "dtype", None), "kind", "") == "f"):
+    if getattr(value, "ndim", 0) == 0 and (
+        isinstance(value, float) or getattr(getattr(value, "dtype", None), "kind", "") == "f"
+    ):
         number = float(value)
         if number.is_integer():
             return int(number)

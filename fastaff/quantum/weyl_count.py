@@ -19,16 +19,19 @@ CHUNK = 48
 ORDER = 56
 """Gauss nodes between turning points, in either direction."""
 LINES, PANELS = 24, 60
-"""Rays and circles along which narrow features are looked for, and into how many panels each direction is cut at most."""
+"""Rays and circles along which narrow features are looked for, and into how many panels each direction is cut at most.
+"""
 SCAN = 128
 """Radii on which a ray is searched for turning points, in equal steps of the logarithm."""
 
 
 class _Well(NamedTuple):
-    """The effective potential of a class, V + (p_eta/alpha)^2/2 mu + (p_gamma/beta)^2/2 mu, on rays alpha + i beta = rho e^(i theta).
+    """The effective potential of a class, V + (p_eta/alpha)^2/2 mu + (p_gamma/beta)^2/2 mu, on rays alpha + i beta =
+    rho e^(i theta).
 
-    theta, low: angles, dense at both ends, and the smallest value on these rays; reach: radii within which it is below the top energy;
-    breaks: radii, and angles, at which integrals are cut where V has narrow features, and radii at which these are looked for.
+    theta, low: angles, dense at both ends, and the smallest value on these rays; reach: radii within which it is below
+    the top energy; breaks: radii, and angles, at which integrals are cut where V has narrow features, and radii at
+    which these are looked for.
     """
 
     body: Any
@@ -96,22 +99,23 @@ def _features(well: _Well, rho: np.ndarray, theta: np.ndarray, top: float) -> tu
 def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
     """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
 
-    Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum numbers of spin and
-    vorticity (m + l odd is the double covering); hbar > 0.
-    Returns N (...): the mean of the staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest
-    effective potential, and as low as -1/12 just above it.
-    Raises ValueError or TypeError for wrong input, and ValueError where the allowed region is not bounded.
+    Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
+    numbers of spin and vorticity (m + l odd is the double covering); hbar > 0. Returns N (...): the mean of the
+    staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest effective potential, and as low as -1/12
+    just above it. Raises ValueError or TypeError for wrong input, and ValueError where the allowed region is not
+    bounded.
 
-    N = (mu/2 pi hbar^2) int (E - V_eff)_+ dalpha dbeta - (d^2/da^2 + d^2/db^2) N/12 - (1/48 pi) int Delta V delta(E - V_eff) dalpha dbeta,
-    V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = |m - l|/2, b = |m + l|/2, Delta the Laplacian of R^4. The first term is phase
-    space over (2 pi hbar)^2 with the centrifugal terms of Langer, a^2 and not a^2 - 1/4: with these no term of the order 1/hbar is left,
-    no perimeter; the others are of order 1, -1/12 for oscillators. What is left out is of the order hbar, and what oscillates.
-    A wall det phi = 0 must be soft on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow
-    features of V, which are integrated as they are: waves longer than their widths see less of them than this expansion.
-    Quadrature errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow
-    features of V.
-    Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys. Rev. 51, 669; the
-    terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
+    N = (mu/2 pi hbar^2) int (E - V_eff)_+ dalpha dbeta - (d^2/da^2 + d^2/db^2) N/12 - (1/48 pi) int Delta V delta(E -
+    V_eff) dalpha dbeta, V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = |m - l|/2, b = |m + l|/2, Delta the
+    Laplacian of R^4. The first term is phase space over (2 pi hbar)^2 with the centrifugal terms of Langer, a^2 and not
+    a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1, -1/12 for
+    oscillators. What is left out is of the order hbar, and what oscillates. A wall det phi = 0 must be soft on the
+    scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of V,
+    which are integrated as they are: waves longer than their widths see less of them than this expansion. Quadrature
+    errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut
+    at narrow features of V. Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order
+    hbar^2); Langer 1937, Phys. Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a -
+    omega_b L_b at imaginary rates.
     """
     checked_model(body)
     if not isinstance(body, Body):
@@ -133,8 +137,8 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
 def _wells(body: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Well, list[tuple[int, float, _Well]]]:
     """Return the well of a class, and those of d^2/da^2 and d^2/db^2: row of the integral, weight, well.
 
-    By differences of dN/da = -(a/2 pi) int dalpha dbeta/alpha^2 over half a quantum to either side; at 0, where N has a kink in the sign
-    of a, to the right alone.
+    By differences of dN/da = -(a/2 pi) int dalpha dbeta/alpha^2 over half a quantum to either side; at 0, where N has a
+    kink in the sign of a, to the right alone.
     """
     top = top + 1e-3 * abs(top)
     bends = []
@@ -153,14 +157,18 @@ def _count(energy: np.ndarray, well: _Well, bends: list[tuple[int, float, _Well]
     bottom = float(well.low.min())
     step = 1e-3 * np.maximum(energy - bottom, 0.0)
     volume = _integrals(well, energy)[0]
-    stiffness = (_integrals(well, energy + step)[3] - _integrals(well, energy - step)[3]) / np.where(step > 0, 2 * step, 1.0)
+    stiffness = (_integrals(well, energy + step)[3] - _integrals(well, energy - step)[3]) / np.where(
+        step > 0, 2 * step, 1.0
+    )
     bend = sum(weight * _integrals(other, energy)[row] for row, weight, other in bends)
     total = well.body.mu / (2 * np.pi * hbar**2) * volume - bend / 12 - stiffness / (48 * np.pi)
     return np.where(energy > bottom, total, 0.0)
 
 
 def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
-    """Return the integrals (4, energies) of E - V, 1/alpha^2, 1/beta^2 and Delta V over dalpha dbeta where V_eff < E."""
+    """Return the integrals (4, energies) of E - V, 1/alpha^2, 1/beta^2 and Delta V over dalpha dbeta where V_eff <
+    E.
+    """
     n, first, last = _intervals(well.low < energy[:, None])
     total = np.zeros((4, energy.size))
     if n.size == 0 or well.reach[1] == 0.0:
@@ -186,7 +194,9 @@ def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
     return total
 
 
-def _cut(owner: np.ndarray, lo: np.ndarray, hi: np.ndarray, breaks: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _cut(
+    owner: np.ndarray, lo: np.ndarray, hi: np.ndarray, breaks: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return intervals (lo, hi) of owners cut at all breaks inside of them."""
     if not breaks.size:
         return owner, lo, hi
@@ -204,9 +214,11 @@ def _intervals(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _crossing(well: _Well, inside: np.ndarray, step: int, energy: np.ndarray, edge: float) -> np.ndarray:
-    """Return the angles where the smallest value on rays crosses the energy next to the index `inside`; the edge where it never does.
+    """Return the angles where the smallest value on rays crosses the energy next to the index `inside`; the edge where
+    it never does.
 
-    By bisection: next to a wall the angles of the table are far apart, and interpolation between them would miss most of Delta V.
+    By bisection: next to a wall the angles of the table are far apart, and interpolation between them would miss most
+    of Delta V.
     """
     out = inside + step
     natural = (out < 0) | (out >= well.theta.size)
@@ -244,7 +256,10 @@ def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndar
     middle = (left + right) / 2
     deepest = well.value(middle, rays)
     lower = deepest < value[index, best]
-    rho[index, best], value[index, best] = np.where(lower, middle, rho[index, best]), np.where(lower, deepest, value[index, best])
+    rho[index, best], value[index, best] = (
+        np.where(lower, middle, rho[index, best]),
+        np.where(lower, deepest, value[index, best]),
+    )
     ray, first, last = _intervals(value < energy[:, None])
     ends = []
     for inside, step in ((first, -1), (last, 1)):

@@ -1,4 +1,6 @@
-"""Integration schemes: values that check themselves, the time transformation of a splitting, and the choice among them."""
+"""Integration schemes: values that check themselves, the time transformation of a splitting, and the choice among
+them.
+"""
 
 from .automatic import AUTO, Automatic
 from .catalogue import (
@@ -21,6 +23,22 @@ from .catalogue import (
 from .time_transformed import TimeTransformed
 
 __all__ = [
-    "AUTO", "BLANES_MOAN6", "DOP853", "KAHAN_LI8", "LEAPFROG", "RK4", "SCHEMES", "SOFRONIOU_SPALETTA10", "VERNER9", "YOSHIDA4",
-    "Automatic", "RungeKutta", "Scheme", "Splitting", "TimeTransformed", "compose", "scheme_named", "triple_jump",
-]  # fmt: skip
+    "AUTO",
+    "BLANES_MOAN6",
+    "DOP853",
+    "KAHAN_LI8",
+    "LEAPFROG",
+    "RK4",
+    "SCHEMES",
+    "SOFRONIOU_SPALETTA10",
+    "VERNER9",
+    "YOSHIDA4",
+    "Automatic",
+    "RungeKutta",
+    "Scheme",
+    "Splitting",
+    "TimeTransformed",
+    "compose",
+    "scheme_named",
+    "triple_jump",
+]

@@ -14,7 +14,9 @@ from .catalogue import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, VE
 from .time_transformed import TimeTransformed
 
 PREFERENCE = 1.5
-"""How many times the forces of the cheapest scheme one that keeps phase space volume may cost: its error does not grow with time."""
+"""How many times the forces of the cheapest scheme one that keeps phase space volume may cost: its error does not grow
+with time.
+"""
 
 TRIAL_ORBITS = 64
 """Orbits that decide between schemes."""
@@ -26,7 +28,9 @@ SHARE = 0.25
 
 @dataclass(frozen=True)
 class Trial:
-    """What a candidate did in the trial: its step, the largest energy error expected at the end, forces per unit time."""
+    """What a candidate did in the trial: its step, the largest energy error expected at the end, forces per unit
+    time.
+    """
 
     scheme: Any
     step: float
@@ -41,15 +45,16 @@ class Trial:
 
 @dataclass(frozen=True)
 class Automatic:
-    """A scheme chosen by trial: the cheapest of `candidates` whose energy error stays below `energy_error` on a sample of the orbits.
+    """A scheme chosen by trial: the cheapest of `candidates` whose energy error stays below `energy_error` on a sample
+    of the orbits.
 
-    Each fixed step is first made as long as that allows. An adaptive scheme keeps the tolerances it is given; its error is taken to grow in
-    proportion to time. The cost is counted in forces, never timed, so the choice is the same on every machine. A symplectic scheme
-    that costs up to PREFERENCE times the cheapest is preferred; where none meets the bound the one of least error is taken, an adaptive one
-    where none keeps the sample in the domain. Orbits that leave the domain have no say beside others.
-    A result's `.scheme` and `.step` say what was chosen. `integrate` and `poincare_map` try all candidates, other functions
-    the splittings and Runge-Kutta schemes among them.
-    Raises TypeError or ValueError for candidates that are no schemes.
+    Each fixed step is first made as long as that allows. An adaptive scheme keeps the tolerances it is given; its error
+    is taken to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
+    every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred; where none meets the
+    bound the one of least error is taken, an adaptive one where none keeps the sample in the domain. Orbits that leave
+    the domain have no say beside others. A result's `.scheme` and `.step` say what was chosen. `integrate` and
+    `poincare_map` try all candidates, other functions the splittings and Runge-Kutta schemes among them. Raises
+    TypeError or ValueError for candidates that are no schemes.
     """
 
     candidates: tuple[Any, ...] = (KAHAN_LI8, SOFRONIOU_SPALETTA10, BLANES_MOAN6, TimeTransformed(), DOP853, VERNER9)
@@ -61,7 +66,9 @@ class Automatic:
             raise ValueError(f"candidates must be a tuple of at least one scheme, got {self.candidates!r}")
         for candidate in self.candidates:
             if not isinstance(candidate, (Splitting, RungeKutta, TimeTransformed)):
-                raise TypeError(f"candidates must be schemes such as KAHAN_LI8, got {candidate!r} ({type(candidate).__name__})")
+                raise TypeError(
+                    f"candidates must be schemes such as KAHAN_LI8, got {candidate!r} ({type(candidate).__name__})"
+                )
 
     @property
     def name(self) -> str:
@@ -78,7 +85,9 @@ class Automatic:
         """Itself with the candidates that step in time itself."""
         kept = tuple(c for c in self.candidates if not isinstance(c, TimeTransformed))
         if not kept:
-            raise ValueError(f"scheme {self.name} has only time-transformed candidates: integrate and poincare_map take those")
+            raise ValueError(
+                f"scheme {self.name} has only time-transformed candidates: integrate and poincare_map take those"
+            )
         return replace(self, candidates=kept)
 
     def choose(self, trials: Iterable[Trial]) -> Trial:
@@ -96,7 +105,9 @@ AUTO = Automatic()
 
 
 def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
-    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than the run."""
+    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than
+    the run.
+    """
     return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
 
 

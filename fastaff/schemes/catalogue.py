@@ -28,8 +28,21 @@ from ..base.numbers import flag, reals, shown, text, whole
 from . import _dop853, _verner98
 
 __all__ = [
-    "BLANES_MOAN6", "DOP853", "KAHAN_LI8", "LEAPFROG", "RK4", "SCHEMES", "SOFRONIOU_SPALETTA10", "VERNER9",
-    "YOSHIDA4", "RungeKutta", "Scheme", "Splitting", "compose", "scheme_named", "triple_jump",
+    "BLANES_MOAN6",
+    "DOP853",
+    "KAHAN_LI8",
+    "LEAPFROG",
+    "RK4",
+    "SCHEMES",
+    "SOFRONIOU_SPALETTA10",
+    "VERNER9",
+    "YOSHIDA4",
+    "RungeKutta",
+    "Scheme",
+    "Splitting",
+    "compose",
+    "scheme_named",
+    "triple_jump",
 ]
 
 MOST_ORDER = 40
@@ -46,7 +59,7 @@ def _require(condition: bool, scheme: str, fault: str) -> None:
 
 def _agree(found: float | np.ndarray, expected: float | np.ndarray, weights: Weights) -> bool:
     """Whether sums over `weights` agree with what is expected up to rounding."""
-    return bool(np.all(np.abs(found - expected) <= 1e-14*max(1.0, sum(map(abs, weights)))))
+    return bool(np.all(np.abs(found - expected) <= 1e-14 * max(1.0, sum(map(abs, weights)))))
 
 
 def _label(scheme: "Splitting | RungeKutta") -> None:
@@ -102,21 +115,30 @@ class Splitting:
         flag("nystrom", self.nystrom)
         for what in ("drift", "kick"):
             object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
-        _require(len(self.drift) == len(self.kick) + 1 >= 2, self.name,
-                 f"needs one drift more than kicks, got {len(self.drift)} drifts and {len(self.kick)} kicks")
+        _require(
+            len(self.drift) == len(self.kick) + 1 >= 2,
+            self.name,
+            f"needs one drift more than kicks, got {len(self.drift)} drifts and {len(self.kick)} kicks",
+        )
         _require(all(map(isfinite, (*self.drift, *self.kick))), self.name, "coefficients must be finite")
         for what, weights in (("drift", self.drift), ("kick", self.kick)):
             _require(weights == weights[::-1], self.name, f"{what} coefficients must be palindromic")
-            _require(_agree(sum(weights), 1.0, weights), self.name,
-                     f"{what} coefficients must sum to 1, got {sum(weights)!r}")
+            _require(
+                _agree(sum(weights), 1.0, weights),
+                self.name,
+                f"{what} coefficients must sum to 1, got {sum(weights)!r}",
+            )
         # The drift's moment k belongs to the bracket of k - 1 kicks with one drift: none for k > 3 if T is quadratic.
         for what, weights, other, degree in (
             ("kick", self.kick, self.drift[:-1], self.order),
             ("drift", self.drift, (0.0, *self.kick), min(self.order, 3) if self.nystrom else self.order),
         ):
             moments = _moments(weights, np.cumsum(other), degree)
-            _require(_agree(moments, 1/np.arange(1, degree + 1), weights), self.name,
-                     f"{what} coefficients contradict the order {self.order}")
+            _require(
+                _agree(moments, 1 / np.arange(1, degree + 1), weights),
+                self.name,
+                f"{what} coefficients contradict the order {self.order}",
+            )
 
     @property
     def stages(self) -> int:
@@ -140,7 +162,12 @@ class Splitting:
 
 
 def compose(
-    base: Splitting, weights: Iterable[str | float | Fraction], *, name: str, order: int, source: str,
+    base: Splitting,
+    weights: Iterable[str | float | Fraction],
+    *,
+    name: str,
+    order: int,
+    source: str,
 ) -> Splitting:
     """Compose a symmetric splitting with itself at step sizes w1 h, w2 h, ..., w0 h, ..., w2 h, w1 h.
 
@@ -149,15 +176,15 @@ def compose(
     Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
     """
     outer = [Fraction(w) for w in weights]
-    flows = [Fraction(0)]*(2*len(base.kick) + 1)
+    flows = [Fraction(0)] * (2 * len(base.kick) + 1)
     flows[::2], flows[1::2] = map(Fraction, base.drift), map(Fraction, base.kick)
     kicks_first = not flows[0]
     if kicks_first:
         flows = flows[1:-1]
     merged = [Fraction(0)]
-    for w in (*outer, 1 - 2*sum(outer), *reversed(outer)):
-        merged[-1] += w*flows[0]
-        merged += [w*flow for flow in flows[1:]]
+    for w in (*outer, 1 - 2 * sum(outer), *reversed(outer)):
+        merged[-1] += w * flows[0]
+        merged += [w * flow for flow in flows[1:]]
     if kicks_first:
         merged = [Fraction(0), *merged, Fraction(0)]
     return Splitting(name, order, source, tuple(map(float, merged[::2])), tuple(map(float, merged[1::2])), base.nystrom)
@@ -168,7 +195,7 @@ def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
 
     w = 1/(2 - 2**(1/(order + 1))). Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
     """
-    w = 1/(2 - Decimal(2)**(1/Decimal(base.order + 1)))
+    w = 1 / (2 - Decimal(2) ** (1 / Decimal(base.order + 1)))
     return compose(base, [Fraction(w)], name=name, order=base.order + 2, source=source)
 
 
@@ -233,14 +260,15 @@ class RungeKutta:
             _require(_agree(sum(row), nodes[i], row), self.name, f"row {i} of a must sum to c[{i}] = {nodes[i]!r}")
         targets = np.array([_nested(k, len(self.dense)) for k in range(1, self.dense_order + 1)]).T
         for what, weights, target in (
-            ("b", self.b, 1/np.arange(1, self.order + 1)),
+            ("b", self.b, 1 / np.arange(1, self.order + 1)),
             *((f"errors[{r}]", row, np.zeros(p)) for r, (row, p) in enumerate(zip(self.errors, self.error_orders))),
             *((f"dense[{r}]", row, targets[r]) for r, row in enumerate(self.dense)),
         ):
-            moments = _moments(weights, nodes[:len(weights)], len(target))
+            moments = _moments(weights, nodes[: len(weights)], len(target))
             _require(_agree(moments, target, weights), self.name, f"{what} contradicts the order {len(target)}")
-        _require(not self.dense or self.dense[0] == (*self.b, *[0.0]*len(self.extra_c)), self.name,
-                 "dense[0] must be b")
+        _require(
+            not self.dense or self.dense[0] == (*self.b, *[0.0] * len(self.extra_c)), self.name, "dense[0] must be b"
+        )
 
     @property
     def stages(self) -> int:
@@ -266,7 +294,7 @@ class RungeKutta:
     def a_array(self) -> np.ndarray:
         """A fresh float64 array (stages + extra, stages + extra), lower triangular; the extra rows are last."""
         rows = (*self.a, *self.extra_a)
-        return np.array([[*row, *[0.0]*(len(rows) - len(row))] for row in rows], dtype=np.float64)
+        return np.array([[*row, *[0.0] * (len(rows) - len(row))] for row in rows], dtype=np.float64)
 
     @property
     def b_array(self) -> np.ndarray:
@@ -291,107 +319,174 @@ class RungeKutta:
 
 def _nested(k: int, rows: int) -> list[float]:
     """Coefficients of x**k / k in the nesting x (F_0 + (1-x) (F_1 + x (F_2 + ...))); it has degree `rows`."""
-    rest, coefficients = np.polynomial.Polynomial.basis(k)/k//[0, 1], []
+    rest, coefficients = np.polynomial.Polynomial.basis(k) / k // [0, 1], []
     for r in range(rows):
         coefficients.append(float(rest(1.0 if r % 2 == 0 else 0.0)))
-        rest = (rest - coefficients[-1])//([1, -1] if r % 2 == 0 else [0, 1])
+        rest = (rest - coefficients[-1]) // ([1, -1] if r % 2 == 0 else [0, 1])
     return coefficients
 
 
 def _mirrored(half: Sequence[str], *, central: bool) -> Weights:
     """The palindrome of sum 1 with that outer half; its innermost value, single (`central`) or double, follows."""
     outer = [Fraction(w) for w in half]
-    inner = 1 - 2*sum(outer)
-    middle = [inner] if central else [inner/2]*2
+    inner = 1 - 2 * sum(outer)
+    middle = [inner] if central else [inner / 2] * 2
     return tuple(map(float, (*outer, *middle, *reversed(outer))))
 
 
 LEAPFROG = Splitting(
-    name="LEAPFROG", order=2, source="Störmer 1907; Verlet, Phys. Rev. 159 (1967) 98; Strang 1968",
-    drift=(0.5, 0.5), kick=(1.0,),
+    name="LEAPFROG",
+    order=2,
+    source="Störmer 1907; Verlet, Phys. Rev. 159 (1967) 98; Strang 1968",
+    drift=(0.5, 0.5),
+    kick=(1.0,),
 )
 
 YOSHIDA4 = triple_jump(
-    LEAPFROG, name="YOSHIDA4", source="Yoshida, Phys. Lett. A 150 (1990) 262; Forest and Ruth, Physica D 43 (1990) 105",
+    LEAPFROG,
+    name="YOSHIDA4",
+    source="Yoshida, Phys. Lett. A 150 (1990) 262; Forest and Ruth, Physica D 43 (1990) 105",
 )
 
 # Published with 15 digits. These solve the order conditions (grades 1, 3 and 5 of the free Lie algebra of drift A and
 # kick B with [B, [B, [B, A]]] = 0) to 1e-25: the solution nearest to the published digits, within 4e-15 of each.
 # The other of the pair, with 11 forces, needs 4-18 % fewer of them on Hénon-Heiles and 12-30 % more on Kepler orbits.
 BLANES_MOAN6 = Splitting(
-    name="BLANES_MOAN6", order=6, nystrom=True,
+    name="BLANES_MOAN6",
+    order=6,
+    nystrom=True,
     source="Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3, SRKN 14a; digits refined by Newton",
-    drift=_mirrored((
-        "0.03785931984061094144702118", "0.10263563310243655284708225", "-0.02586788826655833316394696",
-        "0.31424140307144643414714254", "-0.13014445951741511384961508", "0.10641770036954136802228014",
-        "-0.00879424312851020439406943",
-    ), central=True),
-    kick=_mirrored((
-        "0.09171915262446201798118323", "0.18398317000500489849147656", "-0.05653436583288910439527704",
-        "0.00491468877471188564020562", "0.14376112716836168238737453", "0.32856769374680414020048126",
-    ), central=False),
+    drift=_mirrored(
+        (
+            "0.03785931984061094144702118",
+            "0.10263563310243655284708225",
+            "-0.02586788826655833316394696",
+            "0.31424140307144643414714254",
+            "-0.13014445951741511384961508",
+            "0.10641770036954136802228014",
+            "-0.00879424312851020439406943",
+        ),
+        central=True,
+    ),
+    kick=_mirrored(
+        (
+            "0.09171915262446201798118323",
+            "0.18398317000500489849147656",
+            "-0.05653436583288910439527704",
+            "0.00491468877471188564020562",
+            "0.14376112716836168238737453",
+            "0.32856769374680414020048126",
+        ),
+        central=False,
+    ),
 )
 
 KAHAN_LI8 = compose(
     LEAPFROG,
     (
-        "0.13020248308889008087881763", "0.56116298177510838456196441", "-0.38947496264484728640807860",
-        "0.15884190655515560089621075", "-0.39590389413323757733623154", "0.18453964097831570709183254",
-        "0.25837438768632204729397911", "0.29501172360931029887096624",
+        "0.13020248308889008087881763",
+        "0.56116298177510838456196441",
+        "-0.38947496264484728640807860",
+        "0.15884190655515560089621075",
+        "-0.39590389413323757733623154",
+        "0.18453964097831570709183254",
+        "0.25837438768632204729397911",
+        "0.29501172360931029887096624",
     ),
-    name="KAHAN_LI8", order=8,
+    name="KAHAN_LI8",
+    order=8,
     source="Kahan and Li, Math. Comp. 66 (1997) 1089, 17 stages; digits of Hairer, Lubich, Wanner 2006, V.3.14",
 )
 
 SOFRONIOU_SPALETTA10 = compose(
     LEAPFROG,
     (
-        "0.07879572252168641926390768", "0.31309610341510852776481247", "0.02791838323507806610952027",
-        "-0.22959284159390709415121340", "0.13096206107716486317465686", "-0.26973340565451071434460973",
-        "0.07497334315589143566613711", "0.11199342399981020488957508", "0.36613344954622675119314812",
-        "-0.39910563013603589787862981", "0.10308739852747107731580277", "0.41143087395589023782070412",
-        "-0.00486636058313526176219566", "-0.39203335370863990644808194", "0.05194250296244964703718290",
-        "0.05066509075992449633587434", "0.04967437063972987905456880",
+        "0.07879572252168641926390768",
+        "0.31309610341510852776481247",
+        "0.02791838323507806610952027",
+        "-0.22959284159390709415121340",
+        "0.13096206107716486317465686",
+        "-0.26973340565451071434460973",
+        "0.07497334315589143566613711",
+        "0.11199342399981020488957508",
+        "0.36613344954622675119314812",
+        "-0.39910563013603589787862981",
+        "0.10308739852747107731580277",
+        "0.41143087395589023782070412",
+        "-0.00486636058313526176219566",
+        "-0.39203335370863990644808194",
+        "0.05194250296244964703718290",
+        "0.05066509075992449633587434",
+        "0.04967437063972987905456880",
     ),
-    name="SOFRONIOU_SPALETTA10", order=10,
+    name="SOFRONIOU_SPALETTA10",
+    order=10,
     source="Sofroniou and Spaletta, Optim. Methods Softw. 20 (2005) 597, 35 stages",
 )
 
 RK4 = RungeKutta(
-    name="RK4", order=4, source="Kutta 1901; interpolant: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed. 1993, II.6",
-    a=((), (1/2,), (0.0, 1/2), (0.0, 0.0, 1.0)), b=(1/6, 1/3, 1/3, 1/6), c=(0.0, 1/2, 1/2, 1.0),
-    dense=((1/6, 1/3, 1/3, 1/6), (5/6, -1/3, -1/3, -1/6), (-2/3, 2/3, 2/3, -2/3)), dense_order=3,
+    name="RK4",
+    order=4,
+    source="Kutta 1901; interpolant: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed. 1993, II.6",
+    a=((), (1 / 2,), (0.0, 1 / 2), (0.0, 0.0, 1.0)),
+    b=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
+    c=(0.0, 1 / 2, 1 / 2, 1.0),
+    dense=((1 / 6, 1 / 3, 1 / 3, 1 / 6), (5 / 6, -1 / 3, -1 / 3, -1 / 6), (-2 / 3, 2 / 3, 2 / 3, -2 / 3)),
+    dense_order=3,
 )
 
 # Hairer's controller takes |E5|^2 / sqrt(|E5|^2 + 0.01 |E3|^2) as the error: it shrinks as fast as h^8.
 DOP853 = RungeKutta(
-    name="DOP853", order=8,
+    name="DOP853",
+    order=8,
     source="Dormand and Prince; Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed. 1993, II.5, II.6",
-    a=_dop853.A[:13], b=_dop853.B, c=_dop853.C[:13], errors=(_dop853.E5, _dop853.E3), error_orders=(5, 3),
-    extra_a=_dop853.A[13:], extra_c=_dop853.C[13:], dense=_dop853.DENSE, dense_order=7,
+    a=_dop853.A[:13],
+    b=_dop853.B,
+    c=_dop853.C[:13],
+    errors=(_dop853.E5, _dop853.E3),
+    error_orders=(5, 3),
+    extra_a=_dop853.A[13:],
+    extra_c=_dop853.C[13:],
+    dense=_dop853.DENSE,
+    dense_order=7,
 )
 
 # Slopes for each one of DOP853 at equal errors of 1e-8, 1e-10 and 1e-12: 1.03, 0.92 and 0.80 on Hénon-Heiles orbits,
 # 0.94, 0.84 and 0.77 on Hyperelastic, 0.76, 0.77 and 0.77 on HeavyTop ones.
 VERNER9 = RungeKutta(
-    name="VERNER9", order=9,
-    source="Verner, Numer. Algorithms 53 (2010) 383, the most efficient 9(8) pair (IIa), with its interpolant of order 8",
-    a=_verner98.A[:17], b=_verner98.B, c=_verner98.C[:17], errors=(_verner98.E8,), error_orders=(8,),
-    extra_a=_verner98.A[17:], extra_c=_verner98.C[17:], dense=_verner98.DENSE, dense_order=8,
+    name="VERNER9",
+    order=9,
+    source="Verner, Numer. Algorithms 53 (2010) 383, the most efficient 9(8) pair (IIa), with its interpolant of order "
+    "8",
+    a=_verner98.A[:17],
+    b=_verner98.B,
+    c=_verner98.C[:17],
+    errors=(_verner98.E8,),
+    error_orders=(8,),
+    extra_a=_verner98.A[17:],
+    extra_c=_verner98.C[17:],
+    dense=_verner98.DENSE,
+    dense_order=8,
 )
 
 Scheme = Splitting | RungeKutta
 
-SCHEMES: Mapping[str, Scheme] = MappingProxyType({
-    scheme.name: scheme
-    for scheme in (LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853, VERNER9)
-})
+SCHEMES: Mapping[str, Scheme] = MappingProxyType(
+    {
+        scheme.name: scheme
+        for scheme in (LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853, VERNER9)
+    }
+)
 
 
 def scheme_named(name: str) -> Scheme:
-    """Return the scheme of that name, in capitals or not. Raises ValueError that lists the names, TypeError for what is no name."""
+    """Return the scheme of that name, in capitals or not. Raises ValueError that lists the names, TypeError for what is
+    no name.
+    """
     if not isinstance(name, str):
-        raise TypeError(f"name must be the name of a scheme, one of {', '.join(SCHEMES)}, got {name!r} ({type(name).__name__})")
+        raise TypeError(
+            f"name must be the name of a scheme, one of {', '.join(SCHEMES)}, got {name!r} ({type(name).__name__})"
+        )
     if (scheme := SCHEMES.get(name.upper())) is not None:
         return scheme
     near = difflib.get_close_matches(name.upper(), SCHEMES, n=1)

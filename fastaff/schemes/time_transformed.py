@@ -1,8 +1,9 @@
 """Time-transformed splittings: steps in a fictitious time s that runs slower near a wall, symplectic still.
 
-On an orbit of energy E = T(p) + V(q), E - T(p) = V(q); so for any increasing G the Hamiltonian G(V(q)) - G(E - T(p)) has the same orbits,
-in a time s with dt/ds = g = G'. It is separable: the drift moves q by g(E - T) v and t by g(E - T), the kick moves p by g(V) f. Here time
-is a further coordinate, tau = t/time, and E its momentum: an ordinary model of one more degree of freedom, for the same kernels.
+On an orbit of energy E = T(p) + V(q), E - T(p) = V(q); so for any increasing G the Hamiltonian G(V(q)) - G(E - T(p))
+has the same orbits, in a time s with dt/ds = g = G'. It is separable: the drift moves q by g(E - T) v and t by g(E -
+T), the kick moves p by g(V) f. Here time is a further coordinate, tau = t/time, and E its momentum: an ordinary model
+of one more degree of freedom, for the same kernels.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ class Logistic(NamedTuple):
 
 
 class Algebraic(NamedTuple):
-    """The rate g = (u + sqrt(u^2 + 1))^-exponent with u = (V - origin)/(2 kappa): about (V/kappa)^-exponent on the wall.
+    """The rate g = (u + sqrt(u^2 + 1))^-exponent with u = (V - origin)/(2 kappa): about (V/kappa)^-exponent on the
+    wall.
 
     For walls V = c/d^k. Positive for every V. kappa > 0 and origin are energies.
     Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
@@ -69,14 +71,15 @@ class Algebraic(NamedTuple):
 
 @dataclass(frozen=True)
 class TimeTransformed:
-    """A splitting in a fictitious time s that slows down near a wall: explicit, reversible, symplectic in extended phase space.
+    """A splitting in a fictitious time s that slows down near a wall: explicit, reversible, symplectic in extended
+    phase space.
 
-    `splitting` gives the coefficients and the order; `rate`, dt/ds as a function of V, is an `Exponential`, `Logistic` or `Algebraic`
-    (or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of arithmetic), or None: chosen by a short trial.
-    The step of such a scheme is one in s.
-    `integrate` and `poincare_map` take it. Per stage it costs a force, V, T and two rates.
-    Raises TypeError for other values, ValueError for a splitting whose order needs T quadratic or a rate that is not positive.
-    Source: Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
+    `splitting` gives the coefficients and the order; `rate`, dt/ds as a function of V, is an `Exponential`, `Logistic`
+    or `Algebraic` (or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of arithmetic), or
+    None: chosen by a short trial. The step of such a scheme is one in s. `integrate` and `poincare_map` take it. Per
+    stage it costs a force, V, T and two rates. Raises TypeError for other values, ValueError for a splitting whose
+    order needs T quadratic or a rate that is not positive. Source: Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola
+    & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
     """
 
     splitting: Splitting = KAHAN_LI8
@@ -87,13 +90,21 @@ class TimeTransformed:
 
     def __post_init__(self) -> None:
         if not isinstance(self.splitting, Splitting):
-            raise TypeError(f"splitting must be a Splitting such as KAHAN_LI8, got {self.splitting!r} ({type(self.splitting).__name__})")
+            raise TypeError(
+                f"splitting must be a Splitting such as KAHAN_LI8, got {self.splitting!r} "
+                f"({type(self.splitting).__name__})"
+            )
         if self.splitting.nystrom:
-            raise ValueError(f"splitting {self.splitting.name} needs T quadratic in p, which G(E - T) is not: take KAHAN_LI8")
+            raise ValueError(
+                f"splitting {self.splitting.name} needs T quadratic in p, which G(E - T) is not: take KAHAN_LI8"
+            )
         if self.rate is None:
             return
         if not (is_value(self.rate) and hasattr(self.rate, "at")):
-            raise TypeError(f"rate must be a rate such as Logistic(kappa=1.0, origin=2.0), got {self.rate!r} ({type(self.rate).__name__})")
+            raise TypeError(
+                f"rate must be a rate such as Logistic(kappa=1.0, origin=2.0), got {self.rate!r} "
+                f"({type(self.rate).__name__})"
+            )
         if not np.all(np.isfinite(parameters(self.rate))):
             raise ValueError(f"rate has a parameter that is not finite: {self.rate!r}")
         for name in {"kappa", "exponent"} & set(self.rate._fields):
@@ -186,9 +197,12 @@ def _section_class(n: int) -> Any:
 def transformed_model(model: Any, rate: Any, time: float) -> Any:
     """Return the system of n + 1 degrees of freedom in s: rows q..., tau = t/time, then p..., e, the energy.
 
-    Its `kinetic_energy` and `potential_energy` are those of `model`, so that energies and their errors are the orbit's own.
+    Its `kinetic_energy` and `potential_energy` are those of `model`, so that energies and their errors are the orbit's
+    own.
     """
-    return _model_class(model.degrees_of_freedom, tuple(model.coordinates))(branch_free(model), branch_free(rate), float(time))
+    return _model_class(model.degrees_of_freedom, tuple(model.coordinates))(
+        branch_free(model), branch_free(rate), float(time)
+    )
 
 
 def transformed_section(section: Any, degrees_of_freedom: int) -> Any:

@@ -42,13 +42,14 @@ from .streamed import ChaosRun
 class ChaosMap:
     """Indicators of orbits and what they say.
 
-    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators, orbits), by each
-    orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give; verdict (orbits,) of all together: what
-    those that are decided say, UNDECIDED where they disagree or none is; longer (orbits,): the time to try where the verdict is
-    UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time when a streamed indicator first passed its limit, NaN where it
-    did not. spectrum (2n, orbits), the largest first, and spectrum_error, its change since half the time, where asked for. history
-    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that are not
-    streamed). Orbits that failed are UNDECIDED. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,
+    orbits), by each orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give;
+    verdict (orbits,) of all together: what those that are decided say, UNDECIDED where they disagree or none is; longer
+    (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time
+    when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest first,
+    and spectrum_error, its change since half the time, where asked for. history (indicators, records, orbits) at
+    history_times (records, orbits), NaN past an orbit's end (and for indicators that are not streamed). Orbits that
+    failed are UNDECIDED. t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -121,29 +122,41 @@ class ChaosMap:
 
 @recorded
 def chaos(
-    body: Any, z0: Any, *, time: float, indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), history: int = 0,
-    early_stop: bool = False, deviations: Any = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
-    rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None,
+    body: Any,
+    z0: Any,
+    *,
+    time: float,
+    indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
+    history: int = 0,
+    early_stop: bool = False,
+    deviations: Any = None,
+    step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float = 1e-6,
+    threads: int | None = None,
     report: Report | None = None,
-) -> ChaosMap:  # fmt: skip
+) -> ChaosMap:
     """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values such as
-    (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()); history: records of the streamed indicators, equidistant in time (of an
-    adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it chaotic (they must
-    be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their lengths don't matter; default:
-    columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`.
-    Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values such as (MEGNO(),
+    SALI(limit=-10), GALI(4), LyapunovSpectrum()); history: records of the streamed indicators, equidistant in time (of
+    an adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it
+    chaotic (they must be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their
+    lengths don't matter; default: columns of a fixed random symplectic orthogonal matrix); the other options as in
+    `integrate`. Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
+    `.partial`.
 
-    All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the scheme and
-    is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that makes one of positions
-    and momenta: with other units of length, time and mass the values and verdicts are the same. FLI and OFLI take their maxima over
-    all steps. Weighted averages run in the same pass; FrequencyDiffusion, ZeroOne and ReversibilityError make passes of their own.
-    A fixed step is used as given, or the nearest shorter one that divides the time.
-    A verdict needs evidence (each indicator says which): where it is missing the orbit is UNDECIDED, and `longer` says what may decide.
-    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k)
-    numbers an orbit, and the history.
-    Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
+    All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the
+    scheme and is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that
+    makes one of positions and momenta: with other units of length, time and mass the values and verdicts are the same.
+    FLI and OFLI take their maxima over all steps. Weighted averages run in the same pass; FrequencyDiffusion, ZeroOne
+    and ReversibilityError make passes of their own. A fixed step is used as given, or the nearest shorter one that
+    divides the time. A verdict needs evidence (each indicator says which): where it is missing the orbit is UNDECIDED,
+    and `longer` says what may decide. Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one
+    (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history. Source: Skokos & Manos
+    2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
     chosen = _checked(indicators, checked_model(body))
@@ -174,8 +187,10 @@ def chaos(
 
 
 _OWN_PASS: dict[type, Callable] = {
-    FrequencyDiffusion: frequency_diffusion, ZeroOne: zero_one, ReversibilityError: reversibility_error,
-}  # fmt: skip
+    FrequencyDiffusion: frequency_diffusion,
+    ZeroOne: zero_one,
+    ReversibilityError: reversibility_error,
+}
 
 
 def _portion(report: Report, number: int, passes: int, fraction: float) -> None:
@@ -224,10 +239,14 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
     mark_drift(ensemble, error, tolerance)
     detected, history, times = work.records()
     by_detection = work.early_stop & np.isfinite(detected).all(axis=0)
-    ensemble.status[(reached < work.time * (1 - 1e-12)) & (ensemble.status == Status.OK) & ~by_detection] = Status.INTERRUPTED
+    ensemble.status[(reached < work.time * (1 - 1e-12)) & (ensemble.status == Status.OK) & ~by_detection] = (
+        Status.INTERRUPTED
+    )
     sound = np.isin(ensemble.status, (Status.OK, Status.INTERRUPTED))
     phase = work.rates * reached
-    verdicts = np.array([judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)])
+    verdicts = np.array(
+        [judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)]
+    )
     verdicts[:, by_detection] = Character.CHAOTIC
     verdicts[:, ~sound] = Character.UNDECIDED
     verdict = _together(verdicts)
@@ -240,10 +259,24 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         values = np.where(rates, work.values * (LN10 / reached), work.values)
         history = np.where(rates[:, :, None], history * (LN10 / times), history)
     return ChaosMap(
-        tuple(entry.name for entry in work.chosen), values, np.where(rates, work.limits * LN10 / work.time, work.limits), verdicts, verdict,
-        longer, detected, spectrum, spectrum_error, history, times, reached, error, ensemble.status, work.time, work.flow.scheme,
+        tuple(entry.name for entry in work.chosen),
+        values,
+        np.where(rates, work.limits * LN10 / work.time, work.limits),
+        verdicts,
+        verdict,
+        longer,
+        detected,
+        spectrum,
+        spectrum_error,
+        history,
+        times,
+        reached,
+        error,
+        ensemble.status,
+        work.time,
+        work.flow.scheme,
         work.flow.step,
-    )  # fmt: skip
+    )
 
 
 def _together(verdicts: np.ndarray) -> np.ndarray:

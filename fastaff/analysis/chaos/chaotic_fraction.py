@@ -29,11 +29,12 @@ TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
 class ChaosScan:
     """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
 
-    names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and undecided, those that
-    did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the second scheme; statuses (statuses, ...):
-    orbits of each `Status`; indicators: names of the rows of medians (indicators, ...), over all orbits that did not fail, and
-    chaotic_medians, over the chaotic ones; limits (indicators, ...), the medians of the orbits' own; time, (median) step and largest
-    energy_error of each case; done: False for cases that Ctrl-C left out.
+    names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and
+    undecided, those that did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the
+    second scheme; statuses (statuses, ...): orbits of each `Status`; indicators: names of the rows of medians
+    (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; limits
+    (indicators, ...), the medians of the orbits' own; time, (median) step and largest energy_error of each case; done:
+    False for cases that Ctrl-C left out.
     """
 
     names: tuple[str, ...]
@@ -73,11 +74,14 @@ class ChaosScan:
 
     @property
     def bounds(self) -> np.ndarray:
-        """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were chaotic."""
+        """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were
+        chaotic.
+        """
         return np.array([_share(self.chaotic, self.sound), _share(self.chaotic + self.undecided, self.sound)])
 
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
-        """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by default.
+        """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by
+        default.
 
         Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
         """
@@ -99,7 +103,11 @@ class ChaosScan:
         if self.rescued.any():
             parts.append(f"{int(self.rescued.sum())} done again with the second scheme")
         lost = self.statuses.reshape(len(Status), -1).sum(axis=1)
-        parts += [f"{count} {outcome.name} ({outcome.sentence})" for outcome, count in zip(Status, lost) if count and outcome != Status.OK]
+        parts += [
+            f"{count} {outcome.name} ({outcome.sentence})"
+            for outcome, count in zip(Status, lost)
+            if count and outcome != Status.OK
+        ]
         if empty:
             parts.append(f"{empty} cases empty: the energy reaches nothing there")
         if not self.done.all():
@@ -117,38 +125,61 @@ AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 
 @recorded
 def chaotic_fraction(
-    make: Callable[..., tuple[Any, Any]], axes: Sequence[Any], *, time: float | Callable[[Any, np.ndarray], float],
-    names: Sequence[str] = (), indicators: tuple[Indicator, ...] = (MEGNO(), SALI()), early_stop: bool = False, step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8, second: RungeKutta | None = VERNER9, rtol: float = 1e-12, atol: float = 1e-12,
-    energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
-) -> ChaosScan:  # fmt: skip
+    make: Callable[..., tuple[Any, Any]],
+    axes: Sequence[Any],
+    *,
+    time: float | Callable[[Any, np.ndarray], float],
+    names: Sequence[str] = (),
+    indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
+    early_stop: bool = False,
+    step: float | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    second: RungeKutta | None = VERNER9,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float = 1e-6,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> ChaosScan:
     """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
 
-    Parameters: make: called as make(value) or make(value1, value2), gives (body, z0), z0 (2n, orbits) as of `energy_sample`; where it
-    raises NotReached or gives an empty z0 the case is empty; axes: one or two arrays of values; names: of the parameters; time: of
-    every case, or a function of (body, z0) that gives it; indicators, early_stop: as in `chaos`; step: None for a trial in every case;
-    second: an adaptive scheme for the orbits that the fixed steps of the first lose at a steep wall, None for no second chance;
-    the other options as in `integrate`.
-    Returns ChaosScan. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with the finished cases in `.partial`.
+    Parameters: make: called as make(value) or make(value1, value2), gives (body, z0), z0 (2n, orbits) as of
+    `energy_sample`; where it raises NotReached or gives an empty z0 the case is empty; axes: one or two arrays of
+    values; names: of the parameters; time: of every case, or a function of (body, z0) that gives it; indicators,
+    early_stop: as in `chaos`; step: None for a trial in every case; second: an adaptive scheme for the orbits that the
+    fixed steps of the first lose at a steep wall, None for no second chance; the other options as in `integrate`.
+    Returns ChaosScan. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with the finished cases in
+    `.partial`.
 
-    One launch a case, so that memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them out would bend
-    the fraction, so they run again, judged by the same limits. The share of section points (`energy_sample`) is the share of the
-    section's invariant area, not of the energy surface's volume. Cost: that of `chaos` for each case, and a trial of steps.
-    Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
+    One launch a case, so that memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them
+    out would bend the fraction, so they run again, judged by the same limits. The share of section points
+    (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume. Cost: that of
+    `chaos` for each case, and a trial of steps. Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area
+    against the energy).
     """
     values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
     function("make", make)
     names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
     if len(names) != len(values):
         raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
-    if not isinstance(indicators, (tuple, list)) or not indicators or not all(isinstance(entry, Indicator) for entry in indicators):
+    if (
+        not isinstance(indicators, (tuple, list))
+        or not indicators
+        or not all(isinstance(entry, Indicator) for entry in indicators)
+    ):
         raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
     if second is not None and not (isinstance(second, RungeKutta) and second.adaptive):
         raise TypeError(f"second must be an adaptive scheme such as fastaff.VERNER9, or None, got {second!r}")
     if not callable(time):
         time = positive("time", time)
     run = functools.partial(
-        chaos, indicators=indicators, early_stop=early_stop, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads
+        chaos,
+        indicators=indicators,
+        early_stop=early_stop,
+        rtol=rtol,
+        atol=atol,
+        energy_tolerance=energy_tolerance,
+        threads=threads,
     )
     scan = _empty(names, values, tuple(entry.name for entry in indicators))
     cells = list(itertools.product(*(range(len(axis)) for axis in values)))
@@ -189,9 +220,23 @@ def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tup
     medians, chaotic_medians, limits = rows
     time, step, error = numbers
     return ChaosScan(
-        names, axes, orbits, chaotic, regular, undecided, rescued, statuses, indicators, medians, chaotic_medians, limits,
-        time, step, error, np.zeros(shape, bool),
-    )  # fmt: skip
+        names,
+        axes,
+        orbits,
+        chaotic,
+        regular,
+        undecided,
+        rescued,
+        statuses,
+        indicators,
+        medians,
+        chaotic_medians,
+        limits,
+        time,
+        step,
+        error,
+        np.zeros(shape, bool),
+    )
 
 
 def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report) -> None:
@@ -218,7 +263,11 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
             if chosen.any():
                 target[row] = np.median(found.values[:, chosen], axis=1)
     scan.orbits[cell], scan.rescued[cell] = fine.size, np.count_nonzero(fine[lost]) if second is not None else 0
-    for target, kind in ((scan.chaotic, found.chaotic), (scan.regular, found.regular), (scan.undecided, found.undecided)):
+    for target, kind in (
+        (scan.chaotic, found.chaotic),
+        (scan.regular, found.regular),
+        (scan.undecided, found.undecided),
+    ):
         target[cell] = np.count_nonzero(kind & fine)
     scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
     scan.limits[row], scan.time[cell], scan.step[cell] = np.median(found.limits, axis=1), length, np.median(found.step)

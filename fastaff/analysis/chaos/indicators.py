@@ -1,11 +1,12 @@
 """Indicators of chaos, as values: what each measures, and the rule by which it calls an orbit chaotic or regular.
 
-Every indicator has a `limit`: chaotic orbits are above it, or below it where `above` is False. The default limits follow from how an
-indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbit's own natural angular frequency, tangent vectors
-grow at most like x (shear between tori) and alignments fall at most as the powers stated, while those of chaotic orbits are exponential.
-Four factors of ten (MARGIN) lie between. So chaos is seen where lambda T is above about ln(10^4 x).
-What is not chaotic is regular only where that shows: where the indicator changed since half the time as it does on tori (`calm`), over
-`periods` natural periods or more. All else is undecided, and a longer time decides it.
+Every indicator has a `limit`: chaotic orbits are above it, or below it where `above` is False. The default limits
+follow from how an indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbit's own
+natural angular frequency, tangent vectors grow at most like x (shear between tori) and alignments fall at most as the
+powers stated, while those of chaotic orbits are exponential. Four factors of ten (MARGIN) lie between. So chaos is seen
+where lambda T is above about ln(10^4 x). What is not chaotic is regular only where that shows: where the indicator
+changed since half the time as it does on tori (`calm`), over `periods` natural periods or more. All else is undecided,
+and a longer time decides it.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ import numpy as np
 MARGIN = 4.0
 
 SLACK = 0.75
-"""Decades since half the time by which a regular orbit may exceed the law of its indicator: vectors turn and alignments swing."""
+"""Decades since half the time by which a regular orbit may exceed the law of its indicator: vectors turn and alignments
+swing.
+"""
 
 FEW, MANY, BEATS = 10.0, 100.0, 1e4
-"""Natural periods before an orbit is called regular, before correlations and changes of frequencies say anything of chaos, and before
-averages that don't converge do."""
+"""Natural periods before an orbit is called regular, before correlations and changes of frequencies say anything of
+chaos, and before averages that don't converge do."""
 
 
 class Character(IntEnum):
@@ -36,13 +39,21 @@ class Character(IntEnum):
     UNDECIDED = 2
 
 
-def judged(indicator: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, phase: np.ndarray, n: int) -> np.ndarray:
-    """Return the verdicts (orbits,) of `Character` on readings (orbits,) at the end and at half the time, for the phases omega T."""
+def judged(
+    indicator: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, phase: np.ndarray, n: int
+) -> np.ndarray:
+    """Return the verdicts (orbits,) of `Character` on readings (orbits,) at the end and at half the time, for the
+    phases omega T.
+    """
     with np.errstate(invalid="ignore"):
         beyond = value > limit if indicator.above else value < limit
         calm = indicator.calm(value, before, limit, n) & (phase >= 2 * np.pi * indicator.periods)
         chaotic = beyond & (phase >= 2 * np.pi * indicator.least)
-    return np.where(chaotic, Character.CHAOTIC, np.where(calm & ~beyond & np.isfinite(value), Character.REGULAR, Character.UNDECIDED))
+    return np.where(
+        chaotic,
+        Character.CHAOTIC,
+        np.where(calm & ~beyond & np.isfinite(value), Character.REGULAR, Character.UNDECIDED),
+    )
 
 
 def _decades(phase: Any) -> Any:
@@ -62,7 +73,8 @@ def _grows_slowly(self: Any, value: np.ndarray, before: np.ndarray, limit: np.nd
 class Lyapunov:
     """Largest Lyapunov exponent log |w(T)| / T of a tangent vector w, per unit time.
 
-    Chaotic above `limit`, by default ln(10^4 x)/T. Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+    Chaotic above `limit`, by default ln(10^4 x)/T. Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15,
+    9.
     """
 
     limit: float | None = None
@@ -82,12 +94,13 @@ class Lyapunov:
 
 @dataclass(frozen=True)
 class LyapunovSpectrum:
-    """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); judged by the largest.
+    """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); judged by the
+    largest.
 
-    They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis, of whose QR
-    factors R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway, for GALI(2n) or as
-    `deviations`, all are computed. Chaotic above `limit`, as `Lyapunov`.
-    Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 21.
+    They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis,
+    of whose QR factors R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway, for
+    GALI(2n) or as `deviations`, all are computed. Chaotic above `limit`, as `Lyapunov`. Source: Benettin, Galgani,
+    Giorgilli & Strelcyn 1980, Meccanica 15, 21.
     """
 
     limit: float | None = None
@@ -109,7 +122,8 @@ class LyapunovSpectrum:
 class FLI:
     """Fast Lyapunov indicator: the largest log10 |w(t)| up to T.
 
-    Chaotic above `limit`, by default 4 + log10 x. Source: Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67, 41.
+    Chaotic above `limit`, by default 4 + log10 x. Source: Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67,
+    41.
     """
 
     limit: float | None = None
@@ -129,9 +143,11 @@ class FLI:
 
 @dataclass(frozen=True)
 class OFLI:
-    """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic orbits.
+    """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic
+    orbits.
 
-    Chaotic above `limit`, by default 4 + log10 x. Source: Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech. Dyn. Astron. 83, 205.
+    Chaotic above `limit`, by default 4 + log10 x. Source: Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech.
+    Dyn. Astron. 83, 205.
     """
 
     limit: float | None = None
@@ -151,7 +167,8 @@ class OFLI:
 
 @dataclass(frozen=True)
 class MEGNO:
-    """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on chaotic ones.
+    """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on
+    chaotic ones.
 
     Chaotic above `limit`. Source: Cincotta & Simo 2000, Astron. Astrophys. Suppl. 147, 205.
     """
@@ -182,7 +199,9 @@ def _volume(count: int, n: int, phase: Any) -> Any:
 
 
 def _falls_slowly(self: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-    """Tell where decades of volume fell since half the time no faster than the power that its count allows, and a swing."""
+    """Tell where decades of volume fell since half the time no faster than the power that its count allows, and a
+    swing.
+    """
     return before - value < _power(self.vectors(n), n) * math.log10(2.0) + SLACK
 
 
@@ -190,8 +209,9 @@ def _falls_slowly(self: Any, value: np.ndarray, before: np.ndarray, limit: np.nd
 class SALI:
     """Smaller alignment index, as log10: min |w1 +- w2| of two unit tangent vectors.
 
-    Falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits; on regular ones it stays, or falls as 1/x where only one combination of
-    the frequencies changes between tori. Chaotic below `limit`, by default -4 - log10 x. Source: Skokos 2001, J. Phys. A 34, 10029.
+    Falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits; on regular ones it stays, or falls as 1/x where only one
+    combination of the frequencies changes between tori. Chaotic below `limit`, by default -4 - log10 x. Source: Skokos
+    2001, J. Phys. A 34, 10029.
     """
 
     limit: float | None = None
@@ -216,9 +236,9 @@ class SALI:
 class GALI:
     """Generalised alignment index of `count` unit tangent vectors, as log10 of the volume that they span.
 
-    It is the product of their singular values, taken from the accumulated QR factors: no floor at 1e-16. Chaotic orbits:
-    exp(-sum_(i<=k) (lambda_1 - lambda_i) t). Regular ones on n-tori: constant for k <= n, t^(-2(k - n)) beyond. Chaotic below `limit`, by
-    default -4 - (k - 1 + 2 max(0, k - n)) log10 x, which covers degenerate frequencies too.
+    It is the product of their singular values, taken from the accumulated QR factors: no floor at 1e-16. Chaotic
+    orbits: exp(-sum_(i<=k) (lambda_1 - lambda_i) t). Regular ones on n-tori: constant for k <= n, t^(-2(k - n)) beyond.
+    Chaotic below `limit`, by default -4 - (k - 1 + 2 max(0, k - n)) log10 x, which covers degenerate frequencies too.
     Source: Skokos, Bountis & Antonopoulos 2007, Physica D 231, 30; 2008, Eur. Phys. J. Special Topics 165, 5.
     """
 
@@ -253,10 +273,11 @@ class GALI:
 class BirkhoffDigits:
     """Digits to which weighted Birkhoff averages of the squared kinetic energy over both halves of the run agree.
 
-    Regular from `limit` on: about log10(T)/2 are all that chaotic orbits get. (The average of the kinetic energy itself converges on
-    chaotic orbits too where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos: slow beats between
-    frequencies cost a regular orbit as many until some twenty of them have passed. Chaotic below `limit` after 10^4 natural periods.
-    Takes fixed steps. Source: Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
+    Regular from `limit` on: about log10(T)/2 are all that chaotic orbits get. (The average of the kinetic energy itself
+    converges on chaotic orbits too where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos:
+    slow beats between frequencies cost a regular orbit as many until some twenty of them have passed. Chaotic below
+    `limit` after 10^4 natural periods. Takes fixed steps. Source: Sander & Meiss 2020, Physica D 411, 132569; the
+    weight is that of `frequency_map`.
     """
 
     limit: float = 5.0
@@ -273,10 +294,12 @@ class BirkhoffDigits:
 
 @dataclass(frozen=True)
 class FrequencyDiffusion:
-    """log10 of the difference of the fundamental frequencies of both halves of the run, in cycles per natural period 2 pi/omega.
+    """log10 of the difference of the fundamental frequencies of both halves of the run, in cycles per natural period 2
+    pi/omega.
 
-    `angles` as in `frequency_map`, which it calls: a pass of its own. Chaotic above `limit`, by default where they differ by 0.3 cycles
-    over a half: those of regular orbits agree much better once the halves resolve them. Source: Laskar 1993, Physica D 67, 257.
+    `angles` as in `frequency_map`, which it calls: a pass of its own. Chaotic above `limit`, by default where they
+    differ by 0.3 cycles over a half: those of regular orbits agree much better once the halves resolve them. Source:
+    Laskar 1993, Physica D 67, 257.
     """
 
     limit: float | None = None
@@ -298,11 +321,12 @@ class FrequencyDiffusion:
 
 @dataclass(frozen=True)
 class ZeroOne:
-    """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular, 1 chaotic.
+    """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
+    1 chaotic.
 
-    `samples` of the kinetic energy in a pass of its own (None: five in 2 pi/omega, at least 400, at most 4000).
-    Cost: 10 samples^2 operations an orbit. Chaotic above `limit` after 300 natural periods (beats look alike before), regular below
-    1 - limit after 100. Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
+    `samples` of the kinetic energy in a pass of its own (None: five in 2 pi/omega, at least 400, at most 4000). Cost:
+    10 samples^2 operations an orbit. Chaotic above `limit` after 300 natural periods (beats look alike before), regular
+    below 1 - limit after 100. Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
     """
 
     limit: float = 0.7
@@ -320,11 +344,12 @@ class ZeroOne:
 
 @dataclass(frozen=True)
 class ReversibilityError:
-    """log10 of the distance of z from z0, in amplitudes of the motion, after going to T, turning the momenta round and coming back.
+    """log10 of the distance of z from z0, in amplitudes of the motion, after going to T, turning the momenta round and
+    coming back.
 
-    Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones. A pass of its
-    own, of twice the length, with a splitting (which is reversible). Chaotic above `limit`, by default -13 + 2 log10 x, at most -2.
-    Source: Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
+    Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones. A
+    pass of its own, of twice the length, with a splitting (which is reversible). Chaotic above `limit`, by default -13
+    + 2 log10 x, at most -2. Source: Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
     """
 
     limit: float | None = None
@@ -348,7 +373,8 @@ Indicator = TangentIndicator | BirkhoffDigits | FrequencyDiffusion | ZeroOne | R
 
 
 def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
-    """Return the limits (orbits,) of what is read of an indicator, for n degrees of freedom at the phases omega T (orbits,).
+    """Return the limits (orbits,) of what is read of an indicator, for n degrees of freedom at the phases omega T
+    (orbits,).
 
     Those of an exponent are decades of growth.
     """

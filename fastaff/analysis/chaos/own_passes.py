@@ -29,9 +29,18 @@ def frequency_diffusion(
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
     step = None if flow.adaptive else flow.step
     found = frequency_map(
-        flow.model, z0, time=time, angles=indicator.angles, step=step, scheme=flow.scheme, rtol=flow.rtol, atol=flow.atol,
-        energy_tolerance=1e300, threads=flow.threads, report=report,
-    )  # fmt: skip
+        flow.model,
+        z0,
+        time=time,
+        angles=indicator.angles,
+        step=step,
+        scheme=flow.scheme,
+        rtol=flow.rtol,
+        atol=flow.atol,
+        energy_tolerance=1e300,
+        threads=flow.threads,
+        report=report,
+    )
     value = found.diffusion - np.log10(rates / (2 * math.pi))
     return np.where(found.status == Status.OK, value, np.nan), found.status
 
@@ -39,9 +48,15 @@ def frequency_diffusion(
 def zero_one(
     indicator: ZeroOne, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the median correlation K of the 0-1 test on samples of the kinetic energy, at some of each orbit's steps."""
+    """Return the median correlation K of the 0-1 test on samples of the kinetic energy, at some of each orbit's
+    steps.
+    """
     orbits = z0.shape[1]
-    wanted = np.clip(0.8 * time * rates, LEAST_SAMPLES, MOST_SAMPLES) if indicator.samples is None else np.full(orbits, indicator.samples)
+    wanted = (
+        np.clip(0.8 * time * rates, LEAST_SAMPLES, MOST_SAMPLES)
+        if indicator.samples is None
+        else np.full(orbits, indicator.samples)
+    )
     seen = max(MOST_SAMPLES, indicator.samples or 0) if flow.adaptive else flow.steps(time)
     stride = np.maximum(1, seen // wanted)
     counts = np.minimum(wanted, seen // stride).astype(np.int64)
@@ -49,7 +64,9 @@ def zero_one(
     ensemble, observer = flow.ensemble(z0.copy()), observers.kinetic_samples(flow.model)
     memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, counts.max()))
     memory[3] = stride
-    flow.advance(ensemble, observer, memory, out, time=time, observations=int(seen) if flow.adaptive else 0, report=report)
+    flow.advance(
+        ensemble, observer, memory, out, time=time, observations=int(seen) if flow.adaptive else 0, report=report
+    )
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
     stop, progress, result = np.zeros(1, np.int64), np.zeros(orbits, np.int64), np.full(orbits, np.nan)
     launch(kernels.zero_one, (out, counts, angles, result), stop, progress, float(orbits), flow.threads, report)
@@ -59,7 +76,9 @@ def zero_one(
 def reversibility_error(
     indicator: ReversibilityError, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return log10 of the distance from the start, in amplitudes of the motion, after going to `time` and coming back."""
+    """Return log10 of the distance from the start, in amplitudes of the motion, after going to `time` and coming
+    back.
+    """
     n = flow.model.degrees_of_freedom
     there = flow.ensemble(z0.copy())
     _advance(flow, there, time, report)

@@ -18,7 +18,8 @@ from ..orbits.tangent_map import checked_deviations
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, TangentIndicator, limit_of
 
 DEPENDENT = 1e-10
-"""Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction."""
+"""Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.
+"""
 
 
 def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.ndarray:
@@ -28,10 +29,11 @@ def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.n
 
 
 def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega) and its momenta by it are measured in one unit.
+    """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega) and its momenta by it are measured in one
+    unit.
 
-    omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in time. The scaling
-    is symplectic, so volumes and exponents stay what they are.
+    omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
+    time. The scaling is symplectic, so volumes and exponents stay what they are.
     """
     inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))
     inverse = np.where(np.isfinite(inverse) & (inverse > 0), inverse, 1.0)
@@ -40,7 +42,9 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 
 def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return given tangent vectors with unit length in the scale, and the logarithms (count, orbits) of their volumes."""
+    """Return given tangent vectors with unit length in the scale, and the logarithms (count, orbits) of their
+    volumes.
+    """
     given = checked_deviations(deviations, scale)
     with np.errstate(all="ignore"):
         given = given / np.abs(given).max(axis=1, keepdims=True)  # squares must neither overflow nor vanish
@@ -48,12 +52,17 @@ def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.nd
     unit = np.nan_to_num(given).transpose(2, 1, 0)
     factors = np.abs(np.diagonal(np.linalg.qr(unit, mode="r"), axis1=1, axis2=2))
     if len(given) > len(scale) or not (factors > DEPENDENT).all():
-        raise ValueError(f"deviations must be at most {len(scale)} linearly independent vectors, got {len(given)} that depend or vanish")
+        raise ValueError(
+            f"deviations must be at most {len(scale)} linearly independent vectors, got {len(given)} that depend or "
+            "vanish"
+        )
     return given / scale, np.log(factors).T
 
 
 def symplectic_frame(n: int, count: int) -> np.ndarray:
-    """Return tangent vectors (count, 2n): columns of a fixed random symplectic orthogonal matrix, w_(2n+1-i) the conjugate of w_i."""
+    """Return tangent vectors (count, 2n): columns of a fixed random symplectic orthogonal matrix, w_(2n+1-i) the
+    conjugate of w_i.
+    """
     random = np.random.default_rng(20)
     unitary, _ = np.linalg.qr(random.standard_normal((n, n)) + 1j * random.standard_normal((n, n)))
     first = np.concatenate([unitary.real, unitary.imag]).T
@@ -62,10 +71,20 @@ def symplectic_frame(n: int, count: int) -> np.ndarray:
 
 
 class ChaosRun:
-    """The state of a chaos map between its passes; `values` (indicators, orbits) are readings, exponents as decades of growth."""
+    """The state of a chaos map between its passes; `values` (indicators, orbits) are readings, exponents as decades of
+    growth.
+    """
 
     def __init__(
-        self, flow: Flow, z0: np.ndarray, time: float, chosen: tuple[Indicator, ...], *, slots: int, early_stop: bool, deviations: Any
+        self,
+        flow: Flow,
+        z0: np.ndarray,
+        time: float,
+        chosen: tuple[Indicator, ...],
+        *,
+        slots: int,
+        early_stop: bool,
+        deviations: Any,
     ):
         self.flow, self.z0, self.time, self.chosen = flow, z0, time, chosen
         self.slots, self.early_stop = slots, early_stop
@@ -127,17 +146,28 @@ class ChaosRun:
         if not self.tangent:
             return averages
         observer = observers.deviations(
-            self.flow.model, self.k, tuple(entry.reading for _, entry in self.tangent),
-            tuple(1.0 if entry.above else -1.0 for _, entry in self.tangent), time=self.time, early_stop=self.early_stop, slots=self.slots,
-        )  # fmt: skip
+            self.flow.model,
+            self.k,
+            tuple(entry.reading for _, entry in self.tangent),
+            tuple(1.0 if entry.above else -1.0 for _, entry in self.tangent),
+            time=self.time,
+            early_stop=self.early_stop,
+            slots=self.slots,
+        )
         return observers.together(observer, averages, max(1, (self.m + 1) * self.slots)) if self.digits else observer
 
     def stream(self, report: Report | None) -> None:
         """Run the tangent vectors and the averages."""
         try:
             self.flow.advance(
-                self.ensemble, self.observer, self.memory, self.out, time=self.time, refill=self.early_stop, report=report,
-            )  # fmt: skip
+                self.ensemble,
+                self.observer,
+                self.memory,
+                self.out,
+                time=self.time,
+                refill=self.early_stop,
+                report=report,
+            )
         finally:
             self._read()
 
@@ -163,7 +193,9 @@ class ChaosRun:
         self.ensemble.status[fine] = status[fine]
 
     def records(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the times of detection (indicators, orbits), the history (indicators, slots, orbits) and its times (slots, orbits)."""
+        """Return the times of detection (indicators, orbits), the history (indicators, slots, orbits) and its times
+        (slots, orbits).
+        """
         detected = np.full(self.values.shape, np.nan)
         history = np.full((len(self.chosen), self.slots, self.orbits), np.nan)
         records = self.out[:, : self.slots * (self.m + 1)].reshape(self.orbits, self.slots, self.m + 1)

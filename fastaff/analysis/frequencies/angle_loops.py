@@ -61,9 +61,14 @@ class Layout:
             return np.array([self.angles.rates(*np.ascontiguousarray(orbit.T), *rest)[-2] for orbit in samples])
 
     def own(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and their offsets."""
+        """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and
+        their offsets.
+        """
         orbits, rows, _ = s.shape
-        loops, offset = np.zeros((orbits, len(self.angles.names), rows), complex), np.zeros((orbits, len(self.angles.names)), complex)
+        loops, offset = (
+            np.zeros((orbits, len(self.angles.names), rows), complex),
+            np.zeros((orbits, len(self.angles.names)), complex),
+        )
         low, high = s.min(axis=2), s.max(axis=2)
         width = high - low
         for place, i in enumerate([*self.librations, *self.planes]):
@@ -84,10 +89,11 @@ class Layout:
 
 
 def _for_steps(weights: np.ndarray) -> np.ndarray:
-    """Return weights (orbits, steps) of angles per step whose sum is that of rates times these weights (orbits, samples).
+    """Return weights (orbits, steps) of angles per step whose sum is that of rates times these weights (orbits,
+    samples).
 
-    Means over steps would ripple with the clock and beat with the rates. (asinh y)/(y (1 + y^2)^(1/2)) of differences 2 y, to the order 8,
-    on the means of neighbours.
+    Means over steps would ripple with the clock and beat with the rates. (asinh y)/(y (1 + y^2)^(1/2)) of differences 2
+    y, to the order 8, on the means of neighbours.
     """
     result = (weights[:, 1:] + weights[:, :-1]) / 2
     difference = result
@@ -99,9 +105,11 @@ def _for_steps(weights: np.ndarray) -> np.ndarray:
 
 
 def clock_windows(rate: np.ndarray) -> np.ndarray:
-    """Return weights (orbits, windows, steps) over equal spans of a clock of so fast `rate` (orbits, samples), as `windows` over time's.
+    """Return weights (orbits, windows, steps) over equal spans of a clock of so fast `rate` (orbits, samples), as
+    `windows` over time's.
 
-    They turn angles per step into mean angles per clock unit, times the clock's mean rate. The clock is summed by a rule of order 6.
+    They turn angles per step into mean angles per clock unit, times the clock's mean rate. The clock is summed by a
+    rule of order 6.
     """
     samples = rate.shape[1]
     padded = np.concatenate([rate[:, :1], rate[:, :1], rate, rate[:, -1:], rate[:, -1:]], axis=1)

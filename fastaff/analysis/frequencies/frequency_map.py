@@ -60,19 +60,18 @@ class FrequencyKind(IntEnum):
 class FrequencyMap:
     """Fundamental frequencies of orbits.
 
-    names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which covers the
-    averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits), an index into METHODS: which
-    method gave the value;
-    kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus; DEPENDENT, only `rank` (orbits,) of them are independent
-    (a resonance, a mode at rest), the other rows show the leading line of their coordinate; IRREGULAR, they change from one half
-    to the other: chaotic; UNDECIDED, the time is too short to tell.
-    leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with
-    leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have basis 1 are
-    those of the coordinates' own lines; a singular basis tells that the leading lines are locked.
-    diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over nu_eta and nu_gamma, whose
-    angles are well defined on every orbit; energy_error, status (orbits,).
-    step: what was used, one for each orbit where they were chosen for them.
-    For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them.
+    names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
+    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits), an index into
+    METHODS: which method gave the value; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
+    DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show the
+    leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is
+    too short to tell. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n,
+    orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
+    Frequencies that all have basis 1 are those of the coordinates' own lines; a singular basis tells that the leading
+    lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
+    nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,). step: what was
+    used, one for each orbit where they were chosen for them. For a body the rows are two librations, phi and psi;
+    nu_eta and nu_gamma are kept beside them.
     """
 
     names: tuple[str, ...]
@@ -117,38 +116,51 @@ class FrequencyMap:
 
 @recorded
 def frequency_map(
-    body: Any, z0: Any, *, time: float, accuracy: float | None = None, method: str = "birkhoff", angles: Any = None,
-    fallback: float | None = None, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
-    rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
-) -> FrequencyMap:  # fmt: skip
+    body: Any,
+    z0: Any,
+    *,
+    time: float,
+    accuracy: float | None = None,
+    method: str = "birkhoff",
+    angles: Any = None,
+    fallback: float | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float = 1e-6,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> FrequencyMap:
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's largest frequency,
-    that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave more; what `time` is too
-    short for stays in `error`; method "birkhoff" or "naff"; angles: a value of `fastaff.models.angles` (default: those natural to the
-    potential, or the coordinates and momenta themselves); step: instead of an accuracy, and for an adaptive scheme the interval
-    between the states that are sampled (default: a sixteenth of a typical radian); fallback: relative error estimate above which
-    a Birkhoff value is replaced by the NAFF one where that has the smaller error (default: the accuracy asked for, or 1e-9; inf:
-    never); the other options as in `integrate`.
-    Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's
+    largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave
+    more; what `time` is too short for stays in `error`; method "birkhoff" or "naff"; angles: a value of
+    `fastaff.models.angles` (default: those natural to the potential, or the coordinates and momenta themselves); step:
+    instead of an accuracy, and for an adaptive scheme the interval between the states that are sampled (default: a
+    sixteenth of a typical radian); fallback: relative error estimate above which a Birkhoff value is replaced by the
+    NAFF one where that has the smaller error (default: the accuracy asked for, or 1e-9; inf: never); the other options
+    as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
+    `.partial`.
 
-    Identification: the orbit is sampled at every step, or every 2, 4 or 8 where a quarter of a radian of its fastest motion allows.
-    The lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are
-    generators; each goes to the coordinate of whose motion it has the largest share. They are positive; those of a
-    body's planes have the sign of turning. A coordinate that grows without bound counts without its mean growth.
-    Birkhoff: nu = sum w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has one generator's line and
-    no other's; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is damped below 2e-12 once
-    d*time > 9.6. A body that separates has loops of its own, in a clock of its own (`angles`).
-    NAFF: the line of that loop, fitted with the strongest others.
-    Errors: 5 times the largest difference of the value over windows of unequal lengths and starts from that over the whole; 5 times the
-    change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step is halved (for a Runge-Kutta scheme,
-    whose error grows, times their ratio; tolerances a hundredth for an adaptive one), which for a splitting is taken off the value too;
-    what the window leaves of the line itself; and rounding.
-    Cost: a run, a half-step run over a sixteenth of the time, one fit of about n + 4 lines to n loops of about eight samples a radian
-    of the fastest motion. Memory: the samples of some orbits at a time, 128 MiB or one orbit.
-    Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427, and Valluri &
-    Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted
-    averages); the paper's nu = dE/dJ.
+    Identification: the orbit is sampled at every step, or every 2, 4 or 8 where a quarter of a radian of its fastest
+    motion allows. The lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest
+    independent lines are generators; each goes to the coordinate of whose motion it has the largest share. They are
+    positive; those of a body's planes have the sign of turning. A coordinate that grows without bound counts without
+    its mean growth. Birkhoff: nu = sum w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has
+    one generator's line and no other's; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is
+    damped below 2e-12 once d*time > 9.6. A body that separates has loops of its own, in a clock of its own (`angles`).
+    NAFF: the line of that loop, fitted with the strongest others. Errors: 5 times the largest difference of the value
+    over windows of unequal lengths and starts from that over the whole; 5 times the change of the mean rate over the
+    first sixteenth of the time (at least 256 steps) when the step is halved (for a Runge-Kutta scheme, whose error
+    grows, times their ratio; tolerances a hundredth for an adaptive one), which for a splitting is taken off the value
+    too; what the window leaves of the line itself; and rounding. Cost: a run, a half-step run over a sixteenth of the
+    time, one fit of about n + 4 lines to n loops of about eight samples a radian of the fastest motion. Memory: the
+    samples of some orbits at a time, 128 MiB or one orbit. Source: Laskar 1990, Icarus 88, 266 (frequency maps,
+    diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427, and Valluri & Merritt 1998, Astrophys. J. 506,
+    686 (independent lines); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); the paper's nu
+    = dE/dJ.
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
     goal = wants_accuracy(scheme, step, accuracy, ACCURACY)
@@ -205,8 +217,15 @@ class _Work:
     """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
 
     def __init__(
-        self, flow: Flow, angles: Any, z0: np.ndarray, time: float, accuracy: float | None, fallback: float, report: Report | None
-    ):  # fmt: skip
+        self,
+        flow: Flow,
+        angles: Any,
+        z0: np.ndarray,
+        time: float,
+        accuracy: float | None,
+        fallback: float,
+        report: Report | None,
+    ):
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
         self.layout = Layout(angles)
@@ -223,7 +242,9 @@ class _Work:
         self.done = 0
 
     def run(self, tolerance: float) -> None:
-        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves more."""
+        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves
+        more.
+        """
         flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
         for _ in range(HALVINGS + 1):
             self._pass(flow, orbits)
@@ -237,7 +258,9 @@ class _Work:
             orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
-        """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there are none."""
+        """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there
+        are none.
+        """
         change = np.abs(self.halves[0] - self.halves[1])
         known = self._kind(change) <= FrequencyKind.DEPENDENT
         share = np.where(np.isfinite(self.scheme_error), self.scheme_error, 0.0).max(axis=0)
@@ -258,7 +281,9 @@ class _Work:
                 self._portion(flow, same[begin : begin + portion], int(count))
 
     def _steps(self, flow: Flow) -> np.ndarray:
-        """Return the number of steps (or samples, for an adaptive scheme) of each orbit: a multiple of what pilots take."""
+        """Return the number of steps (or samples, for an adaptive scheme) of each orbit: a multiple of what pilots
+        take.
+        """
         if flow.adaptive and not np.isfinite(flow.step):
             interval = 1 / (16 * natural_rates(flow.model, self.z0, flow.threads))
             # By powers of 2: orbits of equal numbers are sampled together.
@@ -286,7 +311,11 @@ class _Work:
             samples, run = self._sample(flow, part, self.time, steps // int(d))
             self.ensemble.take(part, run)
             self.used[part] = self.time / steps
-            fine = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)) & np.isfinite(samples).all(axis=(1, 2))
+            fine = (
+                (run.status == Status.OK)
+                & (run.time >= self.time * (1 - 1e-12))
+                & np.isfinite(samples).all(axis=(1, 2))
+            )
             kept = np.flatnonzero(fine)
             interval = self.time * int(d) / steps
             start = np.ascontiguousarray(pilot[own[kept], int(d) - 1 :: int(d)])
@@ -336,9 +365,24 @@ class _Work:
         each = np.ndim(self.flow.step) > 0 or self.accuracy is not None
         step = self.flow.step if self.flow.adaptive else self.used if each else float(np.nanmax(self.used, initial=0.0))
         return FrequencyMap(
-            names, nu, error, diffusion, method, energy, ensemble.status, eta, gamma, self.time, self.flow.scheme, step,
-            kind, self.rank, leading, leading_error, basis,
-        )  # fmt: skip
+            names,
+            nu,
+            error,
+            diffusion,
+            method,
+            energy,
+            ensemble.status,
+            eta,
+            gamma,
+            self.time,
+            self.flow.scheme,
+            step,
+            kind,
+            self.rank,
+            leading,
+            leading_error,
+            basis,
+        )
 
     def _kind(self, change: np.ndarray) -> np.ndarray:
         """Return what the frequencies and their change (n, orbits) between the halves say of each orbit."""

@@ -1,9 +1,10 @@
 """From samples of orbits to independent fundamental frequencies: lattices of lines, loops of single modes, their rates.
 
-Signals are (orbits, 2m, samples): Q and P of each of m loops in turn, equidistant in time. The lines of all loops together span a
-lattice of frequencies; its generators nu_k have complex amplitudes A_k in the signals. The row d_k of the dual basis to
-(A_1 ... A_r, conj A_1 ... conj A_r) makes a loop f_k = d_k . (s - centre) that has the line nu_k with amplitude 1 and neither another
-generator nor its conjugate: of a linear system exactly one normal mode. The mean rate of its argument is nu_k.
+Signals are (orbits, 2m, samples): Q and P of each of m loops in turn, equidistant in time. The lines of all loops
+together span a lattice of frequencies; its generators nu_k have complex amplitudes A_k in the signals. The row d_k of
+the dual basis to (A_1 ... A_r, conj A_1 ... conj A_r) makes a loop f_k = d_k . (s - centre) that has the line nu_k with
+amplitude 1 and neither another generator nor its conjugate: of a linear system exactly one normal mode. The mean rate
+of its argument is nu_k.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from ...kernels.birkhoff import SHARPNESS
 from .naff import naff
 
 LINES, MORE_LINES = 4, 20
-"""Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it incomplete."""
+"""Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
+incomplete.
+"""
 
 WINDOW_ORDER = 3
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
@@ -34,10 +37,14 @@ SHARP = 0.03
 """Error bar of a line, in cycles over the window, up to which it belongs to the lattice."""
 
 LINE_WIDTH = 1e-5
-"""What is added to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are fitted as one."""
+"""What is added to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are
+fitted as one.
+"""
 
 DRIFTS = 0.6
-"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for any more."""
+"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for
+any more.
+"""
 
 AT_REST = 1e-12
 """Relative size of a loop (root of its Q times its P) below which it is at rest."""
@@ -51,7 +58,9 @@ SPANS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, GOLDEN), (1.0 - GOLDEN, 1.0),
 
 
 class Loops(NamedTuple):
-    """Loops c . s - offset - drift j of signals s at sample j: c (orbits, loops, rows), offset, drift (orbits, loops)."""
+    """Loops c . s - offset - drift j of signals s at sample j: c (orbits, loops, rows), offset, drift (orbits,
+    loops).
+    """
 
     c: np.ndarray
     offset: np.ndarray
@@ -61,10 +70,11 @@ class Loops(NamedTuple):
 class Modes(NamedTuple):
     """What the lines of loops say: arrays over orbits first, then over m loops (NaN or 0 past the rank).
 
-    rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines; leading,
-    leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination @ nu, 0 where none is
-    known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q and P itself where a loop has none of
-    its own; owned: which have; moving: which loops move; drifting (orbits,): whether the lattice is incomplete as no line is steady.
+    rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines;
+    leading, leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination
+    @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
+    and P itself where a loop has none of its own; owned: which have; moving: which loops move; drifting (orbits,):
+    whether the lattice is incomplete as no line is steady.
     """
 
     rank: np.ndarray
@@ -117,7 +127,9 @@ def cosine_window(samples: int) -> np.ndarray:
 
 @functools.cache
 def _table(rank: int) -> tuple[np.ndarray, int, int]:
-    """Return the vectors of |k|_1 from 1 to the longest for that rank, by length; their number, and that of half as long ones."""
+    """Return the vectors of |k|_1 from 1 to the longest for that rank, by length; their number, and that of half as
+    long ones.
+    """
     longest = LONGEST[min(rank, len(LONGEST)) - 1] if rank <= len(LONGEST) else 2
     k = np.array([v for v in _vectors(rank, longest) if any(v)], np.int64)
     length = np.abs(k).sum(axis=1)
@@ -128,12 +140,16 @@ def _table(rank: int) -> tuple[np.ndarray, int, int]:
 def _vectors(rank: int, longest: int) -> list[tuple[int, ...]]:
     if rank == 0:
         return [()]
-    return [(first, *rest) for first in range(-longest, longest + 1) for rest in _vectors(rank - 1, longest - abs(first))]
+    return [
+        (first, *rest) for first in range(-longest, longest + 1) for rest in _vectors(rank - 1, longest - abs(first))
+    ]
 
 
 @functools.cache
 def _tables(most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tables of ranks 1 to `most`, (ranks, vectors, most) with zeros past their ends, and their numbers (ranks, 2)."""
+    """Return the tables of ranks 1 to `most`, (ranks, vectors, most) with zeros past their ends, and their numbers
+    (ranks, 2).
+    """
     tables = [_table(rank) for rank in range(1, most + 1)]
     sizes = np.array([[whole, half] for _, whole, half in tables])
     vectors = np.zeros((most, int(sizes.max()), most), np.int64)
@@ -143,7 +159,9 @@ def _tables(most: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fastest(signals: np.ndarray, interval: float) -> np.ndarray:
-    """Return a high angular frequency (orbits,) of the signals: root mean square of second over first differences, the largest row's."""
+    """Return a high angular frequency (orbits,) of the signals: root mean square of second over first differences, the
+    largest row's.
+    """
     first = np.diff(signals, axis=2)
     second = np.diff(first, axis=2)
     with np.errstate(all="ignore"):
@@ -156,9 +174,7 @@ def _run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
         launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None)
 
 
-def turning(
-    signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int
-) -> np.ndarray:
+def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int) -> np.ndarray:
     """Return weighted mean rates (orbits, loops, windows), in cycles per unit time, of loops of the signals.
 
     weights (windows, steps), or (orbits, windows, steps), each of sum 1.
@@ -172,7 +188,9 @@ def turning(
 
 
 def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Modes:
-    """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart, from every stride-th sample."""
+    """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart, from every stride-th
+    sample.
+    """
     m = signals.shape[1] // 2
     sub, h = signals[:, :, ::stride], interval * stride
     n = sub.shape[2]
@@ -204,7 +222,9 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
 
 
 def _drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
-    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest of both halves."""
+    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest
+    of both halves.
+    """
     half = loops.shape[2] // 2
     lines = min(3, half // 4 - WINDOW_ORDER)
     if lines < 1 or not len(loops):
@@ -218,7 +238,9 @@ def _drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float
 
 
 def _drift(x: np.ndarray) -> np.ndarray:
-    """Return the mean change per sample (orbits, rows) of signals that grow without bound, as a coordinate that rotates; else 0."""
+    """Return the mean change per sample (orbits, rows) of signals that grow without bound, as a coordinate that
+    rotates; else 0.
+    """
     n = x.shape[2]
     steps = np.diff(x, axis=2)
     mean, first, last = ((steps * bump(*span, n - 1)).sum(axis=2) for span in (SPANS[0], SPANS[3], SPANS[4]))
@@ -230,7 +252,7 @@ def _drift(x: np.ndarray) -> np.ndarray:
 
 def _lattice(
     loops: np.ndarray, x: np.ndarray, h: float, time: float, moving: np.ndarray, lines: int, threads: int
-) -> Modes:  # fmt: skip
+) -> Modes:
     """Return the modes of loops (orbits, m, samples) of signals x (orbits, 2m, samples); dual ones of x itself."""
     orbits, m, n = loops.shape
     found = naff(loops, h, lines=max(1, min(lines, n // 4 - WINDOW_ORDER)), window_order=WINDOW_ORDER)
@@ -247,7 +269,9 @@ def _lattice(
     used = seen & (bar * time < 3 * SHARP)
     rank_of_lines = np.where(used, strength + 2.0 * leads, 0.0).reshape(orbits, -1)
     order = np.argsort(-rank_of_lines, axis=1, kind="stable")
-    value, bar = (np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits, -1), order, axis=1)) for entry in (value, bar))
+    value, bar = (
+        np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits, -1), order, axis=1)) for entry in (value, bar)
+    )
     bar = np.where(np.isfinite(bar), bar, 0.0)
     count = (rank_of_lines > 0).sum(axis=1)
     tables, sizes = _tables(m)
@@ -269,13 +293,25 @@ def _lattice(
     nu, spread = np.where(owned, nu, top), np.where(owned, spread, np.where(top > 0, top_bar, np.inf))
     zero = np.zeros((orbits, m), complex)
     return Modes(
-        rank, nu, spread, top, np.where(top > 0, top_bar, np.inf), combination, dual, zero, zero.copy(), owned, moving,
+        rank,
+        nu,
+        spread,
+        top,
+        np.where(top > 0, top_bar, np.inf),
+        combination,
+        dual,
+        zero,
+        zero.copy(),
+        owned,
+        moving,
         np.zeros(orbits, bool),
-    )  # fmt: skip
+    )
 
 
 def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dual rows (orbits, m, 2m) of the lines nu in x, and the share (orbits, m, m) that line k has of loop j's motion."""
+    """Return the dual rows (orbits, m, 2m) of the lines nu in x, and the share (orbits, m, m) that line k has of loop
+    j's motion.
+    """
     orbits, rows, n = x.shape
     m = rows // 2
     moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows), complex)
@@ -293,7 +329,9 @@ def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: in
 
 
 def _places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:
-    """Return which generator (orbits, m) each loop gets: each the one of whose motion it has most; numbers past the rank for none."""
+    """Return which generator (orbits, m) each loop gets: each the one of whose motion it has most; numbers past the
+    rank for none.
+    """
     orbits, m = nu.shape
     total = share.sum(axis=2, keepdims=True)
     score = np.log(np.where(total > 0, share / np.where(total > 0, total, 1.0), 1.0) + 1e-12)
@@ -326,21 +364,29 @@ def _greedy(score: np.ndarray) -> np.ndarray:
 
 
 def values(signals: np.ndarray, loops: Loops, orbits: np.ndarray, number: np.ndarray, stride: int) -> np.ndarray:
-    """Return every stride-th value (count, samples) of loops given by their orbits (count,) and numbers (count,) in these."""
+    """Return every stride-th value (count, samples) of loops given by their orbits (count,) and numbers (count,) in
+    these.
+    """
     samples = signals[orbits, :, ::stride]
     f = np.zeros((samples.shape[0], samples.shape[2]), complex)
     for row in range(samples.shape[1]):
         f += loops.c[orbits, number, row, None] * samples[:, row]
-    return f - loops.offset[orbits, number, None] - loops.drift[orbits, number, None] * (stride * np.arange(samples.shape[2]))
+    return (
+        f
+        - loops.offset[orbits, number, None]
+        - loops.drift[orbits, number, None] * (stride * np.arange(samples.shape[2]))
+    )
 
 
 def line_rates(
     f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, lines: int = 8
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its uncertainty.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its
+    uncertainty.
 
-    It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error bar and of its
-    changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given up, with inf for it.
+    It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error
+    bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
+    up, with inf for it.
     """
     samples, count = f.shape[1], len(f)
     rates, uncertainty, left = np.full((5, count), np.nan), np.zeros(count), np.arange(count)

@@ -1,7 +1,7 @@
 """Integer lattices of frequencies: generators of spectral lines, exact relations, bases.
 
-A frequency of a torus is k . nu with an integer vector k. Everything here is exact integer algebra but for the comparison of two
-frequencies, which takes their errors.
+A frequency of a torus is k . nu with an integer vector k. Everything here is exact integer algebra but for the
+comparison of two frequencies, which takes their errors.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ REACH = {1: 48, 2: 24, 3: 8}
 
 
 class Generators(NamedTuple):
-    """A basis of the lattice that lines lie in: nu (rank,), and k (lines, rank) with known (lines,): which lines it explains."""
+    """A basis of the lattice that lines lie in: nu (rank,), and k (lines, rank) with known (lines,): which lines it
+    explains.
+    """
 
     nu: np.ndarray
     k: np.ndarray
@@ -30,7 +32,11 @@ class Generators(NamedTuple):
 def box(orders: tuple[int, ...] | list[int]) -> np.ndarray:
     """Return all integer vectors with |k_i| <= orders[i], (terms, rank), the last component fastest."""
     ranges = [np.arange(-order, order + 1) for order in orders]
-    return np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(ranges)) if ranges else np.zeros((1, 0), int)
+    return (
+        np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(ranges))
+        if ranges
+        else np.zeros((1, 0), int)
+    )
 
 
 def determinant(matrix: np.ndarray) -> int:
@@ -44,7 +50,9 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 
 def primitive(vectors: np.ndarray) -> bool:
-    """Tell whether integer vectors (r, rank) can be completed to a basis of the integers: the gcd of their minors is 1."""
+    """Tell whether integer vectors (r, rank) can be completed to a basis of the integers: the gcd of their minors
+    is 1.
+    """
     r, rank = vectors.shape
     if r > rank:
         return False
@@ -85,8 +93,8 @@ def reduced(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def generators(nu: np.ndarray, error: np.ndarray, rank: int) -> Generators:
     """Find a basis, of at most `rank` frequencies, of the lattice that lines lie in; the trusted lines come first.
 
-    A line that is k . basis is in; one with m nu = k . basis, m > 1, refines the lattice; one with no such relation adds a
-    generator while there are fewer than `rank`, and stays unknown otherwise.
+    A line that is k . basis is in; one with m nu = k . basis, m > 1, refines the lattice; one with no such relation
+    adds a generator while there are fewer than `rank`, and stays unknown otherwise.
     """
     basis, spread = np.zeros(0), np.zeros(0)
     for value, bar in zip(nu, error, strict=True):
@@ -126,7 +134,9 @@ def _relation(
 
 
 def relations(nu: np.ndarray, error: np.ndarray, largest: int) -> np.ndarray:
-    """Return independent integer vectors (count, n) with k . nu = 0 within the errors, |k_i| <= largest, shortest first."""
+    """Return independent integer vectors (count, n) with k . nu = 0 within the errors, |k_i| <= largest, shortest
+    first.
+    """
     k = box([largest] * len(nu))
     k = k[(k != 0).any(axis=1)]
     small = k[np.abs(k @ nu) <= np.abs(k) @ error]

@@ -12,7 +12,9 @@ from .integer_lattice import box
 
 METHODS = ("birkhoff", "naff")
 SAFETY = 5.0
-"""Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors (bench/test_frequency.py)."""
+"""Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors
+(bench/test_frequency.py).
+"""
 
 LINES_DENSE = 0.8
 """Radians of the fastest motion between samples that lines are fitted to."""
@@ -29,9 +31,11 @@ REACH = 12
 
 
 class Samples(NamedTuple):
-    """What is known of some orbits: samples (orbits, samples, 2n) of the run, `interval` apart, and of its start with a finer step.
+    """What is known of some orbits: samples (orbits, samples, 2n) of the run, `interval` apart, and of its start with a
+    finer step.
 
-    order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0 where it grows.
+    order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
+    where it grows.
     """
 
     run: np.ndarray
@@ -41,7 +45,8 @@ class Samples(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves (orbits, n, 2), basis (orbits, n, n).
+    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves (orbits, n, 2), basis
+    (orbits, n, n).
 
     scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's.
     """
@@ -60,7 +65,8 @@ class Reading(NamedTuple):
 class _Rates(NamedTuple):
     """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
 
-    halves (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and step_error: how much that may be.
+    halves (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and step_error: how
+    much that may be.
     """
 
     nu: np.ndarray
@@ -72,7 +78,9 @@ class _Rates(NamedTuple):
 
     def where(self, chosen: np.ndarray, other: _Rates) -> _Rates:
         """Return these for the chosen ones, `other` for the rest."""
-        return _Rates(*(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True)))
+        return _Rates(
+            *(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True))
+        )
 
     def better(self, other: _Rates) -> _Rates:
         """Return for each entry the one of the smaller error."""
@@ -84,7 +92,9 @@ class _Rates(NamedTuple):
 
 
 def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Reading:
-    """Read the frequencies of sampled orbits; lines are fitted again where the relative error exceeds `fallback` (0: all are lines)."""
+    """Read the frequencies of sampled orbits; lines are fitted again where the relative error exceeds `fallback` (0:
+    all are lines).
+    """
     s, start, dt = layout.signals(samples.run), layout.signals(samples.start), samples.interval
     time, m, n = (s.shape[2] - 1) * dt, layout.m, len(layout.angles.names)
     found, stride = _modes(s[:, : 2 * m], dt, threads)
@@ -103,7 +113,9 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     basis = np.zeros((len(centre), n, n), np.int64)
     basis[:, :m, :m] = found.combination
     if layout.body:
-        chosen, basis[:, :m, :m] = _own_angles(chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0)
+        chosen, basis[:, :m, :m] = _own_angles(
+            chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0
+        )
         planes = rates.of(slice(2 * m, None))
         near = np.where(planes.error * time < 3, planes.nu, 0.0)
         planes = _with_lines(planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback)
@@ -116,7 +128,9 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
 def _with_scheme(
     rates: _Rates, samples: Samples, rank: np.ndarray, leading: np.ndarray, leading_error: np.ndarray, basis: np.ndarray
 ) -> Reading:
-    """Return the reading in which the scheme's error is taken off where it is known, and counted as an error three times over."""
+    """Return the reading in which the scheme's error is taken off where it is known, and counted as an error three
+    times over.
+    """
     if samples.order:
         growth, correction = 1.0, rates.step / (1 - 0.5**samples.order)
     else:
@@ -128,14 +142,24 @@ def _with_scheme(
     known = np.isfinite(error) & np.isfinite(nu)
     leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
     return Reading(
-        np.where(known, nu, 0.0), np.where(known, error, np.inf), more, rates.halves, rates.method, rank, leading, leading_error, basis
-    )  # fmt: skip
+        np.where(known, nu, 0.0),
+        np.where(known, error, np.inf),
+        more,
+        rates.halves,
+        rates.method,
+        rank,
+        leading,
+        leading_error,
+        basis,
+    )
 
 
 def _modes(s: np.ndarray, dt: float, threads: int) -> tuple[Modes, np.ndarray]:
     """Return the modes of signals and the strides of the samples that their lines were fitted to: each orbit's own."""
     fast = fastest(s, dt) * dt
-    stride = 2 ** np.floor(np.log2(np.clip(LINES_DENSE / np.maximum(fast, 1e-6), 1, max(1, s.shape[2] // 64)))).astype(np.int64)
+    stride = 2 ** np.floor(np.log2(np.clip(LINES_DENSE / np.maximum(fast, 1e-6), 1, max(1, s.shape[2] // 64)))).astype(
+        np.int64
+    )
     parts = [(np.flatnonzero(stride == k), int(k)) for k in np.unique(stride)]
     found = [modes(np.ascontiguousarray(s[where]), dt, k, threads) for where, k in parts]
     order = np.argsort(np.concatenate([where for where, _ in parts]))
@@ -151,7 +175,9 @@ def _all_loops(layout: Layout, s: np.ndarray, found: Modes) -> Loops:
     if not layout.body:
         return loops
     own, offset = layout.own(s)
-    return Loops(*(np.concatenate(pair, axis=1) for pair in zip(loops, (own, offset, np.zeros_like(offset)), strict=True)))
+    return Loops(
+        *(np.concatenate(pair, axis=1) for pair in zip(loops, (own, offset, np.zeros_like(offset)), strict=True))
+    )
 
 
 def _averages(layout: Layout, samples: Samples, s: np.ndarray, start: np.ndarray, loops: Loops, threads: int) -> _Rates:
@@ -170,19 +196,28 @@ def _averages(layout: Layout, samples: Samples, s: np.ndarray, start: np.ndarray
     coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
     change = coarse - fine
     return _Rates(
-        nu, np.where(np.isfinite(error), error, np.inf), np.zeros(nu.shape, np.int8), change[:, :, 0], np.abs(change).max(axis=2),
+        nu,
+        np.where(np.isfinite(error), error, np.inf),
+        np.zeros(nu.shape, np.int8),
+        change[:, :, 0],
+        np.abs(change).max(axis=2),
         rates[:, :, 1:3],
-    )  # fmt: skip
+    )
 
 
 def _with_lines(
     rates: _Rates, s: np.ndarray, loops: Loops, centre: np.ndarray, stride: np.ndarray, dt: float, fallback: float
-) -> _Rates:  # fmt: skip
-    """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where all are asked for."""
+) -> _Rates:
+    """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where
+    all are asked for.
+    """
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     needed = (centre != 0) & ((rates.error > fallback * top) | (fallback == 0))
     lines = rates._replace(
-        nu=rates.nu.copy(), error=np.full(rates.error.shape, np.inf), method=np.ones_like(rates.method), halves=rates.halves.copy()
+        nu=rates.nu.copy(),
+        error=np.full(rates.error.shape, np.inf),
+        method=np.ones_like(rates.method),
+        halves=rates.halves.copy(),
     )
     for k in np.unique(stride):
         orbits, numbers = np.nonzero(needed & (stride == k)[:, None])
@@ -196,7 +231,9 @@ def _with_lines(
 
 
 def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
-    """Return k . nu (orbits, vectors) of vectors k ((orbits,) vectors, m): in the same order for any number of orbits."""
+    """Return k . nu (orbits, vectors) of vectors k ((orbits,) vectors, m): in the same order for any number of
+    orbits.
+    """
     result = np.zeros((len(nu), k.shape[-2]))
     for j in range(nu.shape[1]):
         result += k[..., j] * nu[:, j, None]
@@ -205,11 +242,12 @@ def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 def _own_angles(
     lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: float, lines: bool
-) -> tuple[_Rates, np.ndarray]:  # fmt: skip
-    """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading lines' integers.
+) -> tuple[_Rates, np.ndarray]:
+    """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
+    lines' integers.
 
-    With `lines` the values are those of the lattice's lines where the own angles say which they are. An incomplete lattice has no say
-    against angles that turn steadily; nor has any against angles made for bodies that `separate`.
+    With `lines` the values are those of the lattice's lines where the own angles say which they are. An incomplete
+    lattice has no say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
     k = box([REACH] * m)
@@ -228,9 +266,10 @@ def _own_angles(
         _applied(vectors, lattice.nu),
         np.where(basis[:, None], _applied(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
         np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
-        _applied(vectors, lattice.step), _applied(np.abs(vectors), lattice.step_error),
+        _applied(vectors, lattice.step),
+        _applied(np.abs(vectors), lattice.step_error),
         np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
-    )  # fmt: skip
+    )
     best = through.where(np.isfinite(through.error), own) if lines else own.better(through)
     chosen = best.where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.

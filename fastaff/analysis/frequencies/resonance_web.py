@@ -1,4 +1,6 @@
-"""The web of resonances: where k . nu = 0 runs over a grid of initial conditions or in the plane of frequency ratios."""
+"""The web of resonances: where k . nu = 0 runs over a grid of initial conditions or in the plane of frequency
+ratios.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,9 @@ from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
 class WebLine(NamedTuple):
     """One resonance k . nu = 0 of a web.
 
-    vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid points whose
-    frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None in a plane of ratios).
+    vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
+    points whose frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None
+    in a plane of ratios).
     """
 
     vector: tuple[int, ...]
@@ -34,24 +37,31 @@ class WebLine(NamedTuple):
 
 
 def web(
-    nu: Any, *, axes: Sequence[Any] | None = None, max_order: int = 8, resonances: Any = None, tolerance: float = 1e-6,
-    errors: Any = None, jump: float | None = None, shortest: int = 4,
-) -> list[WebLine]:  # fmt: skip
+    nu: Any,
+    *,
+    axes: Sequence[Any] | None = None,
+    max_order: int = 8,
+    resonances: Any = None,
+    tolerance: float = 1e-6,
+    errors: Any = None,
+    jump: float | None = None,
+    shortest: int = 4,
+) -> list[WebLine]:
     """Find the lines k . nu = 0 over a grid of initial conditions.
 
-    Parameters: nu (n, n1, n2), n = 2 to 4, NaN where there is no orbit or it is not regular; axes: the coordinates (n1,) and
-    (n2,) of the grid, by default its indices; max_order: of all primitive k looked at; resonances: vectors (m, n) to look at instead;
-    tolerance, errors: the width of a resonance as in `resonances`; jump: cells in which
-    some frequency differs by more than `jump` max|nu| between neighbours are left out (default: none are);
-    shortest: lines of fewer points, which noise at the edge of an island makes, are dropped.
-    Returns the WebLines that occur, by order. Raises ValueError or TypeError for wrong input.
+    Parameters: nu (n, n1, n2), n = 2 to 4, NaN where there is no orbit or it is not regular; axes: the coordinates
+    (n1,) and (n2,) of the grid, by default its indices; max_order: of all primitive k looked at; resonances: vectors
+    (m, n) to look at instead; tolerance, errors: the width of a resonance as in `resonances`; jump: cells in which some
+    frequency differs by more than `jump` max|nu| between neighbours are left out (default: none are); shortest: lines
+    of fewer points, which noise at the edge of an island makes, are dropped. Returns the WebLines that occur, by order.
+    Raises ValueError or TypeError for wrong input.
 
-    Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells where
-    k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it. Where all of
-    the map satisfies some resonances (a degenerate body), vectors that differ by these give the same lines: only the first is
-    kept.
-    Cost: one pass over the grid for each vector, and a contour for each that changes sign.
-    Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with matplotlib.
+    Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells
+    where k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it.
+    Where all of the map satisfies some resonances (a degenerate body), vectors that differ by these give the same
+    lines: only the first is kept. Cost: one pass over the grid for each vector, and a contour for each that changes
+    sign. Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes
+    with matplotlib.
     """
     import contourpy
 
@@ -77,7 +87,9 @@ def web(
         if valid.any() and locked[valid].all():
             everywhere.append(vector)
         hidden = np.where(smooth & ~_areas(locked), value, np.nan)
-        contour: Any = contourpy.contour_generator(x=first, y=second, z=np.ma.masked_invalid(hidden.T)) if changes else None
+        contour: Any = (
+            contourpy.contour_generator(x=first, y=second, z=np.ma.masked_invalid(hidden.T)) if changes else None
+        )
         lines = tuple(line for line in contour.lines(0.0) if len(line) >= shortest) if contour else ()
         if lines or locked.any():
             found.append(WebLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked))
@@ -89,10 +101,10 @@ def ratio_web(
 ) -> list[WebLine]:
     """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
 
-    Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or resonances: vectors
-    (m, 3) to look at instead. Returns the WebLines that cross the ranges, by order, each one segment (2, 2); `locked` is
-    None. Raises ValueError or TypeError for wrong input. Exact to rounding.
-    Source: Laskar 1993, Physica D 67, 257.
+    Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
+    resonances: vectors (m, 3) to look at instead. Returns the WebLines that cross the ranges, by order, each one
+    segment (2, 2); `locked` is None. Raises ValueError or TypeError for wrong input. Exact to rounding. Source: Laskar
+    1993, Physica D 67, 257.
     """
     box = np.array([span("x", x), span("y", y)])
     found = []
@@ -128,7 +140,9 @@ def _axes(axes: Sequence[Any] | None, shape: tuple[int, ...]) -> tuple[np.ndarra
     takes = f"two increasing arrays of {shape[0]} and {shape[1]} coordinates"
     given = [np.arange(m) for m in shape] if axes is None else entries("axes", axes, takes)
     chosen = [numbers("axes", a) for a in given]
-    if len(chosen) != 2 or any(a.shape != (m,) or not (np.diff(a) > 0).all() for a, m in zip(chosen, shape, strict=True)):
+    if len(chosen) != 2 or any(
+        a.shape != (m,) or not (np.diff(a) > 0).all() for a, m in zip(chosen, shape, strict=True)
+    ):
         raise ValueError(f"axes must be {takes}, got {shown(axes)}")
     return chosen[0], chosen[1]
 

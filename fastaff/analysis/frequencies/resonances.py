@@ -25,13 +25,13 @@ MAX_ORDER = 50
 class Resonances:
     """The resonance module of each orbit: the lattice of integer vectors k with k . nu = 0 within its width.
 
-    Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...), its
-    vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer combination
-    of them, and so is every integer vector of their span (the lattice is primitive); order, |k|_1 of the shortest, 0 where
-    there is none; distance, width (n, ...): |k . nu| of each basis vector and what was allowed for it, NaN past the rank;
-    accidental, the number of relations that a random frequency vector would show (see `resonances`); status of `Status`:
-    NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have rank 0.
-    names: one for each frequency. Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
+    Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
+    its vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer
+    combination of them, and so is every integer vector of their span (the lattice is primitive); order, |k|_1 of the
+    shortest, 0 where there is none; distance, width (n, ...): |k . nu| of each basis vector and what was allowed for
+    it, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
+    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have
+    rank 0. names: one for each frequency. Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
 
     names: tuple[str, ...]
@@ -54,12 +54,18 @@ class Resonances:
         return self.basis.shape[0] - self.rank
 
     def table(self) -> list[tuple[tuple[tuple[int, ...], ...], int]]:
-        """Return the modules of the OK orbits, each a tuple of basis vectors, with the number of orbits: frequent ones first."""
+        """Return the modules of the OK orbits, each a tuple of basis vectors, with the number of orbits: frequent ones
+        first.
+        """
         n = self.basis.shape[0]
-        rows = np.ascontiguousarray(self.basis.reshape(n * n, -1)[:, self.status.ravel() == Status.OK].T.astype(np.int8))
+        rows = np.ascontiguousarray(
+            self.basis.reshape(n * n, -1)[:, self.status.ravel() == Status.OK].T.astype(np.int8)
+        )
         modules, counts = np.unique(rows.view(np.dtype((np.void, n * n))).ravel(), return_counts=True)
         bases = modules.view(np.int8).reshape(-1, n, n).tolist()
-        found = [(tuple(tuple(k) for k in basis if any(k)), int(count)) for basis, count in zip(bases, counts, strict=True)]
+        found = [
+            (tuple(tuple(k) for k in basis if any(k)), int(count)) for basis, count in zip(bases, counts, strict=True)
+        ]
         return sorted(found, key=lambda entry: (-entry[1], entry[0]))
 
     def label(self, orbit: Any = ()) -> str:
@@ -90,9 +96,11 @@ def equation(k: Sequence[int], names: Sequence[str]) -> str:
 
 @functools.lru_cache(maxsize=16)
 def vectors(n: int, max_order: int) -> np.ndarray:
-    """Return the primitive integer vectors (m, n) with |k|_1 <= max_order, one of each pair +-k, by |k|_1, then largest entry.
+    """Return the primitive integer vectors (m, n) with |k|_1 <= max_order, one of each pair +-k, by |k|_1, then largest
+    entry.
 
-    The first entry that is not zero is positive. About (2 max_order)^n/(2 n! zeta(n)) of them: 7512 for n = 4 and order 12.
+    The first entry that is not zero is positive. About (2 max_order)^n/(2 n! zeta(n)) of them: 7512 for n = 4 and order
+    12.
     """
     rows, left = np.zeros((1, 0), np.int64), np.array([max_order])
     for _ in range(n):
@@ -110,31 +118,36 @@ def vectors(n: int, max_order: int) -> np.ndarray:
 
 
 def resonances(
-    nu: Any, *, max_order: int = 8, tolerance: float = 1e-9, errors: Any = None, names: Sequence[str] | None = None,
-    threads: int | None = None, report: Report | None = None,
-) -> Resonances:  # fmt: skip
+    nu: Any,
+    *,
+    max_order: int = 8,
+    tolerance: float = 1e-9,
+    errors: Any = None,
+    names: Sequence[str] | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Resonances:
     """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
-    Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and errors, a
-    FrequencyMap or Tori; max_order: of the
-    vectors searched, 1 to 50; tolerance >= 0, relative; errors: of the shape of nu, absolute, such as `.error` (default 0);
-    names: of the frequencies, for labels; threads, report as in `integrate`.
-    Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted never: Ctrl-C is KeyboardInterrupt.
+    Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and
+    errors, a FrequencyMap or Tori; max_order: of the vectors searched, 1 to 50; tolerance >= 0, relative; errors: of
+    the shape of nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels; threads, report as
+    in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted never: Ctrl-C is
+    KeyboardInterrupt.
 
     A relation is a primitive k, its first entry that is not zero positive, with |k|_1 = sum |k_i| <= max_order and
 
         |k . nu| <= width(k) = tolerance |k|_1 max|nu| + sum |k_i| errors_i.
 
-    Relations are visited by |k|_1; one that is independent of those before joins the basis if the basis stays primitive, else
-    the shortest vector does that completes it: Minkowski's reduction in the norm |k|_1. Such a completing vector, and any
-    combination, is a relation as exactly as the basis is, though `distance` may exceed `width` by the number of terms.
-    Rank n says that every frequency is zero within the widths.
-    Accidental relations: a vector nu of random direction meets |k . nu| <= width with the probability
-    2 c_n width/(|k|_2 |nu|_2), c_n = Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`.
-    Where it is not far below 1, lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6
-    at order 8 and 1e-5 at order 12.
-    Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12). Memory: the results
-    and 64 bytes for each orbit, whatever max_order is. Any number of threads gives the same bits.
+    Relations are visited by |k|_1; one that is independent of those before joins the basis if the basis stays
+    primitive, else the shortest vector does that completes it: Minkowski's reduction in the norm |k|_1. Such a
+    completing vector, and any combination, is a relation as exactly as the basis is, though `distance` may exceed
+    `width` by the number of terms. Rank n says that every frequency is zero within the widths. Accidental relations: a
+    vector nu of random direction meets |k . nu| <= width with the probability 2 c_n width/(|k|_2 |nu|_2), c_n =
+    Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`. Where it is not far below 1,
+    lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6 at order 8 and 1e-5 at
+    order 12. Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12).
+    Memory: the results and 64 bytes for each orbit, whatever max_order is. Any number of threads gives the same bits.
     Source: Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
     Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
     """
@@ -169,16 +182,26 @@ def resonances(
     basis = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
     size = np.abs(basis)
     present = np.arange(n)[:, None] < rank
-    distance = np.where(present, np.abs(np.einsum("ijo,jo->io", basis, np.where(status == Status.OK, flat[:n], 0.0))), np.nan)
+    distance = np.where(
+        present, np.abs(np.einsum("ijo,jo->io", basis, np.where(status == Status.OK, flat[:n], 0.0))), np.nan
+    )
     width = np.where(present, np.einsum("ijo,jo->io", size, np.where(status == Status.OK, spread[:n], 0.0)), np.nan)
     order = size[0].sum(axis=0)
     accidental = _accidental(flat[:n], spread[:n], n, max_order)
     orbits = (rank, order, accidental, status)
     rank, order, accidental, status = (array.reshape(shape) for array in orbits)
     return Resonances(
-        names, max_order, tolerance, rank, basis.reshape(n, n, *shape), order, distance.reshape(n, *shape),
-        width.reshape(n, *shape), accidental, status,
-    )  # fmt: skip
+        names,
+        max_order,
+        tolerance,
+        rank,
+        basis.reshape(n, n, *shape),
+        order,
+        distance.reshape(n, *shape),
+        width.reshape(n, *shape),
+        accidental,
+        status,
+    )
 
 
 def widths(nu: np.ndarray, tolerance: float, errors: np.ndarray) -> np.ndarray:
@@ -193,7 +216,9 @@ def checked_frequencies(nu: Any, errors: Any) -> tuple[np.ndarray, np.ndarray]:
         array = numbers("nu", nu).astype(np.float64)
         spread = np.zeros(array.shape) if errors is None else numbers("errors", errors)
     except (TypeError, ValueError):
-        raise TypeError(f"nu and errors must be arrays of real numbers, got {type(nu).__name__}, {type(errors).__name__}") from None
+        raise TypeError(
+            f"nu and errors must be arrays of real numbers, got {type(nu).__name__}, {type(errors).__name__}"
+        ) from None
     if array.ndim == 0 or not 2 <= array.shape[0] <= 4:
         raise ValueError(f"nu must have shape (n,) or (n, ...) with n = 2, 3 or 4 frequencies, got {array.shape}")
     if spread.shape != array.shape:
@@ -230,12 +255,20 @@ def _sum_of_ratios(n: int, max_order: int) -> float:
 
 
 def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> np.ndarray:
-    """Return the expected number (orbits,) of accidental relations, at most that of all vectors; NaN where spread is."""
+    """Return the expected number (orbits,) of accidental relations, at most that of all vectors; NaN where spread
+    is.
+    """
     density = math.gamma(n / 2) / (math.sqrt(math.pi) * math.gamma((n - 1) / 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         top = np.abs(nu).max(axis=0)
         ratio = nu / top  # squares in any units
-        expected = 2 * density * _sum_of_ratios(n, max_order) * (spread.sum(axis=0) / top) / np.sqrt((ratio * ratio).sum(axis=0))
+        expected = (
+            2
+            * density
+            * _sum_of_ratios(n, max_order)
+            * (spread.sum(axis=0) / top)
+            / np.sqrt((ratio * ratio).sum(axis=0))
+        )
     most = float(len(vectors(n, max_order)))
     resting = np.isfinite(spread).all(axis=0) & ~(np.abs(nu).max(axis=0) > 0)
     return np.where(resting, most, np.minimum(expected, most))
@@ -244,8 +277,8 @@ def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> n
 class DiffusionHistogram(NamedTuple):
     """Counts of log10 diffusion: edges (bins + 1,), counts (bins,), and the fraction of orbits above a threshold.
 
-    error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: how many were
-    counted; missing: how many were not (not finite, or a status other than OK).
+    error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: how many
+    were counted; missing: how many were not (not finite, or a status other than OK).
     """
 
     edges: np.ndarray
@@ -265,11 +298,11 @@ def diffusion_histogram(
 ) -> DiffusionHistogram:
     """Count orbits by their diffusion, and those that diffuse faster than a threshold.
 
-    Parameters: diffusion: array of log10 |change of frequency|, such as `FrequencyMap.diffusion`; threshold: in the same
-    logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be compared; status: of the
-    shape of diffusion, orbits that are not OK are left out. Returns DiffusionHistogram; with no orbit its fraction is 0.
-    Raises ValueError or TypeError for wrong input. Cost: one pass.
-    Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
+    Parameters: diffusion: array of log10 |change of frequency|, such as `FrequencyMap.diffusion`; threshold: in the
+    same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be compared;
+    status: of the shape of diffusion, orbits that are not OK are left out. Returns DiffusionHistogram; with no orbit
+    its fraction is 0. Raises ValueError or TypeError for wrong input. Cost: one pass. Source: Laskar 1993, Physica D
+    67, 257 (diffusion of frequencies).
     """
     threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
     values = numbers("diffusion", diffusion)
@@ -282,7 +315,9 @@ def diffusion_histogram(
     missing, values = int(values.size - np.count_nonzero(kept)), values[kept]
     bins = float(np.ptp(values) / bin_width) if values.size else 1.0
     if not (bins < MOST and np.abs(values).max(initial=abs(threshold)) / bin_width < MOST):
-        raise ValueError(f"bin_width must be wider for values up to {np.abs(values).max(initial=0.0):.6g}, got {bin_width}")
+        raise ValueError(
+            f"bin_width must be wider for values up to {np.abs(values).max(initial=0.0):.6g}, got {bin_width}"
+        )
     fits("bin_width", int(bins) + 1, 2)
     cell = np.floor(values / bin_width).astype(np.int64)
     low = int(cell.min()) if cell.size else math.floor(threshold / bin_width)

@@ -34,12 +34,13 @@ MOMENTS = 8
 class Orbits:
     """End states, samples and outcomes of integrated orbits.
 
-    z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,);
-    samples (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
-    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic orbits; None
-    where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the largest kinetic energy met,
-    the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed step, one for each orbit (orbits,) where it was
-    chosen (in its own time for a `TimeTransformed` scheme, whose rate the scheme holds), or inf for an adaptive scheme.
+    z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,); samples
+    (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
+    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic
+    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the
+    largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed
+    step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose rate
+    the scheme holds), or inf for an adaptive scheme.
     """
 
     z: np.ndarray
@@ -68,28 +69,39 @@ class Orbits:
 
 @recorded
 def integrate(
-    body: Any, z0: Any, *, time: float, accuracy: float | None = None, step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, samples: int = 0, rtol: float = 1e-12,
-    atol: float = 1e-12, energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
-) -> Orbits:  # fmt: skip
+    body: Any,
+    z0: Any,
+    *,
+    time: float,
+    accuracy: float | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8,
+    samples: int = 0,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float = 1e-6,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Orbits:
     """Integrate orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of the motion
-    (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its own for it, which are
-    halved until the states agree; step > 0, for experts, instead: the longest fixed step (the step used divides the time between
-    samples), one for all or one for each orbit, or the first step of an adaptive
-    scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, `TimeTransformed` for steep walls
-    or AUTO, which chooses; samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
-    energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads; report(fraction).
-    Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
-    on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of
+    the motion (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its
+    own for it, which are halved until the states agree; step > 0, for experts, instead: the longest fixed step (the
+    step used divides the time between samples), one for all or one for each orbit, or the first step of an adaptive
+    scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, `TimeTransformed`
+    for steep walls or AUTO, which chooses; samples: number of equidistant samples in (0, time]; rtol, atol: tolerances
+    of an adaptive scheme; energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads;
+    report(fraction). Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for
+    wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    Errors: with an accuracy, from the difference to a run with twice the step: they cover 99 % of the true errors. The errors of
-    chaotic orbits grow exponentially: no step keeps them small, and `accurate_until` says how long they are.
-    Orbits are looked at between steps: one that leaves the domain for less than a step is not seen to have left it.
-    A splitting's energy error does not grow with time. Cost: stages forces per step, and half as much again for the second run; an orbit
-    of an adaptive scheme takes steps of its own and its lane is refilled when it ends. Memory: that of z0 and the samples.
-    Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
+    Errors: with an accuracy, from the difference to a run with twice the step: they cover 99 % of the true errors. The
+    errors of chaotic orbits grow exponentially: no step keeps them small, and `accurate_until` says how long they are.
+    Orbits are looked at between steps: one that leaves the domain for less than a step is not seen to have left it. A
+    splitting's energy error does not grow with time. Cost: stages forces per step, and half as much again for the
+    second run; an orbit of an adaptive scheme takes steps of its own and its lane is refilled when it ends. Memory:
+    that of z0 and the samples. Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names
+    its own.
     """
     time = positive("time", time)
     count = whole("samples", samples, 0)
@@ -99,7 +111,9 @@ def integrate(
         chosen = chosen_scheme(time, body, z0, scheme, step, rtol, atol, threads)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
     flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads, error=None)
-    work: Any = _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
+    work: Any = (
+        _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
+    )
     interrupted = False
     try:
         work.run()
@@ -130,18 +144,24 @@ class _Plain:
         else:
             states, interrupted = self.flow.sample(self.ensemble, max(self.count, 1), self.report)
             self.ensemble.z = lowered(self.ensemble.z)
-            self.samples = np.array([lowered(state) for state in states[: self.count]]).reshape(self.count, *self.ensemble.z.shape)
+            self.samples = np.array([lowered(state) for state in states[: self.count]]).reshape(
+                self.count, *self.ensemble.z.shape
+            )
         if interrupted:
             raise KeyboardInterrupt
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, without estimates of errors."""
         unknown = (None, None, None)
-        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, self.flow.step)
+        return _assembled(
+            body, self.flow, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, self.flow.step
+        )
 
 
 class _Run(NamedTuple):
-    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits), the ensemble and the steps."""
+    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits), the ensemble and the
+    steps.
+    """
 
     states: np.ndarray
     ensemble: Ensemble
@@ -156,9 +176,24 @@ class _Accurate:
     """Orbits that are run with steps halved until they agree."""
 
     def __init__(
-        self, flow: Flow | TransformedFlow, body: Any, z: np.ndarray, time: float, count: int, accuracy: float, report: Report | None
+        self,
+        flow: Flow | TransformedFlow,
+        body: Any,
+        z: np.ndarray,
+        time: float,
+        count: int,
+        accuracy: float,
+        report: Report | None,
     ):
-        self.flow, self.body, self.z, self.time, self.count, self.accuracy, self.report = flow, body, z, time, count, accuracy, report
+        self.flow, self.body, self.z, self.time, self.count, self.accuracy, self.report = (
+            flow,
+            body,
+            z,
+            time,
+            count,
+            accuracy,
+            report,
+        )
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.start = lowered(z) if isinstance(flow, TransformedFlow) else z
@@ -196,7 +231,9 @@ class _Accurate:
             states, interrupted = sampled(flow, ensemble, self.time, self.parts, self._report)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
-            ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = Status.INTERRUPTED
+            ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = (
+                Status.INTERRUPTED
+            )
             self.ensemble.take(where, ensemble)
             self.step[where] = used
             raise KeyboardInterrupt
@@ -225,7 +262,9 @@ class _Accurate:
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, with the estimated errors."""
         errors = (self.error, self.sample_error, self.until)
-        return _assembled(body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step)
+        return _assembled(
+            body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step
+        )
 
 
 def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
@@ -240,7 +279,19 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
     count = len(samples)
     times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
     error, sample_error, accurate = errors
-    return Orbits(ensemble.z, ensemble.time, times, samples, error, sample_error, accurate, energy, ensemble.status, flow.scheme, step)
+    return Orbits(
+        ensemble.z,
+        ensemble.time,
+        times,
+        samples,
+        error,
+        sample_error,
+        accurate,
+        energy,
+        ensemble.status,
+        flow.scheme,
+        step,
+    )
 
 
 def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:

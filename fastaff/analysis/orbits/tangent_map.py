@@ -22,8 +22,8 @@ from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 class TangentMap:
     """End states of orbits and of their tangent vectors.
 
-    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), where deviations[j] of the start was taken by the
-    derivative of the map; energy_error, status (orbits,) and step as in `Orbits`.
+    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), where deviations[j] of the start was taken by
+    the derivative of the map; energy_error, status (orbits,) and step as in `Orbits`.
     """
 
     z: np.ndarray
@@ -39,7 +39,9 @@ class TangentMap:
 
     @property
     def matrix(self) -> np.ndarray:
-        """The vectors as columns, (orbits, 2n, count): the monodromy matrix where the deviations were the unit vectors."""
+        """The vectors as columns, (orbits, 2n, count): the monodromy matrix where the deviations were the unit
+        vectors.
+        """
         return self.vectors.transpose(2, 1, 0)
 
     def raise_if_failed(self) -> None:
@@ -53,20 +55,30 @@ class TangentMap:
 
 @recorded
 def tangent_map(
-    body: Any, z0: Any, *, time: float, deviations: Any = None, step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12, energy_tolerance: float = 1e-6,
-    threads: int | None = None, report: Report | None = None,
-) -> TangentMap:  # fmt: skip
+    body: Any,
+    z0: Any,
+    *,
+    time: float,
+    deviations: Any = None,
+    step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float = 1e-6,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> TangentMap:
     """Integrate orbits of `body` from `z0` over `time` with tangent vectors.
 
-    Parameters: z0 (2n,) or (2n, orbits); deviations (count, 2n) for all orbits alike or (count, 2n, orbits), the vectors at the start
-    (default: the 2n unit vectors); the other options as in `integrate`.
-    Returns TangentMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); deviations (count, 2n) for all orbits alike or (count, 2n, orbits), the
+    vectors at the start (default: the 2n unit vectors); the other options as in `integrate`. Returns TangentMap. Raises
+    ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    With a splitting the vectors move by the derivative of the very map that moves the orbit, so M^T Omega M = Omega to rounding;
-    with a Runge-Kutta scheme by the variational equations, which count in the step control. Vectors are not renormalised: those
-    of a chaotic orbit grow as exp(lambda t). Cost: about as much as one more orbit for each vector, less what orbit and vectors share.
-    Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
+    With a splitting the vectors move by the derivative of the very map that moves the orbit, so M^T Omega M = Omega to
+    rounding; with a Runge-Kutta scheme by the variational equations, which count in the step control. Vectors are not
+    renormalised: those of a chaotic orbit grow as exp(lambda t). Cost: about as much as one more orbit for each vector,
+    less what orbit and vectors share. Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of
+    splittings).
     """
     time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
     flow, z = tangent_flow(body, z0, scheme, step, rtol, atol, threads)
@@ -94,9 +106,11 @@ def tangent_map(
 def tangent_flow(
     body: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
 ) -> tuple[Flow, np.ndarray]:
-    """Check what functions of tangent vectors take; return the flow, as yet without vectors, and z0 as a fresh array (2n, orbits).
+    """Check what functions of tangent vectors take; return the flow, as yet without vectors, and z0 as a fresh array
+    (2n, orbits).
 
-    A step that is chosen by trial is made stable for vectors in all directions, also those in which the orbits don't move.
+    A step that is chosen by trial is made stable for vectors in all directions, also those in which the orbits don't
+    move.
     """
     flow, z = make_flow(checked_tangent_model(body), z0, scheme, step, rtol, atol, threads)
     if step is None and not flow.adaptive:
@@ -105,7 +119,9 @@ def tangent_flow(
 
 
 def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
-    """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on the Hessian."""
+    """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on
+    the Hessian.
+    """
     n = body.degrees_of_freedom
     q = z[:n]
     direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
@@ -113,7 +129,9 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         for _ in range(20):
             direction = direction / np.sqrt((direction * direction).sum(axis=0))
-            direction = np.array([row + np.zeros(q.shape[1]) for row in body.velocity(*body.tangent_force(*q, *direction))])
+            direction = np.array(
+                [row + np.zeros(q.shape[1]) for row in body.velocity(*body.tangent_force(*q, *direction))]
+            )
             square = np.sqrt((direction * direction).sum(axis=0))
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300))
 
@@ -123,7 +141,12 @@ def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:
     rows, orbits = z.shape
     given = np.eye(rows) if deviations is None else numbers("deviations", deviations)
     shapes = f"(count, {rows}) or (count, {rows}, {orbits})"
-    if given.ndim not in (2, 3) or given.shape[0] == 0 or given.shape[1] != rows or given.shape[2:] not in ((), (orbits,)):
+    if (
+        given.ndim not in (2, 3)
+        or given.shape[0] == 0
+        or given.shape[1] != rows
+        or given.shape[2:] not in ((), (orbits,))
+    ):
         raise ValueError(f"deviations must have shape {shapes}, got {given.shape}")
     if not np.isfinite(given).all():
         raise ValueError("deviations must be finite")

@@ -12,14 +12,16 @@ from ...base.display import screen
 from .periodic_orbits import PeriodicOrbits
 
 VANISHING, NEAR = 1e-5, 1e-10
-"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z is undetermined."""
+"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z
+is undetermined.
+"""
 
 
 class Event(IntEnum):
     """What happens at a point of a branch where the stability changes.
 
-    FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn (pitchfork,
-    transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off.
+    FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn
+    (pitchfork, transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off.
     """
 
     FOLD = 0
@@ -28,9 +30,11 @@ class Event(IntEnum):
 
 
 class Bifurcation(NamedTuple):
-    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in time.
+    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in
+    time.
 
-    error: of the value: half of the interval in which the change was found, or what is left of the product over its slope.
+    error: of the value: half of the interval in which the change was found, or what is left of the product over its
+    slope.
     """
 
     event: Event
@@ -70,9 +74,11 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
 def _sign_change(
     family: Any, last: Any, following: Any, ends: np.ndarray, kind: int
 ) -> tuple[float, Any, float, float]:
-    """Find where between two points a product changes its sign: (s, the point of the branch there, the product, the error of the value).
+    """Find where between two points a product changes its sign: (s, the point of the branch there, the product, the
+    error of the value).
 
-    False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are tried.
+    False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are
+    tried.
     """
     reach = family.apart(last.u, following.u)
     a, b, low, high, side = 0.0, 1.0, last, following, 0

@@ -44,7 +44,9 @@ BEND = 0.35
 """Largest angle, in radians, between neighbouring tangents of the branch."""
 
 JUMP = 0.1
-"""Largest change of the residues' product between neighbouring points, beside 1 + the product: a dip must not pass unseen."""
+"""Largest change of the residues' product between neighbouring points, beside 1 + the product: a dip must not pass
+unseen.
+"""
 
 SHORTEST = 1e-6
 """Least step along the branch, beside the first one."""
@@ -63,10 +65,10 @@ VANISHED = 1e-3
 class Branch:
     """A family of periodic orbits.
 
-    value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of the first
-    orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...); bifurcations in the order
-    of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO where the orbits shrink to an
-    equilibrium, NOT_CONVERGED where the shortest step failed.
+    value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of
+    the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
+    bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
+    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed.
     """
 
     value: np.ndarray
@@ -81,32 +83,49 @@ class Branch:
 
 @recorded
 def continuation(
-    model: Any, z0: Any, *, section: Any, period: int = 1, parameter: float | None = None, energy: float | None = None,
-    bounds: tuple[float, float] = (-np.inf, np.inf), direction: int = 1, length: float = 0.01, longest: float = 0.1, steps: int = 100,
-    max_time: float | None = None, tolerance: float = 1e-12, step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-13, atol: float = 1e-13, threads: int | None = None,
-) -> Branch:  # fmt: skip
-    """Follow a family of periodic orbits in the energy, or in a parameter of the model at one energy, by pseudo-arclength.
+    model: Any,
+    z0: Any,
+    *,
+    section: Any,
+    period: int = 1,
+    parameter: float | None = None,
+    energy: float | None = None,
+    bounds: tuple[float, float] = (-np.inf, np.inf),
+    direction: int = 1,
+    length: float = 0.01,
+    longest: float = 0.1,
+    steps: int = 100,
+    max_time: float | None = None,
+    tolerance: float = 1e-12,
+    step: float | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    threads: int | None = None,
+) -> Branch:
+    """Follow a family of periodic orbits in the energy, or in a parameter of the model at one energy, by
+    pseudo-arclength.
 
-    Parameters: model, or, with a parameter, a function that makes the model of a number, `lambda C: Body(Hyperelastic(C))`;
-    z0 (2n,): a guess of the first orbit; section, period as in `periodic_orbits`; parameter: its first value, or None to follow
-    the energy; energy: of the first orbit (None: that of the guess), kept where a parameter is followed; bounds of the
-    energy or parameter, where the branch ends; direction: +1 or -1, which way the energy or parameter goes at first; length,
-    longest: first and longest step of arclength in (z, value), z in the first orbit's amplitudes (`PeriodicOrbits.scale`), the value in
-    its kinetic energy, or in the change of the parameter that moves its return by an amplitude; steps: the most points beside the
-    first; max_time, tolerance as in `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`.
-    Returns Branch. Raises ValueError or TypeError for wrong input, and where the first guess leads to no periodic orbit.
+    Parameters: model, or, with a parameter, a function that makes the model of a number, `lambda C:
+    Body(Hyperelastic(C))`; z0 (2n,): a guess of the first orbit; section, period as in `periodic_orbits`; parameter:
+    its first value, or None to follow the energy; energy: of the first orbit (None: that of the guess), kept where a
+    parameter is followed; bounds of the energy or parameter, where the branch ends; direction: +1 or -1, which way the
+    energy or parameter goes at first; length, longest: first and longest step of arclength in (z, value), z in the
+    first orbit's amplitudes (`PeriodicOrbits.scale`), the value in its kinetic energy, or in the change of the
+    parameter that moves its return by an amplitude; steps: the most points beside the first; max_time, tolerance as in
+    `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`. Returns Branch. Raises ValueError or
+    TypeError for wrong input, and where the first guess leads to no periodic orbit.
 
-    Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is normal to
-    it, so that the branch passes folds. The step grows by half after an easy correction and is halved after a failed one, a bend
-    of more than 0.35 radians or a change of the residue R of more than 0.1 (1 + |R|). Derivatives to the parameter are central
-    differences of returns. The scheme's step, where none is given, is each point's own: shortened until that moves the return no more
-    than the tolerance, and longer again where it may be. Bifurcations are where the product of the residues, or of 1 - residue, changes
-    its sign between two points, polished in the arclength by false position (the Illinois rule). A residue that touches 0 or 1, or
-    passes it twice between two points, is not seen. At a branching the branch goes straight on.
-    Cost: about 3 returns of 2n + 1 vectors for each point (9 with a parameter), of one orbit at a time.
-    Source: Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength); Greene, MacKay, Vivaldi & Feigenbaum 1981,
-    Physica D 3, 468 (residues at bifurcations).
+    Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is
+    normal to it, so that the branch passes folds. The step grows by half after an easy correction and is halved after a
+    failed one, a bend of more than 0.35 radians or a change of the residue R of more than 0.1 (1 + |R|). Derivatives to
+    the parameter are central differences of returns. The scheme's step, where none is given, is each point's own:
+    shortened until that moves the return no more than the tolerance, and longer again where it may be. Bifurcations are
+    where the product of the residues, or of 1 - residue, changes its sign between two points, polished in the arclength
+    by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two points, is not
+    seen. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each point (9 with a
+    parameter), of one orbit at a time. Source: Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength);
+    Greene, MacKay, Vivaldi & Feigenbaum 1981, Physica D 3, 468 (residues at bifurcations).
     """
     make, first_model = _family(model, parameter)
     checked_section(section, checked_tangent_model(first_model, "model"))
@@ -117,20 +136,40 @@ def continuation(
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
     first = periodic_orbits(
-        first_model, z0, section=section, period=period, energy=energy, max_time=max_time, tolerance=tolerance, step=step,
-        scheme=scheme, rtol=rtol, atol=atol, threads=threads,
-    )  # fmt: skip
+        first_model,
+        z0,
+        section=section,
+        period=period,
+        energy=energy,
+        max_time=max_time,
+        tolerance=tolerance,
+        step=step,
+        scheme=scheme,
+        rtol=rtol,
+        atol=atol,
+        threads=threads,
+    )
     if first.status.size != 1 or first.status[0] != Status.OK:
         raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
     value = float(first.energy[0]) if parameter is None else parameter
     if not low <= value <= high:
         raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-    flow, _ = make_flow(first_model, first.z, first.scheme, None if np.isinf(first.step[0]) else float(first.step[0]), rtol, atol, threads)
+    flow, _ = make_flow(
+        first_model,
+        first.z,
+        first.scheme,
+        None if np.isinf(first.step[0]) else float(first.step[0]),
+        rtol,
+        atol,
+        threads,
+    )
     limit = None if max_time is None else positive("max_time", max_time)
     own = step is None and not flow.adaptive
     scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
     units = np.append(scale.rows[:, 0], scale.energy[0])
-    family = _Family(make, flow, section, period, limit, tolerance, None if parameter is None else float(first.energy[0]), own, units)
+    family = _Family(
+        make, flow, section, period, limit, tolerance, None if parameter is None else float(first.energy[0]), own, units
+    )
     if parameter is not None:
         units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
     start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
@@ -148,7 +187,9 @@ def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
     if parameter is None:
         return (lambda _: model), model
     if not callable(model) or isinstance(model, tuple):
-        raise TypeError(f"model must be a function that makes a model of the parameter, got {model!r} ({type(model).__name__})")
+        raise TypeError(
+            f"model must be a function that makes a model of the parameter, got {model!r} ({type(model).__name__})"
+        )
     return model, model(real("parameter", parameter))
 
 
@@ -161,8 +202,8 @@ def _bounds(bounds: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Point:
-    """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own units, step of
-    the scheme and the next one to try, error, and how many corrections it took."""
+    """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own
+    units, step of the scheme and the next one to try, error, and how many corrections it took."""
 
     u: np.ndarray
     back: Returns
@@ -178,7 +219,8 @@ class _Point:
 class _Family:
     """The equations of a family: flow(z) = z on the section and the energy, for z and the energy or parameter.
 
-    energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and value.
+    energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and
+    value.
     """
 
     make: Callable
@@ -222,7 +264,9 @@ class _Family:
         return (ends[0] - ends[1]) / (2 * h) / scale.rows[:, 0]
 
     def parameter_unit(self, u: np.ndarray, scale: Scale) -> float:
-        """Return the change of the parameter that moves the return by an amplitude, beside what it does to small changes."""
+        """Return the change of the parameter that moves the return by an amplitude, beside what it does to small
+        changes.
+        """
         size = abs(u[-1]) or 1.0
         for h in 1e-5 * size * 10.0 ** -np.arange(0, 12, 3):
             back = self.returned(u, scale, float(self.flow.step))
@@ -233,7 +277,9 @@ class _Family:
         return size
 
     def matrix(self, u: np.ndarray, back: Returns, scale: Scale, step: float) -> np.ndarray:
-        """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the value."""
+        """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the
+        value.
+        """
         z, unit = u[:-1, None], self.units[-1]
         model = self.at(u[-1], step).model
         closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
@@ -250,7 +296,8 @@ class _Family:
         return np.column_stack([closing, column])
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
-        """Return the point of the branch normal to the tangent from u (at the value of u for None); None if there is none.
+        """Return the point of the branch normal to the tangent from u (at the value of u for None); None if there is
+        none.
 
         Where the scheme's step may change it is shortened until its error is below the tolerance.
         """
@@ -274,7 +321,9 @@ class _Family:
         if best is None:
             return None
         point = best[1]
-        own = orbit_scale(self.at(point.u[-1], point.step).model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
+        own = orbit_scale(
+            self.at(point.u[-1], point.step).model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads
+        )
         return replace(point, scale=own)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
@@ -316,7 +365,8 @@ class _Family:
         return self.corrected(last.u + length * last.tangent * self.units, last.tangent, last.scale, last.following)
 
     def between(self, last: _Point, following: _Point, s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the point at the share s of the cubic through two points with their tangents, and the unit vector along it.
+        """Return the point at the share s of the cubic through two points with their tangents, and the unit vector
+        along it.
 
         Nearer to the branch than the chord: at a branching a correction cannot tell it from its neighbours.
         """
@@ -332,9 +382,16 @@ class _Family:
         residual = point.scale.norm(point.back.points[:, -1] - point.u[:-1])
         energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
         return packed(
-            self.at(point.u[-1], point.step), self.section, point.u[:-1, None], energy, point.back, point.scale, residual=residual,
-            error=point.error, iterations=count,
-        )  # fmt: skip
+            self.at(point.u[-1], point.step),
+            self.section,
+            point.u[:-1, None],
+            energy,
+            point.back,
+            point.scale,
+            residual=residual,
+            error=point.error,
+            iterations=count,
+        )
 
     def products(self, point: _Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
@@ -355,7 +412,9 @@ def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[l
     while len(points) <= steps:
         last = points[-1]
         point = family.ahead(last, length)
-        ahead = family.products(point) if point is not None and family.follows(last, point, length) else np.full(2, np.nan)
+        ahead = (
+            family.products(point) if point is not None and family.follows(last, point, length) else np.full(2, np.nan)
+        )
         if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
             length *= 0.5
             if length < shortest:

@@ -21,13 +21,13 @@ from .return_map import checked_guesses
 def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
     """Return crossings that come back close to themselves after `period` crossings, the closest first.
 
-    Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the least
-    distance between two of them, as a fraction of the section's size in each coordinate.
-    Returns z (2n, guesses), none where no orbit is long enough. Raises ValueError or TypeError for wrong input.
+    Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the
+    least distance between two of them, as a fraction of the section's size in each coordinate. Returns z (2n, guesses),
+    none where no orbit is long enough. Raises ValueError or TypeError for wrong input.
 
-    Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the least
-    displacement is kept: a local minimum of the displacement over the section.
-    Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+    Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the
+    least displacement is kept: a local minimum of the displacement over the section. Source: the method of close
+    returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
@@ -62,30 +62,46 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 
 @recorded
 def find_periodic_orbits(
-    model: Any, z0: Any, *, section: Any, max_period: int, energy: float | None = None, most: int = 100, apart: float = 0.02,
-    crossings: int | None = None, max_time: float | None = None, tolerance: float = 1e-12, iterations: int = 40, step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8, rtol: float = 1e-13, atol: float = 1e-13, threads: int | None = None,
-) -> PeriodicOrbits:  # fmt: skip
+    model: Any,
+    z0: Any,
+    *,
+    section: Any,
+    max_period: int,
+    energy: float | None = None,
+    most: int = 100,
+    apart: float = 0.02,
+    crossings: int | None = None,
+    max_time: float | None = None,
+    tolerance: float = 1e-12,
+    iterations: int = 40,
+    step: float | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    threads: int | None = None,
+) -> PeriodicOrbits:
     """Find the periodic orbits of a section map up to a period, from the near returns of a grid of orbits.
 
-    Parameters: model; z0 (2n, orbits), such as `energy_grid(...).z0`, or a SectionMap of this section; section; max_period: the most
-    crossings; energy: that of all orbits (None: each has that of its guess); most, apart: of `periodic_guesses`, for each
-    period; crossings: of the grid's orbits (None: max_period + 8); max_time: for all of them; tolerance, iterations as in
-    `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`.
-    Returns PeriodicOrbits, one of each that was found, all OK, of their least periods, the short ones first; on a resonant torus of
-    an integrable model as many of its orbits as there were guesses. Raises ValueError or TypeError for wrong input; Interrupted
-    on Ctrl-C.
+    Parameters: model; z0 (2n, orbits), such as `energy_grid(...).z0`, or a SectionMap of this section; section;
+    max_period: the most crossings; energy: that of all orbits (None: each has that of its guess); most, apart: of
+    `periodic_guesses`, for each period; crossings: of the grid's orbits (None: max_period + 8); max_time: for all of
+    them; tolerance, iterations as in `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`. Returns
+    PeriodicOrbits, one of each that was found, all OK, of their least periods, the short ones first; on a resonant
+    torus of an integrable model as many of its orbits as there were guesses. Raises ValueError or TypeError for wrong
+    input; Interrupted on Ctrl-C.
 
-    Complete only as the grid is fine: on one energy surface of two degrees of freedom the fixed points of the map and of
-    its powers have a total index, the number of those with R > 0 less that with R < 0, which tells what is missing.
-    Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
-    Source: as `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+    Complete only as the grid is fine: on one energy surface of two degrees of freedom the fixed points of the map and
+    of its powers have a total index, the number of those with R > 0 less that with R < 0, which tells what is missing.
+    Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period. Source: as `periodic_guesses`
+    and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
     """
     checked_section(section, checked_tangent_model(model, "model"))
     longest = whole("max_period", max_period, 1)
     given = isinstance(z0, SectionMap)
     if given and z0.points.shape[2] != 2 * model.degrees_of_freedom:
-        raise ValueError(f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {z0.points.shape[2]}")
+        raise ValueError(
+            f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {z0.points.shape[2]}"
+        )
     starts = z0.points[:, 0].T[:, z0.counts > 0] if given else z0
     flow, z, _ = checked_guesses(model, starts, None, scheme, step, rtol, atol, threads)
     chosen = flow.step if isinstance(scheme, Automatic) and not flow.adaptive else step
@@ -94,17 +110,36 @@ def find_periodic_orbits(
     seen = z0
     if not given:
         seen = poincare_map(
-            model, z, section=section, crossings=count, max_time=wait * count, step=chosen, scheme=flow.scheme, rtol=rtol, atol=atol,
+            model,
+            z,
+            section=section,
+            crossings=count,
+            max_time=wait * count,
+            step=chosen,
+            scheme=flow.scheme,
+            rtol=rtol,
+            atol=atol,
             threads=threads,
-        )  # fmt: skip
+        )
     found: list[PeriodicOrbits] = []
 
     def search(guesses: np.ndarray, period: int) -> None:
         if guesses.size:
             orbits = periodic_orbits(
-                model, guesses, section=section, period=period, energy=energy, tolerance=tolerance, iterations=iterations,
-                max_time=None if max_time is None else wait * period, step=step, scheme=flow.scheme, rtol=rtol, atol=atol, threads=threads,
-            )  # fmt: skip
+                model,
+                guesses,
+                section=section,
+                period=period,
+                energy=energy,
+                tolerance=tolerance,
+                iterations=iterations,
+                max_time=None if max_time is None else wait * period,
+                step=step,
+                scheme=flow.scheme,
+                rtol=rtol,
+                atol=atol,
+                threads=threads,
+            )
             prime = orbits.prime
             found.append(orbits.take(prime == period))
             for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
@@ -125,6 +160,8 @@ def joined(parts: list[PeriodicOrbits]) -> PeriodicOrbits:
         whole_of[name] = np.concatenate([getattr(part, name) for part in parts])
     for name in ("z", "scale"):
         whole_of[name] = np.concatenate([getattr(part, name) for part in parts], axis=1)
-    filled = [np.pad(p.points, ((0, 0), (0, longest - p.points.shape[1]), (0, 0)), constant_values=np.nan) for p in parts]
+    filled = [
+        np.pad(p.points, ((0, 0), (0, longest - p.points.shape[1]), (0, 0)), constant_values=np.nan) for p in parts
+    ]
     whole_of["points"] = np.concatenate(filled)
     return PeriodicOrbits(**whole_of)

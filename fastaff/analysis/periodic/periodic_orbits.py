@@ -52,8 +52,9 @@ MARGINAL = 1e-6
 class Stability(IntEnum):
     """Kinds of periodic orbits, by the pair of multipliers farthest from the unit circle.
 
-    ELLIPTIC: on it, 0 < R < 1; PARABOLIC: at 1 or -1, R = 0 or 1; HYPERBOLIC: positive, R < 0; INVERSE_HYPERBOLIC: negative,
-    with reflection, R > 1; COMPLEX: four together off the circle (three degrees of freedom and more); UNKNOWN: not converged.
+    ELLIPTIC: on it, 0 < R < 1; PARABOLIC: at 1 or -1, R = 0 or 1; HYPERBOLIC: positive, R < 0; INVERSE_HYPERBOLIC:
+    negative, with reflection, R > 1; COMPLEX: four together off the circle (three degrees of freedom and more);
+    UNKNOWN: not converged.
     """
 
     ELLIPTIC = 0
@@ -66,14 +67,16 @@ class Stability(IntEnum):
 
 @dataclass(frozen=True)
 class PeriodicOrbits:
-    """Periodic orbits of a section map, with orbits on the last axis of z; where one is not OK, points, time and matrices are NaN.
+    """Periodic orbits of a section map, with orbits on the last axis of z; where one is not OK, points, time and
+    matrices are NaN.
 
-    z (2n, orbits) on the section; period (orbits,) in crossings; points (orbits, longest period, 2n): all crossings, z first,
-    NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (orbits, 2n, 2n): the derivative of
-    the flow over the period at z; reduced (orbits, 2n - 2, 2n - 2): that of the section map within the energy surface, in a
-    basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error (orbits,): estimate of that of z and of
-    2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and the residual; iterations (orbits,): returns computed;
-    status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows.
+    z (2n, orbits) on the section; period (orbits,) in crossings; points (orbits, longest period, 2n): all crossings, z
+    first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (orbits, 2n, 2n): the
+    derivative of the flow over the period at z; reduced (orbits, 2n - 2, 2n - 2): that of the section map within the
+    energy surface, in a basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error
+    (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
+    the residual; iterations (orbits,): returns computed; status (orbits,) of `Status`; step (orbits,), inf for an
+    adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows.
     """
 
     z: np.ndarray
@@ -103,7 +106,9 @@ class PeriodicOrbits:
 
     @property
     def indices(self) -> np.ndarray:
-        """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for n = 2."""
+        """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for
+        n = 2.
+        """
         return each(stability_indices, self.reduced, (self.reduced.shape[2] // 2,), np.complex128).T
 
     @property
@@ -113,7 +118,9 @@ class PeriodicOrbits:
 
     @property
     def residue(self) -> np.ndarray:
-        """Greene's residue (orbits,) for n = 2; for more, that of the pair farthest from the unit circle (its real part)."""
+        """Greene's residue (orbits,) for n = 2; for more, that of the pair farthest from the unit circle (its real
+        part).
+        """
         return np.take_along_axis(self.residues, self._worst[None], axis=0)[0].real
 
     @property
@@ -147,7 +154,9 @@ class PeriodicOrbits:
         """Return the orbits `which`: numbers or a mask (orbits,)."""
         which = np.atleast_1d(an_array("which", which))
         if not (which.dtype == bool and which.shape == self.status.shape) and not (
-            which.dtype.kind in "iu" and which.ndim == 1 and np.all((which >= -self.status.size) & (which < self.status.size))
+            which.dtype.kind in "iu"
+            and which.ndim == 1
+            and np.all((which >= -self.status.size) & (which < self.status.size))
         ):
             raise ValueError(f"which must be numbers of {self.status.size} orbits or a mask, got {shown(which)}")
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -157,7 +166,9 @@ class PeriodicOrbits:
         return PeriodicOrbits(**kept)
 
     def same(self) -> np.ndarray:
-        """Number the orbits (orbits,) so that the same closed orbits, whatever crossing they start at, have one number; -1: not OK."""
+        """Number the orbits (orbits,) so that the same closed orbits, whatever crossing they start at, have one number;
+        -1: not OK.
+        """
         number, good = np.full(self.status.shape, -1), self.status == Status.OK
         # Least periods first, so that a number stands for a prime orbit where there is one.
         for o in np.lexsort((np.arange(good.size), self.period)):
@@ -181,41 +192,67 @@ class PeriodicOrbits:
     def summary(self) -> str:
         """Say in one line what became of the guesses, and of which kind the orbits are."""
         kinds, counts = np.unique(self.stability[self.status == Status.OK], return_counts=True)
-        return "; ".join([describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))])
+        return "; ".join(
+            [describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))]
+        )
 
 
-PER_ORBIT = ("period", "points", "time", "energy", "monodromy", "reduced", "residual", "error", "iterations", "status", "step")
+PER_ORBIT = (
+    "period",
+    "points",
+    "time",
+    "energy",
+    "monodromy",
+    "reduced",
+    "residual",
+    "error",
+    "iterations",
+    "status",
+    "step",
+)
 """The fields of PeriodicOrbits with orbits on the first axis."""
 
 
 @recorded
 def periodic_orbits(
-    model: Any, z0: Any, *, section: Any, period: int = 1, energy: Any = None, max_time: float | None = None,
-    tolerance: float = 1e-12, iterations: int = 40, step: float | np.ndarray | None = None, scheme: Splitting | RungeKutta = KAHAN_LI8,
-    rtol: float = 1e-13, atol: float = 1e-13, threads: int | None = None,
-) -> PeriodicOrbits:  # fmt: skip
+    model: Any,
+    z0: Any,
+    *,
+    section: Any,
+    period: int = 1,
+    energy: Any = None,
+    max_time: float | None = None,
+    tolerance: float = 1e-12,
+    iterations: int = 40,
+    step: float | np.ndarray | None = None,
+    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    threads: int | None = None,
+) -> PeriodicOrbits:
     """Find periodic orbits of a section map from guesses, by Newton's method with the tangent map.
 
-    Parameters: model with `tangent_force`, of two degrees of freedom or more; z0 (2n,) or (2n, orbits), guesses, which are first
-    moved to the section and the energy, and along the flow where they pass the section the wrong way; section: a value of
-    `fastaff.models.sections`; period >= 1: the number of crossings after which the orbit closes; energy: a number, or one for each
-    orbit (None: that of each guess); max_time: for the `period` crossings (None: 20 turns of each guess's own frequency for
-    each); tolerance: an orbit is OK once |flow(z) - z| <= tolerance |M| in own units, what a change of z by `tolerance` does (but
-    not less than rounding of z); iterations: most returns computed for an orbit with one step; step: as in `integrate`; None: for
-    each orbit its own, shortened until that moves the return no more than the tolerance; scheme, rtol, atol, threads as in `integrate`.
-    Returns PeriodicOrbits. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`. A guess that leads
-    nowhere has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+    Parameters: model with `tangent_force`, of two degrees of freedom or more; z0 (2n,) or (2n, orbits), guesses, which
+    are first moved to the section and the energy, and along the flow where they pass the section the wrong way;
+    section: a value of `fastaff.models.sections`; period >= 1: the number of crossings after which the orbit closes;
+    energy: a number, or one for each orbit (None: that of each guess); max_time: for the `period` crossings (None: 20
+    turns of each guess's own frequency for each); tolerance: an orbit is OK once |flow(z) - z| <= tolerance |M| in own
+    units, what a change of z by `tolerance` does (but not less than rounding of z); iterations: most returns computed
+    for an orbit with one step; step: as in `integrate`; None: for each orbit its own, shortened until that moves the
+    return no more than the tolerance; scheme, rtol, atol, threads as in `integrate`. Returns PeriodicOrbits. Raises
+    ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`. A guess that leads nowhere has the
+    status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
 
-    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results are the same in
-    any units, for any origin and zero of V, and in any company.
-    All guesses take their steps together: one integration with 2n tangent vectors to the crossing, located on the scheme's own
-    flow, then a small least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and
-    energy, by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A step that
-    makes the residual larger is cut to a quarter. Convergence is quadratic, to rounding. `period` may be a multiple of the least
-    one: see `.prime`. A relative periodic orbit of a body is a periodic orbit of `fastaff.reduced`.
-    Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
-    Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183
-    (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
+    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results
+    are the same in any units, for any origin and zero of V, and in any company. All guesses take their steps together:
+    one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
+    least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
+    by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
+    step that makes the residual larger is cut to a quarter. Convergence is quadratic, to rounding. `period` may be a
+    multiple of the least one: see `.prime`. A relative periodic orbit of a body is a periodic orbit of
+    `fastaff.reduced`. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess. Source: Baranger, Davies & Mahoney
+    1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183 (residue); Howard & MacKay
+    1987, J. Math. Phys. 28, 1036 (stability indices).
     """
     checked_section(section, checked_tangent_model(model, "model"))
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
@@ -282,14 +319,32 @@ class _Search:
             rate = (section_gradient(self.section, trial, scale.rows) * vector_field(model, trial)).sum(axis=1)
         wrong = np.flatnonzero(reached & (rate * self.section.direction < 0))
         if wrong.size:  # it passes the section the other way: its first crossing is the guess
-            first = section_returns(self._flow(step[wrong]), self.section, trial[:, wrong], 1, limit[wrong]).points[:, 0].T
+            first = (
+                section_returns(self._flow(step[wrong]), self.section, trial[:, wrong], 1, limit[wrong]).points[:, 0].T
+            )
             trial[:, wrong], reached[wrong] = onto(model, self.section, first, energy[wrong], scale.of(wrong))
-        empty = np.full((orbits, self.period, rows), np.nan), np.full(orbits, np.nan), np.full((orbits, rows, rows), np.nan)
+        empty = (
+            np.full((orbits, self.period, rows), np.nan),
+            np.full(orbits, np.nan),
+            np.full((orbits, rows, rows), np.nan),
+        )
         status = np.full(orbits, int(Status.NOT_CONVERGED))
         return _State(
-            trial.copy(), trial, energy, scale, step, limit, np.zeros_like(z), np.ones(orbits), np.full(orbits, np.inf),
-            np.full(orbits, np.nan), np.zeros(orbits, np.int64), status, reached, Returns(*empty, status.copy()),
-        )  # fmt: skip
+            trial.copy(),
+            trial,
+            energy,
+            scale,
+            step,
+            limit,
+            np.zeros_like(z),
+            np.ones(orbits),
+            np.full(orbits, np.inf),
+            np.full(orbits, np.nan),
+            np.zeros(orbits, np.int64),
+            status,
+            reached,
+            Returns(*empty, status.copy()),
+        )
 
     def _flow(self, step: np.ndarray) -> Flow:
         return self.flow if self.flow.adaptive else replace(self.flow, step=step)
@@ -326,7 +381,9 @@ class _Search:
             state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, energy, scale)[0]
 
     def shorten(self, state: _State) -> np.ndarray:
-        """Estimate the errors of orbits; give those whose step is too long a shorter one and let them go on. Returns which (orbits,)."""
+        """Estimate the errors of orbits; give those whose step is too long a shorter one and let them go on. Returns
+        which (orbits,).
+        """
         again = np.zeros(state.status.shape, bool)
         which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error))
         if which.size:
@@ -363,15 +420,32 @@ class _Search:
     def result(self, state: _State) -> PeriodicOrbits:
         """Assemble the orbits; those that failed keep their best point and lose the rest."""
         return packed(
-            self._flow(state.step), self.section, state.z, state.energy, state.found, state.scale, residual=state.residual,
-            error=state.error, iterations=state.iterations, status=state.status,
-        )  # fmt: skip
+            self._flow(state.step),
+            self.section,
+            state.z,
+            state.energy,
+            state.found,
+            state.scale,
+            residual=state.residual,
+            error=state.error,
+            iterations=state.iterations,
+            status=state.status,
+        )
 
 
 def packed(
-    flow: Flow, section: Any, z: np.ndarray, energy: np.ndarray, found: Returns, scale: Scale, *, residual: np.ndarray, error: np.ndarray,
-    iterations: np.ndarray, status: np.ndarray | None = None,
-) -> PeriodicOrbits:  # fmt: skip
+    flow: Flow,
+    section: Any,
+    z: np.ndarray,
+    energy: np.ndarray,
+    found: Returns,
+    scale: Scale,
+    *,
+    residual: np.ndarray,
+    error: np.ndarray,
+    iterations: np.ndarray,
+    status: np.ndarray | None = None,
+) -> PeriodicOrbits:
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; what is not OK is NaN."""
     model, status = flow.model, found.status if status is None else status
     good = status == Status.OK
@@ -383,6 +457,20 @@ def packed(
         array[~good] = np.nan
     names = (*model.coordinates, *(f"p_{name}" for name in model.coordinates))
     return PeriodicOrbits(
-        z, np.full(good.size, points.shape[1]), points, time, energy, monodromy, reduced, residual, error, iterations, status,
-        np.array(np.broadcast_to(flow.step, good.shape)), scale.rows, names, section, flow.scheme,
-    )  # fmt: skip
+        z,
+        np.full(good.size, points.shape[1]),
+        points,
+        time,
+        energy,
+        monodromy,
+        reduced,
+        residual,
+        error,
+        iterations,
+        status,
+        np.array(np.broadcast_to(flow.step, good.shape)),
+        scale.rows,
+        names,
+        section,
+        flow.scheme,
+    )

@@ -1,7 +1,7 @@
 """Returns of orbits to a section with their monodromy matrices: what searches for periodic orbits are made of.
 
-All that mixes coordinates and momenta is done in an orbit's own units, `orbit_scale`: results are the same in any unit of length,
-time and mass, for any origin and zero of the potential, and know nothing of other orbits.
+All that mixes coordinates and momenta is done in an orbit's own units, `orbit_scale`: results are the same in any unit
+of length, time and mass, for any origin and zero of the potential, and know nothing of other orbits.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ STEP_ERROR = 1e-13
 
 COMPLEX_STEP = 1e-100
 RANK = 1e-8
-"""Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic neighbours."""
+"""Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic
+neighbours.
+"""
 
 FINER = 8.0
 """How many times shorter a step becomes at once."""
@@ -40,7 +42,9 @@ def checked_guesses(
 ) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
     if model.degrees_of_freedom < 2:
-        raise ValueError(f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}")
+        raise ValueError(
+            f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
+        )
     if isinstance(scheme, Automatic):
         unset_step(step)
         scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
@@ -54,8 +58,8 @@ def checked_guesses(
 class Returns(NamedTuple):
     """Orbits followed to a crossing of a section.
 
-    points (orbits, period, 2n): the crossings in their order; time (orbits,) of the last; monodromy (orbits, 2n, 2n): the derivative
-    of the flow over that time; status (orbits,). NaN where the status is not OK.
+    points (orbits, period, 2n): the crossings in their order; time (orbits,) of the last; monodromy (orbits, 2n, 2n):
+    the derivative of the flow over that time; status (orbits,). NaN where the status is not OK.
     """
 
     points: np.ndarray
@@ -68,14 +72,18 @@ class Returns(NamedTuple):
 
 
 def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
-    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time (orbits,) or one."""
+    """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time
+    (orbits,) or one.
+    """
     rows, orbits = z.shape
     n = rows // 2
     fits("period", orbits, period + SPARE, kernels.RECORD + rows * (1 + rows))
     found = Returns(
-        np.full((orbits, period, rows), np.nan), np.full(orbits, np.nan), np.full((orbits, rows, rows), np.nan),
+        np.full((orbits, period, rows), np.nan),
+        np.full(orbits, np.nan),
+        np.full((orbits, rows, rows), np.nan),
         np.full(orbits, int(Status.NONFINITE)),
-    )  # fmt: skip
+    )
     with np.errstate(all="ignore"):
         inside = np.isfinite(z).all(axis=0) & (np.broadcast_to(flow.model.margin(*z[:n]), orbits) > 0)
     live = np.flatnonzero(inside)
@@ -90,7 +98,9 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     observer = observers.crossings(section, period, n, rows)
     memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
     start_crossings(flow, memory, section, ensemble, on=True)
-    follow_crossings(flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None)
+    follow_crossings(
+        flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None
+    )
     records = out.reshape(live.size, -1, width)[:, :period]
     parts = records[:, :, kernels.RECORD :].reshape(live.size, period, 2, 1 + rows, n)
     found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
@@ -105,7 +115,9 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
 
 
 class Scale(NamedTuple):
-    """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular frequency; energy."""
+    """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular
+    frequency; energy.
+    """
 
     rows: np.ndarray
     rate: np.ndarray
@@ -132,7 +144,9 @@ class Scale(NamedTuple):
 
 
 def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
-    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the energy, that counts."""
+    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the
+    energy, that counts.
+    """
     found = motion(model, z, threads)
     W = np.einsum("iij->ij", inverse_masses(model, z))
     with np.errstate(all="ignore"):
@@ -154,7 +168,8 @@ def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
 
 
 def section_gradient(section: Any, z: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return the gradient (orbits, 2n) of the section function: complex steps, or differences where the function is not analytic.
+    """Return the gradient (orbits, 2n) of the section function: complex steps, or differences where the function is not
+    analytic.
 
     scale (2n, orbits): the orbits' own units, which differences are small beside.
     """
@@ -178,7 +193,9 @@ def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
 
 
 def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
-    """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it and which arrived."""
+    """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it
+    and which arrived.
+    """
     z, D, zero, n = z.copy(), scale.rows, np.zeros(z.shape[1]), len(z) // 2
     with np.errstate(all="ignore"):
         for _ in range(20):
@@ -199,7 +216,9 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
 
 
 def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the shortest x (k, columns) with the least |matrix x - right| of matrix (k, rows, columns); NaN where not finite."""
+    """Return the shortest x (k, columns) with the least |matrix x - right| of matrix (k, rows, columns); NaN where not
+    finite.
+    """
     x = np.full((len(matrix), matrix.shape[2]), np.nan)
     good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
     if good.any():
@@ -209,9 +228,11 @@ def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return the derivative (orbits, 2n - 2, 2n - 2) of the section map within the energy surface at fixed points z (2n, orbits).
+    """Return the derivative (orbits, 2n - 2, 2n - 2) of the section map within the energy surface at fixed points z
+    (2n, orbits).
 
-    In a basis of the plane of both that is orthonormal in the orbits' own units; the flow takes each image back to the section.
+    In a basis of the plane of both that is orthonormal in the orbits' own units; the flow takes each image back to the
+    section.
     """
     D = scale.rows.T
     with np.errstate(all="ignore"):
@@ -236,8 +257,11 @@ def each(function: Callable, stack: np.ndarray, shape: tuple[int, ...], dtype: t
     return result
 
 
-def closing_matrix(model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits, 2n).
+def closing_matrix(
+    model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale
+) -> np.ndarray:
+    """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits,
+    2n).
 
     In the orbits' own units, the rows of section and energy of length 1.
     """
@@ -259,7 +283,9 @@ def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: 
 
 
 def step_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on the way."""
+    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on
+    the way.
+    """
     return np.maximum(tolerance, 4 * scale.rounding(z) * np.linalg.norm(scale.matrix(monodromy), axis=(1, 2)))
 
 
@@ -273,7 +299,8 @@ def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
 def scheme_error(
     flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units (orbits,).
+    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units
+    (orbits,).
 
     From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
     """
@@ -285,7 +312,9 @@ def scheme_error(
     with np.errstate(all="ignore"):
         moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
         matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
-        rounding = scale.rounding(z) * np.maximum(2.0, 0.5 * np.sqrt(found.time / flow.step))  # grows like a random walk
+        rounding = scale.rounding(z) * np.maximum(
+            2.0, 0.5 * np.sqrt(found.time / flow.step)
+        )  # grows like a random walk
         short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + rounding[:, None]
         shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
         later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
@@ -300,9 +329,11 @@ def _inverses(matrix: np.ndarray) -> np.ndarray:
 
 
 def stability_indices(S: np.ndarray) -> np.ndarray:
-    """Return lambda + 1/lambda of the pairs of eigenvalues of a symplectic matrix: roots of its characteristic polynomial in that sum.
+    """Return lambda + 1/lambda of the pairs of eigenvalues of a symplectic matrix: roots of its characteristic
+    polynomial in that sum.
 
-    The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev series.
+    The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev
+    series.
     """
     m = len(S) // 2
     c = np.poly(S)

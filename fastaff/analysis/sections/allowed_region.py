@@ -1,7 +1,8 @@
 """Where functions of one variable are positive, at any scale: their extrema, found by ratios instead of lengths.
 
-A function f(x, column) returns its values and the sizes of the terms that they are sums of, which is what they round at; values that are
-not finite count as minus infinity. Between neighbouring extrema it is monotone, so that every crossing of a level has a sure bracket.
+A function f(x, column) returns its values and the sizes of the terms that they are sums of, which is what they round
+at; values that are not finite count as minus infinity. Between neighbouring extrema it is monotone, so that every
+crossing of a level has a sure bracket.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ _BLOCK, _PILOTS, _PEAKS = 2048, 48, 4
 
 
 class Extrema(NamedTuple):
-    """The ends of the range and the extrema between, ascending: x and f (extrema, columns), the last one repeated where there are fewer."""
+    """The ends of the range and the extrema between, ascending: x and f (extrema, columns), the last one repeated where
+    there are fewer.
+    """
 
     x: np.ndarray
     f: np.ndarray
@@ -50,10 +53,14 @@ def evaluated(f: Function, x: np.ndarray, column: np.ndarray) -> tuple[np.ndarra
         return value, np.where(np.isfinite(size) & np.isfinite(value), ROUNDING * size, 0.0)
 
 
-def climb(f: Function, column: np.ndarray, low: np.ndarray, high: np.ndarray, sign: Any = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the place and the value of the largest sign*f between low and high, where it has one maximum, to 1e-9 of the distance.
+def climb(
+    f: Function, column: np.ndarray, low: np.ndarray, high: np.ndarray, sign: Any = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the place and the value of the largest sign*f between low and high, where it has one maximum, to 1e-9 of
+    the distance.
 
-    The best of some points between, then the same between its neighbours: many points at once where there are few columns.
+    The best of some points between, then the same between its neighbours: many points at once where there are few
+    columns.
     """
     count = 31 if column.size < 256 else 5
     share = np.arange(count + 2)[:, None] / (count + 1)
@@ -68,7 +75,9 @@ def climb(f: Function, column: np.ndarray, low: np.ndarray, high: np.ndarray, si
 
 
 def _peaks(value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows and columns of interior nodes that are at least as high as their neighbours, and higher than the next."""
+    """Return the rows and columns of interior nodes that are at least as high as their neighbours, and higher than the
+    next.
+    """
     inner = value[1:-1]
     row, column = np.nonzero((inner >= value[:-2]) & (inner > value[2:]) & np.isfinite(inner))
     return row + 1, column
@@ -87,7 +96,9 @@ def highest(f: Function, columns: int, nodes: np.ndarray) -> np.ndarray:
 
 
 def extrema(f: Function, columns: int, nodes: np.ndarray | None = None) -> Extrema:
-    """Return the extrema of each column that nodes, or a search over all sizes of positive x, and a closer look around maxima show."""
+    """Return the extrema of each column that nodes, or a search over all sizes of positive x, and a closer look around
+    maxima show.
+    """
     if nodes is None:
         nodes = _where_it_happens(f, columns)
     j = np.arange(columns)
@@ -141,7 +152,8 @@ def _block(f: Function, columns: int, nodes: np.ndarray) -> Extrema:
         more, more_noise = evaluated(f, extra, j)
         order = np.argsort(np.concatenate([x, extra]), axis=0, kind="stable")
         x, value, noise = (
-            np.take_along_axis(np.concatenate(pair), order, axis=0) for pair in ((x, extra), (value, more), (noise, more_noise))
+            np.take_along_axis(np.concatenate(pair), order, axis=0)
+            for pair in ((x, extra), (value, more), (noise, more_noise))
         )
     turns = _turns(value, noise)
     at, found = (np.take_along_axis(array, turns, axis=0) for array in (x, value))
@@ -153,7 +165,10 @@ def _block(f: Function, columns: int, nodes: np.ndarray) -> Extrema:
         low, high = x[middle - 1, column], x[middle + 1, column]
         place, height = climb(f, column, low, high, sign)
         better = sign * height > sign * found[row, column]
-        at[row, column], found[row, column] = np.where(better, place, at[row, column]), np.where(better, height, found[row, column])
+        at[row, column], found[row, column] = (
+            np.where(better, place, at[row, column]),
+            np.where(better, height, found[row, column]),
+        )
     return Extrema(at, found)
 
 
@@ -167,7 +182,9 @@ def _rank(column: np.ndarray, value: np.ndarray) -> np.ndarray:
 
 
 def _turns(value: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Return the rows of the first node, of maxima and minima in turn, and of the last node; ripples below the noise do not count."""
+    """Return the rows of the first node, of maxima and minima in turn, and of the last node; ripples below the noise do
+    not count.
+    """
     rows, columns = value.shape
     j = np.arange(columns)
     rising, best, at = np.ones(columns, dtype=bool), value[0].copy(), np.zeros(columns, np.int64)
@@ -191,16 +208,26 @@ def _turns(value: np.ndarray, noise: np.ndarray) -> np.ndarray:
     return np.where(order <= count, found[:length], rows - 1)
 
 
-def crossings(f: Function, found: Extrema, column: np.ndarray, level: np.ndarray, up: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return where columns rise (or fall) through levels (points,): x (sheets, points), the allowed end of two neighbouring doubles.
+def crossings(
+    f: Function, found: Extrema, column: np.ndarray, level: np.ndarray, up: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where columns rise (or fall) through levels (points,): x (sheets, points), the allowed end of two
+    neighbouring doubles.
 
-    The outermost first, NaN where there are fewer; bounded wells before one that has no end. And which points are allowed at
-    the lower end of the range.
+    The outermost first, NaN where there are fewer; bounded wells before one that has no end. And which points are
+    allowed at the lower end of the range.
     """
     allowed = found.f[:, column] >= level
     here = (~allowed[:-1] & allowed[1:]) if up else (allowed[:-1] & ~allowed[1:])
     row, point = np.nonzero(here)
-    root = _bisected(f, column[point], found.x[row, column[point]], found.x[row + 1, column[point]], np.full(row.size, up), level[point])
+    root = _bisected(
+        f,
+        column[point],
+        found.x[row, column[point]],
+        found.x[row + 1, column[point]],
+        np.full(row.size, up),
+        level[point],
+    )
     count = here.sum(axis=0)
     endless = allowed[-1] & (count > 1) & up
     # The outermost is number 0; a well without end goes behind the others.
@@ -236,7 +263,9 @@ def _double(order: np.ndarray) -> np.ndarray:
 
 
 def intervals(f: Function, nodes: np.ndarray) -> list[tuple[float, float]]:
-    """Return the intervals of x where the single column f is positive, ascending; infinite or 0 where they reach the range's end."""
+    """Return the intervals of x where the single column f is positive, ascending; infinite or 0 where they reach the
+    range's end.
+    """
     found = extrema(f, 1, nodes)
     zero = np.zeros(1, np.int64)
     allowed = found.f[:, 0] > 0

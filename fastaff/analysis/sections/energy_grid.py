@@ -30,8 +30,8 @@ ARRAYS = 32
 class Grid:
     """Initial conditions on the cells of a grid over two section coordinates.
 
-    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2): cells that the
-    energy surface does not reach; axes and names: the two coordinates, first along rows.
+    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2): cells
+    that the energy surface does not reach; axes and names: the two coordinates, first along rows.
     """
 
     z0: np.ndarray
@@ -48,7 +48,10 @@ class Grid:
         """Return values (orbits,) as a masked (n1, n2) array in which forbidden cells are masked."""
         given = an_array("values", values)
         if given.shape not in ((), self.cell.shape) or given.dtype.kind not in "biufc":
-            raise ValueError(f"values must be numbers of shape {self.cell.shape}, one for each orbit, got {given.dtype} {given.shape}")
+            raise ValueError(
+                f"values must be numbers of shape {self.cell.shape}, one for each orbit, got {given.dtype} "
+                f"{given.shape}"
+            )
         array = np.ma.masked_all(self.forbidden.size, dtype=given.dtype)
         array[self.cell] = values
         return array.reshape(self.forbidden.shape)
@@ -60,21 +63,20 @@ def energy_grid(
 ) -> Grid:
     """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
 
-    Parameters: body; energy; section: a value of `fastaff.models.sections`; axes: two arrays of coordinates, (beta, p_beta) for
-    AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha)
-    for BetaTurning and BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system
-    of two degrees of freedom; p_eta, p_gamma: the angular momenta of the planes (bodies only).
-    Returns Grid; cells that the energy does not reach are in `forbidden` and have no orbit.
-    Raises ValueError where no cell is reached (an energy below the minimum, an unreachable section), TypeError for a
-    section that has no grid.
+    Parameters: body; energy; section: a value of `fastaff.models.sections`; axes: two arrays of coordinates, (beta,
+    p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and BetaEquals, (q_j, p_j) of
+    the other degree of freedom for Linear sections q_i = offset of a system of two degrees of freedom; p_eta, p_gamma:
+    the angular momenta of the planes (bodies only). Returns Grid; cells that the energy does not reach are in
+    `forbidden` and have no orbit. Raises ValueError where no cell is reached (an energy below the minimum, an
+    unreachable section), TypeError for a section that has no grid.
 
-    On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the radius has a
-    minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the outer one; where there are several
-    wells, that of the outermost. On the others the missing momentum has the sign of the direction (0: +).
-    AreaEquals takes one of its two branches. The roots are neighbours of where the energy is exact, at radii from 1e-40 to 1e40 in any
-    unit: wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of wider ones. Cost: some
-    500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, else one.
-    Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
+    On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the
+    radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the
+    outer one; where there are several wells, that of the outermost. On the others the missing momentum has the sign of
+    the direction (0: +). AreaEquals takes one of its two branches. The roots are neighbours of where the energy is
+    exact, at radii from 1e-40 to 1e40 in any unit: wells are missed where they are narrower than 1/40 of a decade and
+    lie off the maxima of wider ones. Cost: some 500 evaluations of the potential for each first coordinate and 64 for
+    each cell of a turning section, else one. Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     first, second = _axes(axes)
@@ -83,13 +85,19 @@ def energy_grid(
     z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
     if not found.any():
         raise NotReached(
-            f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], {names[1]} in "
-            f"[{second.min():.6g}, {second.max():.6g}] on {section!r}: it is below the minimum there, or the section is elsewhere"
+            f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], "
+            f"{names[1]} in "
+            f"[{second.min():.6g}, {second.max():.6g}] on {section!r}: it is below the minimum there, or the section "
+            "is elsewhere"
         )
     return Grid(
-        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), ~found.reshape(first.size, second.size),
-        (first, second), names, energy,
-    )  # fmt: skip
+        np.ascontiguousarray(z[:, found]),
+        np.flatnonzero(found),
+        ~found.reshape(first.size, second.size),
+        (first, second),
+        names,
+        energy,
+    )
 
 
 def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
@@ -107,7 +115,8 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
 def lift(
     body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the coordinates' names.
+    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the
+    coordinates' names.
 
     Of several sheets over a point, the first.
     """
@@ -119,7 +128,8 @@ def lift(
 def lift_sheets(
     body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), which exist (sheets, points), and the coordinates' names.
+    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), which exist (sheets, points), and the
+    coordinates' names.
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
@@ -148,7 +158,9 @@ def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
 @singledispatch
 def _lift(section, body, energy, p_eta, p_gamma, u, v):
     """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
-    raise TypeError(f"section must be one that has a grid (fastaff.models.sections), got {section!r} for {type(body).__name__}")
+    raise TypeError(
+        f"section must be one that has a grid (fastaff.models.sections), got {section!r} for {type(body).__name__}"
+    )
 
 
 def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
@@ -234,8 +246,12 @@ def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
     return z, (other, f"p_{other}")
 
 
-def room(body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes of its terms."""
+def room(
+    body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes
+    of its terms.
+    """
     A, B = alpha * alpha, beta * beta
     barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
     barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
@@ -252,10 +268,12 @@ def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray
 
 
 def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
-    """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the outermost first.
+    """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the
+    outermost first.
 
-    The last sheet of the inner ones is the axis, where the angular momentum is 0 and the motion goes through it; the momentum that it
-    then has, across like that of the inner turning points in the limit of small angular momentum, comes second (sheets, points).
+    The last sheet of the inner ones is the axis, where the angular momentum is 0 and the motion goes through it; the
+    momentum that it then has, across like that of the inner turning points in the limit of small angular momentum,
+    comes second (sheets, points).
     """
     other, column = np.unique(u, return_inverse=True)
     rest = radial(body, energy, p_eta, p_gamma, other, alpha=alpha)

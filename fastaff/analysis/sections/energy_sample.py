@@ -47,21 +47,31 @@ class Sample:
 
 @recorded
 def energy_sample(
-    body: Any, *, energy: float, section: Any, orbits: int, seed: Any = 0, p_eta: float = 0.0, p_gamma: float = 0.0, axes: Any = None
+    body: Any,
+    *,
+    energy: float,
+    section: Any,
+    orbits: int,
+    seed: Any = 0,
+    p_eta: float = 0.0,
+    p_gamma: float = 0.0,
+    axes: Any = None,
 ) -> Sample:
     """Draw random points of a section of an energy surface, uniform in the measure that the section's return map keeps.
 
-    Parameters: energy, section, p_eta, p_gamma: as in `energy_grid`; orbits: how many; seed: of `numpy.random.default_rng`; axes: ranges
-    (low, high) of the coordinate and of its momentum to draw from (default: all bounded parts that the energy allows, by `edge`).
-    Returns Sample: on AlphaTurning and AlphaEquals over (beta, p_beta), on BetaTurning and BetaEquals over (alpha, p_alpha), on AreaEquals
-    over beta and its momentum along the section, p_beta + (beta/alpha) p_alpha, on Linear over (q_j, p_j).
-    Raises NotReached, a ValueError, where the energy reaches nothing, ValueError where `edge` finds no bounds and axes is missing.
+    Parameters: energy, section, p_eta, p_gamma: as in `energy_grid`; orbits: how many; seed: of
+    `numpy.random.default_rng`; axes: ranges (low, high) of the coordinate and of its momentum to draw from (default:
+    all bounded parts that the energy allows, by `edge`). Returns Sample: on AlphaTurning and AlphaEquals over (beta,
+    p_beta), on BetaTurning and BetaEquals over (alpha, p_alpha), on AreaEquals over beta and its momentum along the
+    section, p_beta + (beta/alpha) p_alpha, on Linear over (q_j, p_j). Raises NotReached, a ValueError, where the energy
+    reaches nothing, ValueError where `edge` finds no bounds and axes is missing.
 
-    The area dq dp of the section in canonical coordinates is what the return map keeps, so that the chaotic share of these points is
-    that of the section's area. It is not the share of the energy surface's volume: there each point counts with its time of
-    return. All wells are drawn from, on a turning section also those of the radius that turns. Sections of direction 0 are drawn from one
-    of their two sides, as in `energy_grid`. Cost: that of `energy_grid` for about 1.5 times the points, and about half a second for `edge`
-    of a turning section. Source: Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b).
+    The area dq dp of the section in canonical coordinates is what the return map keeps, so that the chaotic share of
+    these points is that of the section's area. It is not the share of the energy surface's volume: there each point
+    counts with its time of return. All wells are drawn from, on a turning section also those of the radius that turns.
+    Sections of direction 0 are drawn from one of their two sides, as in `energy_grid`. Cost: that of `energy_grid` for
+    about 1.5 times the points, and about half a second for `edge` of a turning section. Source: Poincare's integral
+    invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b).
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     count = whole("orbits", orbits, 1)
@@ -78,7 +88,10 @@ def energy_sample(
         (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
         boxes = [((u0, u1), (v0, v1))]
     if isinstance(section, AreaEquals):  # |P| is below |p| times the length of the section over that of beta
-        boxes = [((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1)) for (u0, u1), (v0, v1) in boxes]
+        boxes = [
+            ((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1))
+            for (u0, u1), (v0, v1) in boxes
+        ]
     sheets = 1
     while True:
         drawn, most = _draw(body, section, energy, p_eta, p_gamma, boxes, sheets, count, np.random.default_rng(seed))
@@ -94,9 +107,18 @@ def _steepest(section: AreaEquals, u0: float, u1: float) -> float:
 
 
 def _draw(
-    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, boxes: list, sheets: int, count: int, random: Any
+    body: Any,
+    section: Any,
+    energy: float,
+    p_eta: float,
+    p_gamma: float,
+    boxes: list,
+    sheets: int,
+    count: int,
+    random: Any,
 ) -> tuple[Sample, int]:
-    """Return so many points, each drawn from one of the boxes by their areas, and of `sheets` sheets one; and the most sheets met.
+    """Return so many points, each drawn from one of the boxes by their areas, and of `sheets` sheets one; and the most
+    sheets met.
 
     A point where its sheet is missing is drawn anew, so that every sheet has the same density.
     """
@@ -117,11 +139,15 @@ def _draw(
         number = np.zeros(batch, np.int64) if sheets == 1 else random.integers(sheets, size=batch)
         at = np.argmax(np.cumsum(found, axis=0) == number + 1, axis=0)
         exists = found.sum(axis=0) > number
-        found_parts.append((np.take_along_axis(z, at[None, None], axis=0)[0][:, exists], np.array([u[exists], v[exists]])))
+        found_parts.append(
+            (np.take_along_axis(z, at[None, None], axis=0)[0][:, exists], np.array([u[exists], v[exists]]))
+        )
         kept, tried = kept + int(exists.sum()), tried + batch
         batch = min(2 * batch, max(8192, count))
         if tried > 1000 * (kept + 16):
-            raise NotReached(f"energy {energy} reaches less than a thousandth of the ranges {boxes!r} on {section!r}: narrow them")
+            raise NotReached(
+                f"energy {energy} reaches less than a thousandth of the ranges {boxes!r} on {section!r}: narrow them"
+            )
     if most > sheets:
         return Sample(np.zeros((0, 0)), np.zeros((2, 0)), names, energy), most
     z0, points = (np.concatenate(part, axis=1)[:, :count] for part in zip(*found_parts, strict=True))
@@ -131,7 +157,9 @@ def _draw(
 def _area_lift(
     body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, P: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Lift (beta, P) to an area section: P/sqrt(1 + (beta/alpha)^2) is the momentum along it, the energy gives the one across."""
+    """Lift (beta, P) to an area section: P/sqrt(1 + (beta/alpha)^2) is the momentum along it, the energy gives the one
+    across.
+    """
     alpha = np.sqrt(2 * section.constant + u * u)
     length = np.hypot(alpha, u)
     with np.errstate(all="ignore"):
@@ -152,13 +180,16 @@ class _Part(NamedTuple):
     top: float
 
 
-def edge(body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800) -> Edge:
+def edge(
+    body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
+) -> Edge:
     """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
 
-    Parameters as in `energy_grid`. Returns Edge; where the bounded part falls apart, of all its pieces in turn; valleys that go to
-    infinity beside them are left out; on AreaEquals the direction forbids a little more on one side. Raises ValueError where the
-    energy reaches nothing or no piece is bounded, TypeError for a section without a grid. Coordinates of all sizes are searched.
-    Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
+    Parameters as in `energy_grid`. Returns Edge; where the bounded part falls apart, of all its pieces in turn; valleys
+    that go to infinity beside them are left out; on AreaEquals the direction forbids a little more on one side. Raises
+    ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
+    Coordinates of all sizes are searched. Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min
+    V_effective, has to be positive.
     """
     parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
     rest = _rest(body, section, energy, p_eta, p_gamma)
@@ -188,7 +219,9 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
 
 
 def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> Function:
-    """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds the other radius."""
+    """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds
+    the other radius.
+    """
     if isinstance(section, Linear) and body.degrees_of_freedom == 2:
         i = int(np.flatnonzero(section.normal)[0])
         at = section.offset / section.normal[i]
@@ -214,8 +247,12 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
     raise TypeError(f"section {section!r} has no known boundary")
 
 
-def _widest(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest squared momentum at u over all values of the other radius, infinite where it has no bound; and its size."""
+def _widest(
+    body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest squared momentum at u over all values of the other radius, infinite where it has no bound; and
+    its size.
+    """
     flat = u.ravel()
     rest = radial(body, energy, p_eta, p_gamma, flat, alpha=alpha)
     far = evaluated(rest, np.full(flat.size, LARGEST), np.arange(flat.size))[0] > 0

@@ -1,7 +1,7 @@
 """What the points of a section say: rotation numbers, invariant curves, chains of islands, chaos.
 
-Points are (orbits, crossings, 2), two coordinates of a section at successive crossings, NaN past the last; from a SectionMap in the
-alpha-beta chart: np.moveaxis(found.coordinates(ALPHA_BETA)[[1, 5]], 0, -1) for (beta, p_beta).
+Points are (orbits, crossings, 2), two coordinates of a section at successive crossings, NaN past the last; from a
+SectionMap in the alpha-beta chart: np.moveaxis(found.coordinates(ALPHA_BETA)[[1, 5]], 0, -1) for (beta, p_beta).
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ class Rotation(NamedTuple):
     """Rotation numbers of section orbits: arrays over orbits.
 
     rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
-    error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m can do that are
-    too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation number or for the relative mean
-    squared radius, whichever is fewer; centre (orbits, 2); counts of points; status: OK or
-    TOO_FEW_CROSSINGS, where error is inf.
+    error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m
+    can do that are too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation
+    number or for the relative mean squared radius, whichever is fewer; centre (orbits, 2); counts of points; status: OK
+    or TOO_FEW_CROSSINGS, where error is inf.
     """
 
     rotation: np.ndarray
@@ -70,10 +70,11 @@ class Rotation(NamedTuple):
 class Islands:
     """Kinds of section orbits, with the places and sizes of islands.
 
-    kind (orbits,) of `Kind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q islands, 0 where there
-    is none; centres, extents (orbits, most, 2): the mean point of each island in the order of visits and its full size in the
-    two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first island's centre in q crossings, NaN where q
-    is 0; status (orbits,) of `Status`. Points that keep to q sectors without going around the centre have p = 0.
+    kind (orbits,) of `Kind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q islands,
+    0 where there is none; centres, extents (orbits, most, 2): the mean point of each island in the order of visits and
+    its full size in the two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first island's
+    centre in q crossings, NaN where q is 0; status (orbits,) of `Status`. Points that keep to q sectors without going
+    around the centre have p = 0.
     """
 
     kind: np.ndarray
@@ -90,7 +91,9 @@ class Islands:
         return screen(self)
 
     def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
-        """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods first."""
+        """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods
+        first.
+        """
         chains = sorted({(int(q), int(p)) for p, q in zip(self.p, self.q, strict=True) if q})
         found = []
         for q, p in chains:
@@ -116,13 +119,13 @@ def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
     inside the invariant curves; by default each orbit's own weighted mean, which lies inside of any convex curve.
     Returns Rotation. Raises ValueError or TypeError for wrong input; an orbit of fewer than 32 points has a status.
 
-    The angle's displacement is lifted from the circle by continuity along the curve, so every centre inside a curve that is a
-    graph r(theta) gives the same number; islands need less than half a turn between neighbours. Its average with the weight
-    exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth curve with a
-    Diophantine rotation number; a line at distance d from an integer is damped below 2e-12 once d N > 9.6. On a chaotic orbit
-    it converges like N^(-1/2).
-    Cost: one sort of the angles of each orbit. Memory: about ten arrays of the size of points.
-    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020, Physica D 411, 132569.
+    The angle's displacement is lifted from the circle by continuity along the curve, so every centre inside a curve
+    that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. Its average
+    with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
+    curve with a Diophantine rotation number; a line at distance d from an integer is damped below 2e-12 once d N > 9.6.
+    On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of each orbit. Memory: about ten arrays
+    of the size of points. Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020,
+    Physica D 411, 132569.
     """
     points, counts = _checked(points)
     return _rotation(points, counts, _centres(centre, points, counts))
@@ -135,16 +138,16 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     fixed point that they surround; max_period: the longest chain looked for; digits > 0 that the rotation number of a
     curve or chain must have. Returns Islands. Raises ValueError or TypeError for wrong input.
 
-    ISLANDS: the rotation number is p/q within its error, the points visited every q-th time stay inside a sector of angles of
-    their own, and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but the points have not turned
-    back yet: a curve as close to p/q or an island that turns more slowly than the points tell. CURVE: all other
-    orbits whose rotation number converges. CHAOTIC: it does not, and there is evidence of chaos in 200 points or more: they fill an
-    area, and neighbours among them part until they are as far from each other as any two. UNDECIDED where neither is seen: close to
-    a separatrix or a resonance a rotation number needs more crossings, which decide (thousands). q = 1 is an island beside the
-    centre. The mean point of an island is off its periodic point by the order of its width squared.
-    Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits without digits.
-    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits);
-    Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
+    ISLANDS: the rotation number is p/q within its error, the points visited every q-th time stay inside a sector of
+    angles of their own, and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but the
+    points have not turned back yet: a curve as close to p/q or an island that turns more slowly than the points tell.
+    CURVE: all other orbits whose rotation number converges. CHAOTIC: it does not, and there is evidence of chaos in 200
+    points or more: they fill an area, and neighbours among them part until they are as far from each other as any two.
+    UNDECIDED where neither is seen: close to a separatrix or a resonance a rotation number needs more crossings, which
+    decide (thousands). q = 1 is an island beside the centre. The mean point of an island is off its periodic point by
+    the order of its width squared. Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and
+    600 distances a point of orbits without digits. Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111;
+    Sander & Meiss 2020, Physica D 411, 132569 (digits); Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
     """
     points, counts = _checked(points)
     max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)
@@ -209,7 +212,9 @@ def _centres(centre: Any, points: np.ndarray, counts: np.ndarray) -> np.ndarray:
         return _mean(points, counts)
     given = numbers("centre", centre)
     if given.shape not in ((2,), (len(points), 2)) or not np.isfinite(given).all():
-        raise ValueError(f"centre must be a finite point (2,) or one for each of {len(points)} orbits (orbits, 2), got {centre!r}")
+        raise ValueError(
+            f"centre must be a finite point (2,) or one for each of {len(points)} orbits (orbits, 2), got {centre!r}"
+        )
     return np.broadcast_to(given, (len(points), 2)).copy()
 
 
@@ -222,7 +227,9 @@ def _weights(slots: int, first: np.ndarray, last: np.ndarray) -> np.ndarray:
 
 
 def _total(values: np.ndarray) -> np.ndarray:
-    """Return the sums over the slots of values (orbits, slots, ...), one after another: zeros past the last change no bit."""
+    """Return the sums over the slots of values (orbits, slots, ...), one after another: zeros past the last change no
+    bit.
+    """
     return np.cumsum(values, axis=1)[:, -1]
 
 
@@ -233,7 +240,9 @@ def _mean(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 
 def _means(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the averages (spans, orbits) of values (orbits, slots) over SPANS of the counts: the whole, the halves, uneven windows."""
+    """Return the averages (spans, orbits) of values (orbits, slots) over SPANS of the counts: the whole, the halves,
+    uneven windows.
+    """
     clean = np.nan_to_num(values)
     windows = [(np.rint(begin * counts), np.rint(end * counts)) for begin, end in SPANS]
     return np.array([_total(_weights(values.shape[1], *window) * clean) for window in windows])
@@ -258,9 +267,11 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
 
 
 def _unresolved(rotation: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around between the m.
+    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around
+    between the m.
 
-    The displacement varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of their slow beats.
+    The displacement varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of
+    their slow beats.
     """
     m = np.arange(1, HARMONICS + 1)[:, None]
     beat = np.abs(m * rotation - np.rint(m * rotation))
@@ -278,7 +289,9 @@ def _displacements(theta: np.ndarray) -> np.ndarray:
     gaps = np.diff(ring, axis=1)
     widest = np.fmax.reduce(gaps, axis=1, initial=0.0)
     around = 2 * np.pi - (np.fmax.reduce(ring, axis=1) - ring[:, 0])
-    edge = np.fmax.reduce(np.where(gaps >= np.maximum(widest, around)[:, None], ring[:, :-1], -np.inf), axis=1, initial=-np.inf)
+    edge = np.fmax.reduce(
+        np.where(gaps >= np.maximum(widest, around)[:, None], ring[:, :-1], -np.inf), axis=1, initial=-np.inf
+    )
     start = np.where(start <= edge[:, None], start + 2 * np.pi, start)
     order = np.argsort(start, axis=1)
     walk = np.take_along_axis(image, order, axis=1)
@@ -297,7 +310,9 @@ def _visits(points: np.ndarray, counts: np.ndarray, q: int) -> np.ndarray:
 
 
 def _sectors(sub: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tell, for visits sub (orbits, visits, q, 2), whether each island keeps to its own sector, and whether the points return."""
+    """Tell, for visits sub (orbits, visits, q, 2), whether each island keeps to its own sector, and whether the points
+    return.
+    """
     d = sub - centre[:, None, None]
     theta = np.arctan2(d[..., 1], d[..., 0])
     away = _wrap(theta - theta[:, :1])

@@ -34,14 +34,25 @@ NUDGE = 1e-6
 """Displacement, in amplitudes of the motion or relative, for slopes of the section function."""
 
 START = 8 * float(np.finfo(float).eps)
-"""Section function at the start, relative to its changes with z and over a step, and time after max_time, that are rounding."""
+"""Section function at the start, relative to its changes with z and over a step, and time after max_time, that are
+rounding.
+"""
 
 SAME = 0.1
 """Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
 
 PER_ORBIT = (
-    "points", "times", "counts", "section_error", "energy_error", "status", "step", "time_error", "point_error", "accurate_until",
-)  # fmt: skip
+    "points",
+    "times",
+    "counts",
+    "section_error",
+    "energy_error",
+    "status",
+    "step",
+    "time_error",
+    "point_error",
+    "accurate_until",
+)
 
 LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
@@ -51,13 +62,14 @@ LAST_RECORDS = 500_000
 class SectionMap:
     """Crossings of a section.
 
-    points (orbits, crossings, 2n), the states at the crossings, and times (orbits, crossings): NaN past counts (orbits,).
-    section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
-    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step, one for each orbit
-    where it was chosen, or inf for an adaptive scheme. time_error (orbits, crossings) and point_error (orbits, crossings, 2n): the
-    estimated errors of both, inf where a run with another step has no such crossing; accurate_until (orbits,): the time up to
-    which they stay below the accuracy; None where a step or tolerances were given.
-    An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded the tolerance.
+    points (orbits, crossings, 2n), the states at the crossings, and times (orbits, crossings): NaN past counts
+    (orbits,). section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
+    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step,
+    one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (orbits, crossings) and
+    point_error (orbits, crossings, 2n): the estimated errors of both, inf where a run with another step has no such
+    crossing; accurate_until (orbits,): the time up to which they stay below the accuracy; None where a step or
+    tolerances were given. An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded
+    the tolerance.
     """
 
     points: np.ndarray
@@ -75,7 +87,9 @@ class SectionMap:
     __repr__ = screen
 
     def coordinates(self, chart: Chart) -> np.ndarray:
-        """Return the crossings in a chart of GL(2,R): (8, orbits, crossings), coordinates and momenta, NaN past counts."""
+        """Return the crossings in a chart of GL(2,R): (8, orbits, crossings), coordinates and momenta, NaN past
+        counts.
+        """
         z = np.moveaxis(self.points, -1, 0)
         kept = np.isfinite(self.times)
         converted = np.full(z.shape, np.nan)
@@ -93,29 +107,39 @@ class SectionMap:
 
 @recorded
 def poincare_map(
-    body: Any, z0: Any, *, section: Any, crossings: int, max_time: float, accuracy: float | None = None,
+    body: Any,
+    z0: Any,
+    *,
+    section: Any,
+    crossings: int,
+    max_time: float,
+    accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8, rtol: float = 1e-12, atol: float = 1e-12,
-    energy_tolerance: float = 1e-6, threads: int | None = None, report: Report | None = None,
-) -> SectionMap:  # fmt: skip
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float = 1e-6,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> SectionMap:
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
 
-    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own); crossings >= 1; max_time > 0
-    ends every orbit, whatever it does; accuracy: error that times (times the angular frequency) and points (relative to the amplitudes
-    of the motion) may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report
-    as in `integrate`.
-    Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own); crossings >= 1;
+    max_time > 0 ends every orbit, whatever it does; accuracy: error that times (times the angular frequency) and points
+    (relative to the amplitudes of the motion) may have, 1e-10 where neither it nor a step is given; step, scheme, rtol,
+    atol, energy_tolerance, threads, report as in `integrate`. Returns SectionMap. Raises ValueError or TypeError for
+    wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the section function
-    over a step is always found. Two crossings inside a step, where the sign does not change, are found when the function's values at
-    three successive steps have their smallest in the middle and a parabola through them reaches zero within a margin of two: then the
-    extremum between them is searched on the flow; so too in the first and the last step, from a step before the start and one beyond
-    the end. They are missed only where the function turns more than once between steps.
-    A crossing is the root of the section function along fractional steps of the same scheme, so it has the scheme's order
-    and section error at the level of rounding; nothing is interpolated.
-    Cost: the steps, and about eight steps for each crossing, located in full lane blocks. Memory: (2n + 4) numbers for each
-    crossing and orbit, whatever max_time is.
-    Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
+    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the
+    section function over a step is always found. Two crossings inside a step, where the sign does not change, are found
+    when the function's values at three successive steps have their smallest in the middle and a parabola through them
+    reaches zero within a margin of two: then the extremum between them is searched on the flow; so too in the first and
+    the last step, from a step before the start and one beyond the end. They are missed only where the function turns
+    more than once between steps. A crossing is the root of the section function along fractional steps of the same
+    scheme, so it has the scheme's order and section error at the level of rounding; nothing is interpolated. Cost: the
+    steps, and about eight steps for each crossing, located in full lane blocks. Memory: (2n + 4) numbers for each
+    crossing and orbit, whatever max_time is. Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the
+    root finder).
     """
     wanted = whole("crossings", crossings, 1)
     max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
@@ -162,7 +186,9 @@ def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) 
 
 
 class _Crossings(NamedTuple):
-    """Orbits after a run: their map, the times they reached, and how slanting (orbits, crossings) they cross; see `slants`."""
+    """Orbits after a run: their map, the times they reached, and how slanting (orbits, crossings) they cross; see
+    `slants`.
+    """
 
     found: SectionMap
     reached: np.ndarray
@@ -175,9 +201,11 @@ class _Crossings(NamedTuple):
 
 
 def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
-    """Return how many times the error of a state is the error of its crossing (orbits, crossings), at least 1, NaN where there is none.
+    """Return how many times the error of a state is the error of its crossing (orbits, crossings), at least 1, NaN
+    where there is none.
 
-    That is the change of the section function by an amplitude of the motion over its change in a radian: large where orbits graze.
+    That is the change of the section function by an amplitude of the motion over its change in a radian: large where
+    orbits graze.
     """
     n = model.degrees_of_freedom
     z = np.ascontiguousarray(np.moveaxis(points, -1, 0))
@@ -206,14 +234,25 @@ def _plan(flow, body, z, wanted, max_time, accuracy) -> Plan:
 
 
 def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
-    """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was interrupted."""
+    """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was
+    interrupted.
+    """
     plan = _plan(flow, body, z, wanted, max_time, accuracy)
     rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
     result = SectionMap(
-        np.full((orbits, wanted, rows), np.nan), np.full((orbits, wanted), np.nan), np.zeros(orbits, np.int64), np.zeros(orbits),
-        np.zeros(orbits), np.full(orbits, int(Status.INTERRUPTED)), section, flow.scheme, np.full(orbits, np.nan),
-        np.full((orbits, wanted), np.nan), np.full((orbits, wanted, rows), np.nan), np.zeros(orbits),
-    )  # fmt: skip
+        np.full((orbits, wanted, rows), np.nan),
+        np.full((orbits, wanted), np.nan),
+        np.zeros(orbits, np.int64),
+        np.zeros(orbits),
+        np.zeros(orbits),
+        np.full(orbits, int(Status.INTERRUPTED)),
+        section,
+        flow.scheme,
+        np.full(orbits, np.nan),
+        np.full((orbits, wanted), np.nan),
+        np.full((orbits, wanted, rows), np.nan),
+        np.zeros(orbits),
+    )
 
     def take(where: np.ndarray, part: SectionMap) -> None:
         for name in PER_ORBIT:
@@ -222,9 +261,15 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
 
     def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
         part, reached, interrupted = _mapped(
-            refined(flow, step), np.ascontiguousarray(z[:, orbits]), section, wanted, max_time, tolerance, report,
+            refined(flow, step),
+            np.ascontiguousarray(z[:, orbits]),
+            section,
+            wanted,
+            max_time,
+            tolerance,
+            report,
             plan.motion.radius[orbits],
-        )  # fmt: skip
+        )
         part = replace(part, step=np.full(len(step), np.inf) if flow.adaptive else step)
         if interrupted:
             take(orbits, part)
@@ -240,7 +285,8 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
             straight = apart / fine.slant.T
         phase = fine.found.times.T * scales.rate
         same = np.isfinite(apart) & (apart < SAME)
-        # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is known.
+        # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is
+        # known.
         ended = ~np.isfinite(fine.found.times.T)
         known = np.logical_and.accumulate(same | ended, axis=0)
         straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
@@ -252,10 +298,14 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         scales = plan.motion.of(where)
         there = np.isfinite(part.found.times)
         late = np.where(there, error / scales.rate[:, None], np.nan)
-        apart = np.where(there[:, :, None], error[:, :, None] * np.concatenate([scales.position, scales.momentum]).T[:, None], np.nan)
+        apart = np.where(
+            there[:, :, None], error[:, :, None] * np.concatenate([scales.position, scales.momentum]).T[:, None], np.nan
+        )
         holds = np.where(there, error <= accuracy, True)
         first = np.where(holds.all(axis=1), wanted, (~holds).argmax(axis=1))
-        before = np.take_along_axis(np.pad(part.found.times, ((0, 0), (1, 0))), np.minimum(first, wanted)[:, None], axis=1)[:, 0]
+        before = np.take_along_axis(
+            np.pad(part.found.times, ((0, 0), (1, 0))), np.minimum(first, wanted)[:, None], axis=1
+        )[:, 0]
         until = np.where(holds.all(axis=1), part.reached, before)
         take(where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
 
@@ -266,10 +316,14 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
     return result, False
 
 
-def start_crossings(flow: Flow | TransformedFlow, memory: np.ndarray, section: Any, ensemble: Ensemble, *, on: bool = False) -> None:
-    """Set the section function at the start and a step before it; `on` says that all starts are on the section, to some error.
+def start_crossings(
+    flow: Flow | TransformedFlow, memory: np.ndarray, section: Any, ensemble: Ensemble, *, on: bool = False
+) -> None:
+    """Set the section function at the start and a step before it; `on` says that all starts are on the section, to some
+    error.
 
-    Where a start is on the section, to rounding of z or of a step, it keeps only the sign of the function just after it.
+    Where a start is on the section, to rounding of z or of a step, it keeps only the sign of the function just after
+    it.
     """
     z, n = ensemble.points, flow.model.degrees_of_freedom
     with np.errstate(all="ignore"):
@@ -292,7 +346,9 @@ def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
         return np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
 
 
-def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report) -> None:
+def follow_crossings(
+    flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report
+) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
     After an interruption the records so far are located before it is passed on; what is not located is never kept.
@@ -303,7 +359,9 @@ def follow_crossings(flow: Flow | TransformedFlow, ensemble: Ensemble, section, 
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
 
     def settle(most: int | None) -> np.ndarray:
-        """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers of crossings."""
+        """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers
+        of crossings.
+        """
         written = memory[5].astype(np.int64)
         where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))[:most]
         try:
@@ -389,6 +447,4 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     points[dropped], times[dropped] = np.nan, np.nan
     residual = np.zeros(orbits)
     np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
-    return SectionMap(
-        points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step
-    )
+    return SectionMap(points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step)

@@ -1,4 +1,6 @@
-"""Whether the points of an orbit on a section fill an area and forget where they came from, as in chaos, or lie on curves."""
+"""Whether the points of an orbit on a section fill an area and forget where they came from, as in chaos, or lie on
+curves.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +16,8 @@ FEWEST = 200
 """Points that evidence needs."""
 
 FORGOTTEN, ROUND = 0.9, 0.3
-"""Least `separation` and `roundness` of chaos. Of 1800 regular orbits of standard maps, quadratic maps, ellipses and chains of islands
-with 256 points or more 1 had both (and few digits); of 800 chaotic ones more than 94 in 100."""
+"""Least `separation` and `roundness` of chaos. Of 1800 regular orbits of standard maps, quadratic maps, ellipses and
+chains of islands with 256 points or more 1 had both (and few digits); of 800 chaotic ones more than 94 in 100."""
 
 
 def scattered(points: np.ndarray) -> bool:
@@ -28,7 +30,9 @@ def scattered(points: np.ndarray) -> bool:
 
 
 def roundness(points: np.ndarray) -> float:
-    """Return the median ratio of the axes of the clouds of nearest neighbours: 0 on a curve with many points, 0.56 on an area."""
+    """Return the median ratio of the axes of the clouds of nearest neighbours: 0 on a curve with many points, 0.56 on
+    an area.
+    """
     near = np.argpartition(_squares(points, points), NEIGHBOURS, axis=1)[:, : NEIGHBOURS + 1]
     cloud = points[near] - points[near].mean(axis=1, keepdims=True)
     axes = np.linalg.eigvalsh(np.einsum("qki,qkj->qij", cloud, cloud))
@@ -38,8 +42,9 @@ def roundness(points: np.ndarray) -> float:
 def separation(points: np.ndarray) -> float:
     """Return how far nearest neighbours have come apart after an eighth to a quarter of the crossings, from 0 to 1.
 
-    The mean logarithm of their distances over those at the start, relative to that of pairs at random. On an invariant curve neighbours
-    keep their difference of angles, so it is 0 whatever the curve's shape; on a chaotic orbit it is 1 once they have parted.
+    The mean logarithm of their distances over those at the start, relative to that of pairs at random. On an invariant
+    curve neighbours keep their difference of angles, so it is 0 whatever the curve's shape; on a chaotic orbit it is 1
+    once they have parted.
     """
     count = len(points)
     first = points[: count - count // 4]

@@ -28,15 +28,15 @@ LARGEST_ACTION = 1e150
 class Tori:
     """Action-angle description of states of a separable body; arrays over orbits last, rows as `names`.
 
-    names: the two coordinates of the chart, then phi, psi (eta, gamma where an angle has a potential); J (4, orbits), closed
-    integrals of p dq (`I` = J/2 pi); nu (4, orbits) = dE/dJ, in cycles per unit time (`omega` = 2 pi nu); theta (4, orbits), the angles
-    conjugate to J, in cycles [0, 1): they grow by nu per unit time and {theta_i, J_j} = delta_ij.
-    J_eta, J_gamma, nu_eta, nu_gamma, theta_eta, theta_gamma: those of the primitive cycles; phi = (gamma + eta)/2, psi =
-    (gamma - eta)/2, so theta_phi, theta_psi are defined up to adding 1/2 to both.
-    constants (4, orbits) with `constant_names`: the separation constants; turning_points (2, 2, orbits): least and largest value of
-    both coordinates, which name the well an orbit is in; region (2, orbits): signs of p_eta and p_gamma (0 on the border).
-    energy, status (orbits,); error (orbits,): estimate of the relative error of nu, from the
-    last Fourier coefficients and the rounding of small differences: covers 99 % of the orbits (a closed form: rounding).
+    names: the two coordinates of the chart, then phi, psi (eta, gamma where an angle has a potential); J (4, orbits),
+    closed integrals of p dq (`I` = J/2 pi); nu (4, orbits) = dE/dJ, in cycles per unit time (`omega` = 2 pi nu); theta
+    (4, orbits), the angles conjugate to J, in cycles [0, 1): they grow by nu per unit time and {theta_i, J_j} =
+    delta_ij. J_eta, J_gamma, nu_eta, nu_gamma, theta_eta, theta_gamma: those of the primitive cycles; phi = (gamma +
+    eta)/2, psi = (gamma - eta)/2, so theta_phi, theta_psi are defined up to adding 1/2 to both. constants (4, orbits)
+    with `constant_names`: the separation constants; turning_points (2, 2, orbits): least and largest value of both
+    coordinates, which name the well an orbit is in; region (2, orbits): signs of p_eta and p_gamma (0 on the border).
+    energy, status (orbits,); error (orbits,): estimate of the relative error of nu, from the last Fourier coefficients
+    and the rounding of small differences: covers 99 % of the orbits (a closed form: rounding).
     """
 
     names: tuple[str, ...]
@@ -95,24 +95,26 @@ class Tori:
 
 
 @recorded
-def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None) -> Tori:
+def tori(
+    body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None
+) -> Tori:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 
-    Parameters: body: Body (or StackelBody) whose potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop, SeparableAlphaBeta,
-    SeparableRVartheta, SeparableElliptic, or any with a property alpha_beta, r_vartheta or elliptic; z0 (8,) or (8, orbits); chart:
-    which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA, ELLIPTIC; default the first of these); threads, report
-    as in `integrate`.
-    Returns Tori. Raises TypeError or ValueError for wrong input and for bodies that do not separate.
-    Status, never an exception, for orbits: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the limit of all
-    that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0,
-    or an equilibrium there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable
-    equilibrium).
-    Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals' derivatives to the separation
-    constants. Oscillators with walls in closed form. Else sums over midpoints of the phase between the turning points, spectrally
-    accurate there, their number doubled until the last Fourier coefficients vanish (16 to 2048): relative error of nu 1e-14 in the
-    median, 1e-12 for 99 % of random orbits (bench/test_tori.py). Narrow wells and small shears, whose energy is a difference in its last
-    digits, get G from a polynomial fit and the width from the state itself. Memory: 300 bytes for each state.
-    Source: Martens & Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
+    Parameters: body: Body (or StackelBody) whose potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop,
+    SeparableAlphaBeta, SeparableRVartheta, SeparableElliptic, or any with a property alpha_beta, r_vartheta or
+    elliptic; z0 (8,) or (8, orbits); chart: which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA,
+    ELLIPTIC; default the first of these); threads, report as in `integrate`. Returns Tori. Raises TypeError or
+    ValueError for wrong input and for bodies that do not separate. Status, never an exception, for orbits: UNBOUND (J,
+    nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the limit of all that has one, NaN for the angle of
+    a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0, or an equilibrium
+    there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable
+    equilibrium). Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals'
+    derivatives to the separation constants. Oscillators with walls in closed form. Else sums over midpoints of the
+    phase between the turning points, spectrally accurate there, their number doubled until the last Fourier
+    coefficients vanish (16 to 2048): relative error of nu 1e-14 in the median, 1e-12 for 99 % of random orbits
+    (bench/test_tori.py). Narrow wells and small shears, whose energy is a difference in its last digits, get G from a
+    polynomial fit and the width from the state itself. Memory: 300 bytes for each state. Source: Martens &
+    Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
     """
     separated = separate(body, chart)
     z = phase_points("z0", z0, body)
@@ -139,7 +141,19 @@ def tori(body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = N
         theta[2:] -= np.floor(theta[2:])
     energy = constants[0] + constants[1] if separated.family.code == 0 else constants[0]
     return Tori(
-        separated.names, J, nu, theta, energy, separated.constants, constants, region, error, status, *primitive, separated, turning
+        separated.names,
+        J,
+        nu,
+        theta,
+        energy,
+        separated.constants,
+        constants,
+        region,
+        error,
+        status,
+        *primitive,
+        separated,
+        turning,
     )
 
 
@@ -159,9 +173,19 @@ def _closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:
     first, second = separated.functions
     if not separated.isotropic:
         return None
-    if isinstance(first, Oscillator) and isinstance(second, Oscillator) and min(first.k, second.k) > 0 and min(first.c, second.c) >= 0:
+    if (
+        isinstance(first, Oscillator)
+        and isinstance(second, Oscillator)
+        and min(first.k, second.k) > 0
+        and min(first.c, second.c) >= 0
+    ):
         return tori_closed.planes, (first.k, first.c, second.k, second.c)
-    if isinstance(first, Spring) and isinstance(second, Barriers) and first.k > 0 and min(first.c, second.c_alpha, second.c_beta) >= 0:
+    if (
+        isinstance(first, Spring)
+        and isinstance(second, Barriers)
+        and first.k > 0
+        and min(first.c, second.c_alpha, second.c_beta) >= 0
+    ):
         return tori_closed.shells, (first.k, first.c, second.c_alpha, second.c_beta)
     return None
 
@@ -173,23 +197,31 @@ def _to_spin(rows: np.ndarray, factor: float) -> None:
 
 
 def from_action_angle(
-    body: Any, J: ArrayLike, theta: ArrayLike, *, chart: Any = None, near: ArrayLike | None = None, threads: int | None = None
+    body: Any,
+    J: ArrayLike,
+    theta: ArrayLike,
+    *,
+    chart: Any = None,
+    near: ArrayLike | None = None,
+    threads: int | None = None,
 ) -> np.ndarray:
     """Find the phase points of given actions and angles on the tori of a separable body: the inverse of `tori`.
 
-    Parameters: body: doubly isotropic and separable in (alpha, beta) or (r, vartheta); J (4,) or (4, orbits), J >= 0 of the two
-    coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number of the other; chart as
-    in `tori`; near: phase point (8,), or one for each orbit, in the well that is meant, where the effective potentials have several;
-    threads as in `integrate`.
-    Returns z (8, orbits), (8,) for single ones. Raises ValueError or TypeError for wrong input, and where no torus has these actions.
-    Formulas: the constants by Newton's method on J, from the bottom of the effective potential; the phases by Newton's method on
-    theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `tori` agree to 1e-11 or better.
-    Source: Martens & Slawianowski, section 4 (the inverse is derived).
+    Parameters: body: doubly isotropic and separable in (alpha, beta) or (r, vartheta); J (4,) or (4, orbits), J >= 0 of
+    the two coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number
+    of the other; chart as in `tori`; near: phase point (8,), or one for each orbit, in the well that is meant, where
+    the effective potentials have several; threads as in `integrate`. Returns z (8, orbits), (8,) for single ones.
+    Raises ValueError or TypeError for wrong input, and where no torus has these actions. Formulas: the constants by
+    Newton's method on J, from the bottom of the effective potential; the phases by Newton's method on theta = dS/dJ.
+    J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `tori` agree to 1e-11 or better. Source:
+    Martens & Slawianowski, section 4 (the inverse is derived).
     """
     actions, angles, single = _rows("J", J), _rows("theta", theta), np.ndim(J) == np.ndim(theta) == 1
     n = max(actions.shape[1], angles.shape[1])
     if {actions.shape[1], angles.shape[1]} - {1, n}:
-        raise ValueError(f"theta must have as many orbits as J, or one of them 1: got {angles.shape[1]} and {actions.shape[1]}")
+        raise ValueError(
+            f"theta must have as many orbits as J, or one of them 1: got {angles.shape[1]} and {actions.shape[1]}"
+        )
     actions = np.ascontiguousarray(np.broadcast_to(actions, (4, n)))
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
@@ -204,7 +236,9 @@ def from_action_angle(
 
 @dataclass(frozen=True)
 class EnergyOfActions:
-    """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits), the names of the rows; status (orbits,): NaN where not OK."""
+    """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits), the names of the rows; status (orbits,): NaN
+    where not OK.
+    """
 
     names: tuple[str, ...]
     energy: np.ndarray
@@ -221,11 +255,11 @@ def energy_of_actions(
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
-    Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angle`. Returns EnergyOfActions; at J_eta = 0 or
-    J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the status UNBOUND or
-    NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there.
-    Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures.
-    Source: Martens & Slawianowski, section 4.
+    Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angle`. Returns EnergyOfActions; at
+    J_eta = 0 or J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the
+    status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there. Formulas: closed for the
+    oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures. Source:
+    Martens & Slawianowski, section 4.
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
@@ -248,14 +282,18 @@ def _rows(name: str, given: ArrayLike) -> np.ndarray:
     if rows.ndim not in (1, 2) or rows.shape[0] != 4 or rows.size == 0:
         raise ValueError(f"{name} must have shape (4,) or (4, orbits), got {rows.shape}")
     if not np.isfinite(rows).all():
-        raise ValueError(f"{name} must be finite; orbit {np.flatnonzero(~np.isfinite(rows.reshape(4, -1)).all(axis=0))[0]} is not")
+        raise ValueError(
+            f"{name} must be finite; orbit {np.flatnonzero(~np.isfinite(rows.reshape(4, -1)).all(axis=0))[0]} is not"
+        )
     return rows.reshape(4, -1)
 
 
 def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
     if not separated.isotropic or separated.family.code == 2:
-        raise ValueError("body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others")
+        raise ValueError(
+            "body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others"
+        )
     if np.any(J[:2] < 0):
         raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
     if not np.all(np.abs(J) < LARGEST_ACTION):
@@ -263,12 +301,16 @@ def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     return np.array([J[0], J[1], (J[2] - J[3]) / (2 * TURN), (J[2] + J[3]) / (2 * TURN)])
 
 
-def _barriers(separated: Separated, p_eta: np.ndarray, p_gamma: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def _barriers(
+    separated: Separated, p_eta: np.ndarray, p_gamma: np.ndarray
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return Lambda = sqrt(p^2 + 2 mu wall) of both planes of oscillators with walls, and p/Lambda, from above at 0."""
     second = separated.functions[1]
     walls = (separated.functions[0].c, second.c) if isinstance(second, Oscillator) else (second.c_alpha, second.c_beta)
     barriers = [np.sqrt(p * p + 2 * separated.mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True)]
-    ratios = [np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in zip((p_eta, p_gamma), barriers, strict=True)]
+    ratios = [
+        np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in zip((p_eta, p_gamma), barriers, strict=True)
+    ]
     return barriers, ratios
 
 
@@ -284,7 +326,10 @@ def _closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarra
     else:
         Lambda = J2 / np.pi + barriers[0] + barriers[1]
         outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
-        E, slope = omega * (J1 / np.pi + outer), omega / np.pi * np.where(outer > 0, Lambda / np.where(outer > 0, outer, 1.0), 1.0)
+        E, slope = (
+            omega * (J1 / np.pi + outer),
+            omega / np.pi * np.where(outer > 0, Lambda / np.where(outer > 0, outer, 1.0), 1.0),
+        )
         nu = [omega / np.pi * one, slope, slope / 2 * ratios[0], slope / 2 * ratios[1]]
     return E, np.array(nu)
 
@@ -314,8 +359,12 @@ def _closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray)
         A, B, pA, pB = r * t, r * s, t * p_r - p_s, s * p_r + p_s
         turns, rest = np.floor(chi / TURN), np.mod(chi, TURN)
         s2, t1 = middle_s + amplitude, middle_t + amplitude
-        psi_s = np.arctan2(np.sqrt(s2) * np.sin(rest / 2), L_b / Lambda / np.sqrt(s2) * np.cos(rest / 2)) + np.pi * turns
-        psi_t = np.arctan2(L_a / Lambda / np.sqrt(t1) * np.sin(rest / 2), np.sqrt(t1) * np.cos(rest / 2)) + np.pi * turns
+        psi_s = (
+            np.arctan2(np.sqrt(s2) * np.sin(rest / 2), L_b / Lambda / np.sqrt(s2) * np.cos(rest / 2)) + np.pi * turns
+        )
+        psi_t = (
+            np.arctan2(L_a / Lambda / np.sqrt(t1) * np.sin(rest / 2), np.sqrt(t1) * np.cos(rest / 2)) + np.pi * turns
+        )
         turn_a, turn_b = psi_t - np.pi * theta[1], psi_s - np.pi * theta[1]
     rows = (A, B, TURN * theta[2] + ratios[0] * turn_a, TURN * theta[3] + ratios[1] * turn_b)
     radii = [np.sqrt(A), np.sqrt(B)]
@@ -335,7 +384,9 @@ def _between(product: np.ndarray, middle: np.ndarray, amplitude: np.ndarray, chi
 
 
 def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return s, root = s-momentum, psi and chi of an oscillator's plane (or of r) of action J and effective momentum Lambda."""
+    """Return s, root = s-momentum, psi and chi of an oscillator's plane (or of r) of action J and effective momentum
+    Lambda.
+    """
     middle = (J / np.pi + Lambda) / stiffness
     amplitude = np.sqrt(J / np.pi * (J / np.pi + 2 * Lambda)) / stiffness
     high = middle + amplitude
@@ -345,7 +396,13 @@ def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray)
 
 
 def _invert(
-    body: Any, separated: Separated, J: np.ndarray, theta: np.ndarray, z: np.ndarray, near: ArrayLike | None, threads: int | None
+    body: Any,
+    separated: Separated,
+    J: np.ndarray,
+    theta: np.ndarray,
+    z: np.ndarray,
+    near: ArrayLike | None,
+    threads: int | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fill z where theta has columns; return E, its gradient and statuses."""
     spins = _checked_actions(separated, J)
@@ -357,12 +414,26 @@ def _invert(
     nu, energy = np.empty((4, n)), np.empty(n)
     wells, status = np.ones(n, np.int64), np.full(n, Status.INTERRUPTED, np.int64)
     known = separated.knots()[:2]
-    arguments = (separated.family.code, *separated.blocks(), separated.mu, *known, spins, theta, start, z, nu, energy, wells, status)
+    arguments = (
+        separated.family.code,
+        *separated.blocks(),
+        separated.mu,
+        *known,
+        spins,
+        theta,
+        start,
+        z,
+        nu,
+        energy,
+        wells,
+        status,
+    )
     _run(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
     several = np.flatnonzero(wells > 1)
     if several.size and near is None:
         raise ValueError(
-            f"near must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a phase point in the "
+            f"near must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a "
+            "phase point in the "
             "one that is meant (`tori` of it gives its turning points)"
         )
     _to_spin(nu, 0.5)

@@ -1,13 +1,13 @@
 """Fourier series of signals on a torus of given frequencies, and the frequencies themselves to rounding.
 
-Signals are s(t) = e^{2 pi i nu_c t} sum_k c_k e^{2 pi i k . nu t}: a carrier nu_c of their own (or none) times a series in the
-librations nu that all share. c and the frequencies are a stationary point of the weighted misfit
+Signals are s(t) = e^{2 pi i nu_c t} sum_k c_k e^{2 pi i k . nu t}: a carrier nu_c of their own (or none) times a series
+in the librations nu that all share. c and the frequencies are a stationary point of the weighted misfit
 
     sum_j w_j |s(t_j) - series(t_j)|^2,      w = exp(beta (sqrt(1 - x^2) - 1)),  x in (-1, 1) over the window.
 
-The normal equations have the block-Toeplitz matrix G_{k l} = g((l - k) . nu), g the transform of the window, below 2e-12 for lines
-more than 9.6 cycles apart: nearly 1, and solved by conjugate gradients with Fourier convolutions. Right sides, for all k of a box at
-once, are matrix products of tables e^{-2 pi i k_i nu_i t}.
+The normal equations have the block-Toeplitz matrix G_{k l} = g((l - k) . nu), g the transform of the window, below
+2e-12 for lines more than 9.6 cycles apart: nearly 1, and solved by conjugate gradients with Fourier convolutions. Right
+sides, for all k of a box at once, are matrix products of tables e^{-2 pi i k_i nu_i t}.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ CHUNK = 512
 """Samples whose tables of phases are in memory at once."""
 
 NEAR, APART = 14.0, 1.5
-"""Cycles over the window: lines further apart than NEAR don't feel each other; closer than APART the higher order is left out."""
+"""Cycles over the window: lines further apart than NEAR don't feel each other; closer than APART the higher order is
+left out.
+"""
 
 ROUNDING = 1e-13
 """Relative amplitude at the edge of a box that ends its growth."""
@@ -32,7 +34,8 @@ FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
 
 
 class Samples(NamedTuple):
-    """Complex signals (signals, samples) of unit size at times t about the middle of the window, with weights w of sum 1.
+    """Complex signals (signals, samples) of unit size at times t about the middle of the window, with weights w of sum
+    1.
 
     carrier (signals,): number of each signal's carrier, -1 for none.
     """
@@ -49,11 +52,12 @@ class Samples(NamedTuple):
 
 
 class Series(NamedTuple):
-    """Frequencies nu = (librations, carriers), coefficients c (signals, terms) at the middle of the window on the box k (terms, rank).
+    """Frequencies nu = (librations, carriers), coefficients c (signals, terms) at the middle of the window on the box k
+    (terms, rank).
 
-    edge (rank,): largest coefficient in the outer quarter of the box in each direction; misfit: root of the weighted mean
-    square of what the series leaves, relative (resolved to 1e-8); left_out: terms of the box too close to lower ones;
-    unsettled: the last change of the frequencies, in cycles over the window.
+    edge (rank,): largest coefficient in the outer quarter of the box in each direction; misfit: root of the weighted
+    mean square of what the series leaves, relative (resolved to 1e-8); left_out: terms of the box too close to lower
+    ones; unsettled: the last change of the frequencies, in cycles over the window.
     """
 
     nu: np.ndarray
@@ -96,7 +100,9 @@ def averages(t: np.ndarray, signals: np.ndarray, nu: np.ndarray, orders: tuple[i
 
 
 def _powers(unit: np.ndarray, order: int) -> np.ndarray:
-    """Return unit^k for k = -order..order, (2 order + 1, samples); products of halves, so that rounding grows like log(order)."""
+    """Return unit^k for k = -order..order, (2 order + 1, samples); products of halves, so that rounding grows like
+    log(order).
+    """
     table = np.ones((2 * order + 1, len(unit)), complex)
     for k in range(1, order + 1):
         table[order + k] = table[order + k // 2] * table[order + k - k // 2] if k > 1 else unit
@@ -180,10 +186,11 @@ def _norm2(x: np.ndarray) -> float:
 
 
 def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *, iterations: int = 12) -> Series:
-    """Fit the series on a box of `orders` and the frequencies nu (rank librations, then the carriers), starting from nu.
+    """Fit the series on a box of `orders` and the frequencies nu (rank librations, then the carriers), starting from
+    nu.
 
-    Gauss-Newton on the frequencies: delta nu = H^-1 Re sum_k conj(2 pi i kappa c_k) u_k, where u are the averages of t times the
-    residual and H = (2 pi)^2 <t^2> sum kappa kappa^T |c_k|^2, kappa = (k, unit vector of the carrier).
+    Gauss-Newton on the frequencies: delta nu = H^-1 Re sum_k conj(2 pi i kappa c_k) u_k, where u are the averages of t
+    times the residual and H = (2 pi)^2 <t^2> sum kappa kappa^T |c_k|^2, kappa = (k, unit vector of the carrier).
     Converges for starts much closer than 1/time. Cost of an iteration: 16 signals samples terms flops.
     """
     t, w = samples.t, samples.w
@@ -224,7 +231,9 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
 
 
 def grow(samples: Samples, nu: np.ndarray, rank: int) -> Series:
-    """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the misfit."""
+    """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the
+    misfit.
+    """
     orders, before = (FIRST_ORDER,) * rank, np.inf
     while True:
         series = fit(samples, nu, rank, orders, iterations=2)

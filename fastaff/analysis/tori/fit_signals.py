@@ -12,7 +12,9 @@ from ..frequencies.naff import naff
 from .fit_series import weights
 
 LINES = (16, 48)
-"""Lines of each signal from which the lattice of frequencies is found; the second number where the first leave it incomplete."""
+"""Lines of each signal from which the lattice of frequencies is found; the second number where the first leave it
+incomplete.
+"""
 
 FLAT = 1e-11
 """Size of a signal, relative to the orbit, below which it counts as constant."""
@@ -22,7 +24,8 @@ TRUSTED = 0.03
 
 
 class Signals(NamedTuple):
-    """Complex signals of unit size (signals, samples), and the way back to phase points: z_k = rows @ c_k, rows (2n, signals).
+    """Complex signals of unit size (signals, samples), and the way back to phase points: z_k = rows @ c_k, rows (2n,
+    signals).
 
     carrier (signals,): number of each signal's carrier frequency, -1 for none; nu: first values of `rank` libration
     frequencies, then of the carriers; names of both; unknown: lines that are no integer combination of the librations.
@@ -67,8 +70,14 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
         turning.append(_turning(values[-2], values[-1], t[1] - t[0], librations))
         names = (*names, name)
     return Signals(
-        np.array(values), np.array(rows).T, np.array(carrier), len(librations), np.append(librations, turning), names, unknown
-    )  # fmt: skip
+        np.array(values),
+        np.array(rows).T,
+        np.array(carrier),
+        len(librations),
+        np.append(librations, turning),
+        names,
+        unknown,
+    )
 
 
 def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]]:
@@ -93,7 +102,8 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
 def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
     """Return a basis of the librations' frequencies with names, and how many lines it does not explain.
 
-    The leading lines of the natural signals come first where they can be part of a basis, then the stronger ones; all positive.
+    The leading lines of the natural signals come first where they can be part of a basis, then the stronger ones; all
+    positive.
     """
     loops, names = _loops(body, z, size)
     if not len(loops):
@@ -125,10 +135,11 @@ def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.n
 
 
 def _turning(a: np.ndarray, p: np.ndarray, dt: float, librations: np.ndarray) -> float:
-    """Return the mean turning rate of a plane: a line of its loop a - i kappa p, minus what librations bring it to the mean rate.
+    """Return the mean turning rate of a plane: a line of its loop a - i kappa p, minus what librations bring it to the
+    mean rate.
 
-    The loop never vanishes where kappa has the sign of Im(conj(a) p), so the mean rate of its argument is that of arg a; its
-    weighted average says which of the lines' classes is meant, the line itself is sharper.
+    The loop never vanishes where kappa has the sign of Im(conj(a) p), so the mean rate of its argument is that of arg
+    a; its weighted average says which of the lines' classes is meant, the line itself is sharper.
     """
     sense = -1.0 if np.mean(np.imag(a.conj() * p)) < -1e-13 else 1.0
     loop = a - 1j * sense * np.sqrt(np.mean(np.abs(a) ** 2) / (np.mean(np.abs(p) ** 2) or np.inf)) * p

@@ -1,4 +1,6 @@
-"""Tori without separability: the Fourier torus that one orbit of any model lies on, its actions, and whether there is one."""
+"""Tori without separability: the Fourier torus that one orbit of any model lies on, its actions, and whether there is
+one.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +44,8 @@ LEAST_PERIODS = 8.0
 """Natural periods below which nothing is fitted: the lines could not be told apart."""
 
 EARLY, LATE, STEPS = 0.47, 0.41, 1.5
-"""End of the first and start of the last part of the window that are compared; factor of the change that half the step makes, of
-which a scheme of order 2 has 3/4 left."""
+"""End of the first and start of the last part of the window that are compared; factor of the change that half the step
+makes, of which a scheme of order 2 has 3/4 left."""
 
 
 class Verdict(Enum):
@@ -59,13 +61,13 @@ class Verdict(Enum):
 class TorusFit:
     """The torus of an orbit as a Fourier series: z(theta) = Re sum_k z_k exp(2 pi i k . theta), one k of each pair +-k.
 
-    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,), the integrals of
-    p dq over the cycles (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) = evaluate(theta0 + nu t);
-    k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual: largest |nu . dz/dtheta - X(z)| over
-    points of the torus, relative to the largest |X|; prediction_error: largest distance between the orbit and
-    evaluate(theta0 + nu t) after the fitted time, relative to the size of the orbit; verdict; dimension d of the torus;
-    relations (n' - d, n'): integer vectors that the n' natural frequencies are annihilated by; evidence: numbers by name;
-    energy of z0; body.
+    names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,),
+    the integrals of p dq over the cycles (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) =
+    evaluate(theta0 + nu t); k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual:
+    largest |nu . dz/dtheta - X(z)| over points of the torus, relative to the largest |X|; prediction_error: largest
+    distance between the orbit and evaluate(theta0 + nu t) after the fitted time, relative to the size of the orbit;
+    verdict; dimension d of the torus; relations (n' - d, n'): integer vectors that the n' natural frequencies are
+    annihilated by; evidence: numbers by name; energy of z0; body.
     """
 
     names: tuple[str, ...]
@@ -116,19 +118,31 @@ class TorusFit:
         Raises ValueError for another matrix.
         """
         given = numbers("M", M)
-        if given.shape != (self.dimension,) * 2 or not np.all(np.abs(given) < 2**53) or (given % 1).any() or abs(determinant(given)) != 1:
+        if (
+            given.shape != (self.dimension,) * 2
+            or not np.all(np.abs(given) < 2**53)
+            or (given % 1).any()
+            or abs(determinant(given)) != 1
+        ):
             raise ValueError(f"M must be an integer matrix {(self.dimension,) * 2} of determinant +-1, got {M!r}")
         M = given.astype(int)
         back = inverse(M)
         names = tuple(_combination(row, self.names) for row in M)
         known = np.isfinite(self.nu_error).all()
         return replace(
-            self, names=names, nu=M @ self.nu, nu_error=np.abs(M) @ self.nu_error if known else self.nu_error, J=back.T @ self.J,
-            theta0=M @ self.theta0 % 1.0, k=self.k @ back,
-        )  # fmt: skip
+            self,
+            names=names,
+            nu=M @ self.nu,
+            nu_error=np.abs(M) @ self.nu_error if known else self.nu_error,
+            J=back.T @ self.J,
+            theta0=M @ self.theta0 % 1.0,
+            k=self.k @ back,
+        )
 
     def truncated(self, order: int) -> TorusFit:
-        """Return the series cut at sum |k_i| <= order, with the actions and the residual that it has. Raises for order < 0."""
+        """Return the series cut at sum |k_i| <= order, with the actions and the residual that it has. Raises for order
+        < 0.
+        """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
         k, z = self.k[kept], self.coefficients[:, kept]
         return replace(self, k=k, coefficients=z, J=_actions(k, z), residual=_residual(self.body, k, z, self.nu))
@@ -141,38 +155,51 @@ class TorusFit:
             f"residual {self.residual:.1e}, prediction error {self.prediction_error:.1e}"
         )
         if self.verdict is Verdict.UNDECIDED:
-            text += f"; a time of {self.evidence['longer']:.3g} may decide" if "longer" in self.evidence else "; the orbit failed"
+            text += (
+                f"; a time of {self.evidence['longer']:.3g} may decide"
+                if "longer" in self.evidence
+                else "; the orbit failed"
+            )
         return text
 
 
 @recorded
 def fit_torus(
-    body: Any, z0: Any, *, time: float, tolerance: float = 1e-6, step: float | None = None,
-    scheme: Splitting | RungeKutta = SOFRONIOU_SPALETTA10, rtol: float = 1e-12, atol: float = 1e-12,
-) -> TorusFit:  # fmt: skip
+    body: Any,
+    z0: Any,
+    *,
+    time: float,
+    tolerance: float = 1e-6,
+    step: float | None = None,
+    scheme: Splitting | RungeKutta = SOFRONIOU_SPALETTA10,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+) -> TorusFit:
     """Find the Fourier torus that the orbit of `body` from `z0` lies on, separable or not.
 
     Parameters: z0 (2n,); time > 0 that is fitted, best 200 periods or more (half as much again is integrated for the
     prediction); tolerance: residual and prediction error up to which there is a torus; step, scheme, rtol, atol as in
-    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; KeyboardInterrupt on Ctrl-C. An orbit that escapes
-    is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; KeyboardInterrupt on Ctrl-C. An orbit
+    that escapes is "not a torus", one that fails otherwise "undecided", with its status as evidence.
 
-    The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations of as few
-    frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all frequencies and the
-    coefficients up to an order that grows until they are at rounding are fitted together by windowed least squares.
-    Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of a body come out as a check.
-    Basis: for a body the librations and then eta, gamma; of the libration lattice the leading lines of the natural signals
-    where they are one, with positive frequencies. Exact relations k . nu = 0, |k_i| <= 8, lower the dimension.
-    The origin of the angles is where the largest coefficients that are a basis are real and positive.
+    The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations
+    of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
+    frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
+    windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
+    a body come out as a check. Basis: for a body the librations and then eta, gamma; of the libration lattice the
+    leading lines of the natural signals where they are one, with positive frequencies. Exact relations k . nu = 0,
+    |k_i| <= 8, lower the dimension. The origin of the angles is where the largest coefficients that are a basis are
+    real and positive.
 
-    Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer ones are
-    left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight periods. Against
-    quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative (bench/test_torus_fit.py). nu_error: what unequal parts
-    of the window, and half the step, change. "Not a torus" is an orbit whose prediction fails
-    and that MEGNO and SALI call chaotic (`chaos`, over the same time; of a body that has `tangent_force`): weak chaos below
-    `tolerance` passes. Cost: 16 flops per sample, term and signal for each of some 20 passes: 0.2 to 10 s an orbit.
-    Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A 7, 794
-    (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
+    Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
+    ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
+    periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
+    (bench/test_torus_fit.py). nu_error: what unequal parts of the window, and half the step, change. "Not a torus" is
+    an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos`, over the same time; of a body that
+    has `tangent_force`): weak chaos below `tolerance` passes. Cost: 16 flops per sample, term and signal for each of
+    some 20 passes: 0.2 to 10 s an orbit. Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533,
+    134 (lines); Percival 1974, J. Phys. A 7, 794 (Fourier tori, their actions and invariance equation); Das, Saiki,
+    Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
     z = phase_points("z0", z0, checked_model(body))
@@ -185,13 +212,19 @@ def fit_torus(
     times, inside, (path, evidence) = np.zeros(0), 0, _path(flow, z, time, 64) if short else (z, {})
     if not short:
         times, path, inside, evidence = _sampled(flow, z, time)
-    tiny = not _resting(path) and not (kinetic_energies(body, path) > 0).any()  # its energy is below the smallest number
+    tiny = (
+        not _resting(path) and not (kinetic_energies(body, path) > 0).any()
+    )  # its energy is below the smallest number
     if short or tiny or evidence["status"] != Status.OK:
         evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
-        return _nothing(body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED)
+        return _nothing(
+            body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED
+        )
     if _resting(path):
         return _point(body, path, energy, evidence)
-    taken = flow if flow.adaptive else flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
+    taken = (
+        flow if flow.adaptive else flow.fitted(1.5 * time / (len(times) - 1))
+    )  # the steps that it took between samples
     finer, state = _path(taken.finer(), z, time, inside)
     finer = finer if state["status"] == Status.OK else path
     found = _fitted(body, times, path, finer, inside, energy, evidence)
@@ -199,7 +232,8 @@ def fit_torus(
 
 
 def _sampled(flow: Flow, z0: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray, int, dict]:
-    """Return times, states (2n, samples) over 3/2 of the time, how many of them lie inside it, and what became of the orbit.
+    """Return times, states (2n, samples) over 3/2 of the time, how many of them lie inside it, and what became of the
+    orbit.
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
@@ -235,15 +269,30 @@ def _point(body: Any, path: np.ndarray, energy: float, evidence: dict) -> TorusF
     n = body.degrees_of_freedom
     residual = float(np.abs([*body.velocity(*path[n:, :1]), *body.force(*path[:n, :1])]).max())
     return TorusFit(
-        (), none, none, none, none, k, z, residual, float(np.ptp(path, axis=1).max() / (np.abs(path).max() or 1.0)),
-        Verdict.RESONANT, 0, np.zeros((0, 0), int), MappingProxyType(evidence), energy, body,
-    )  # fmt: skip
+        (),
+        none,
+        none,
+        none,
+        none,
+        k,
+        z,
+        residual,
+        float(np.ptp(path, axis=1).max() / (np.abs(path).max() or 1.0)),
+        Verdict.RESONANT,
+        0,
+        np.zeros((0, 0), int),
+        MappingProxyType(evidence),
+        energy,
+        body,
+    )
 
 
 def _fitted(
     body: Any, times: np.ndarray, path: np.ndarray, finer: np.ndarray, inside: int, energy: float, evidence: dict
-) -> TorusFit:  # fmt: skip
-    """Fit `inside` samples of path (2n, samples) and compare with the equations of motion, the later samples, and finer steps."""
+) -> TorusFit:
+    """Fit `inside` samples of path (2n, samples) and compare with the equations of motion, the later samples, and finer
+    steps.
+    """
     t = times[:inside]
     start = signals(body, t, path[:, :inside])
     samples = window(t, start.values, start.carrier)
@@ -252,7 +301,9 @@ def _fitted(
     same = window(t, parts[: len(start.values)] + 1j * parts[len(start.values) :], start.carrier)
     error, diffusion = _errors(samples, series, start.rank, 2 * evidence["energy error"])
     error = error + STEPS * np.abs(fit(same, series.nu, start.rank, series.orders, iterations=3).nu - series.nu)
-    relation = relations(series.nu, error, _reach(error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)))
+    relation = relations(
+        series.nu, error, _reach(error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time))
+    )
     R, C = quotient(relation, len(series.nu))
     carriers = np.vstack([R[start.rank :], np.zeros((1, R.shape[1]), int)])
     k = np.concatenate([carriers[c] + series.k @ R[: start.rank] for c in start.carrier])
@@ -262,16 +313,32 @@ def _fitted(
     prediction = _distance(body, times[inside:], path[:, inside:], k, z, angles, nu, (t[0] + t[-1]) / 2)
     residual = _residual(body, k, z, nu)
     evidence |= {
-        "residual": residual, "prediction error": prediction, "misfit": series.misfit, "diffusion": diffusion,
-        "edge of the series": float(series.edge.max(initial=0.0)), "terms left out": float(series.left_out),
+        "residual": residual,
+        "prediction error": prediction,
+        "misfit": series.misfit,
+        "diffusion": diffusion,
+        "edge of the series": float(series.edge.max(initial=0.0)),
+        "terms left out": float(series.left_out),
         "unexplained lines": float(start.unknown),
-    }  # fmt: skip
+    }
     verdict = Verdict.TORUS if body.degrees_of_freedom == len(nu) else Verdict.RESONANT
     return TorusFit(
-        tuple(_basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)), nu, np.abs(C) @ error,
-        _actions(k, z), (angles - nu * (t[0] + t[-1]) / 2) % 1.0, k, z, residual, prediction, verdict, len(nu), relation,
-        MappingProxyType(evidence), energy, body,
-    )  # fmt: skip
+        tuple(_basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
+        nu,
+        np.abs(C) @ error,
+        _actions(k, z),
+        (angles - nu * (t[0] + t[-1]) / 2) % 1.0,
+        k,
+        z,
+        residual,
+        prediction,
+        verdict,
+        len(nu),
+        relation,
+        MappingProxyType(evidence),
+        energy,
+        body,
+    )
 
 
 def _doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
@@ -281,18 +348,23 @@ def _doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
         seen = chaos(found.body, z, time=1.5 * time)
         evidence |= {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
         verdict = Verdict.NOT_A_TORUS if seen.chaotic[0] else verdict
-    return replace(found, verdict=verdict, nu_error=np.full_like(found.nu_error, np.inf), evidence=MappingProxyType(evidence))
+    return replace(
+        found, verdict=verdict, nu_error=np.full_like(found.nu_error, np.inf), evidence=MappingProxyType(evidence)
+    )
 
 
 def _errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[np.ndarray, float]:
-    """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the window.
+    """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the
+    window.
 
-    The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong frequencies.
+    The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong
+    frequencies.
     """
     size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
     parts = [
-        fit(window(samples.t[part], samples.signals[:, part], samples.carrier), series.nu, rank, orders, iterations=3) for part in ends
+        fit(window(samples.t[part], samples.signals[:, part], samples.carrier), series.nu, rank, orders, iterations=3)
+        for part in ends
     ]
     largest = np.abs(series.nu).max(initial=1 / samples.time)
     unsettled = max(part.unsettled for part in parts) / (samples.time / 2)
@@ -302,12 +374,16 @@ def _errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[
 
 
 def _reach(error: float) -> int:
-    """Return how large integers a relation may have so that chance ones stay unlikely, for frequencies of that relative error."""
+    """Return how large integers a relation may have so that chance ones stay unlikely, for frequencies of that relative
+    error.
+    """
     return 8 if error < 1e-9 else 4 if error < 1e-7 else 2 if error < 1e-5 else 0
 
 
 def _canonical(k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return k, z with one of each pair +-k, the largest first, and the angles at the middle, their origin made canonical."""
+    """Return k, z with one of each pair +-k, the largest first, and the angles at the middle, their origin made
+    canonical.
+    """
     d = k.shape[1]
     for i in range(d):  # the last component that is not 0 is positive
         negative = (k[:, i] < 0) & (k[:, i + 1 :] == 0).all(axis=1)
@@ -351,20 +427,31 @@ def _evaluate(k: np.ndarray, z: np.ndarray, theta: np.ndarray) -> np.ndarray:
 
 
 def _residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
-    """Return the largest |nu . dz/dtheta - X(z)| on the torus over the largest |X|, for coordinates and momenta apart."""
+    """Return the largest |nu . dz/dtheta - X(z)| on the torus over the largest |X|, for coordinates and momenta
+    apart.
+    """
     n, d = len(z) // 2, k.shape[1]
     ratio = np.roots([1.0, *[0.0] * (d - 1), -1.0, -1.0]).real.max() if d else 1.0  # evenly spread points (Roberts)
     theta = np.arange(GRID) * ratio ** -np.arange(1.0, d + 1)[:, None] % 1.0
     point, slope = np.split(_evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
     with np.errstate(all="ignore"):
         field = np.array([*body.velocity(*point[n:]), *body.force(*point[:n])])
-        parts = [np.abs(slope[s] - field[s]).max() / (np.abs(field[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))]
+        parts = [
+            np.abs(slope[s] - field[s]).max() / (np.abs(field[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))
+        ]
     return float(max(parts)) if np.isfinite(parts).all() else np.inf
 
 
 def _distance(
-    body: Any, times: np.ndarray, path: np.ndarray, k: np.ndarray, z: np.ndarray, angles: np.ndarray, nu: np.ndarray, middle: float
-) -> float:  # fmt: skip
+    body: Any,
+    times: np.ndarray,
+    path: np.ndarray,
+    k: np.ndarray,
+    z: np.ndarray,
+    angles: np.ndarray,
+    nu: np.ndarray,
+    middle: float,
+) -> float:
     """Return the largest distance of the orbit from the torus at the predicted angles, relative to the orbit's size."""
     every = max(1, len(times) // GRID)
     times, path, n = times[::every], path[:, ::every], len(z) // 2
@@ -377,17 +464,35 @@ def _nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Toru
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
-        tuple(body.coordinates), unknown, np.full(n, np.inf), unknown, unknown, np.zeros((1, n), int), one, np.inf, np.inf,
-        verdict, n, np.zeros((0, n), int), MappingProxyType(evidence), energy, body,
-    )  # fmt: skip
+        tuple(body.coordinates),
+        unknown,
+        np.full(n, np.inf),
+        unknown,
+        unknown,
+        np.zeros((1, n), int),
+        one,
+        np.inf,
+        np.inf,
+        verdict,
+        n,
+        np.zeros((0, n), int),
+        MappingProxyType(evidence),
+        energy,
+        body,
+    )
 
 
 def _basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
     """Return the name of the frequency whose row of R is that unit vector, else a number."""
-    return next((name for row, name in zip(R, names, strict=True) if np.array_equal(row, unit)), f"theta {int(unit.argmax()) + 1}")
+    return next(
+        (name for row, name in zip(R, names, strict=True) if np.array_equal(row, unit)),
+        f"theta {int(unit.argmax()) + 1}",
+    )
 
 
 def _combination(row: np.ndarray, names: tuple[str, ...]) -> str:
     """Return an integer combination of names, like r-2*gamma."""
-    text = "".join(f"{'+' if c > 0 else '-'}{'' if abs(c) == 1 else f'{abs(c)}*'}{name}" for c, name in zip(row, names) if c)
+    text = "".join(
+        f"{'+' if c > 0 else '-'}{'' if abs(c) == 1 else f'{abs(c)}*'}{name}" for c, name in zip(row, names) if c
+    )
     return text.removeprefix("+")

@@ -1,8 +1,8 @@
 """Narrow features of potentials of one variable: samples against their own interpolant.
 
-Turning points are looked for in steps, and quadratures start from few nodes: a barrier narrower than that is not seen. So every
-function is sampled once, finely; where its samples are not what neighbours further off predict, the extrema and inflections there are
-its knots, at which turning points are looked for too and quadratures are cut.
+Turning points are looked for in steps, and quadratures start from few nodes: a barrier narrower than that is not seen.
+So every function is sampled once, finely; where its samples are not what neighbours further off predict, the extrema
+and inflections there are its knots, at which turning points are looked for too and quadratures are cut.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 OCTAVES, PER_OCTAVE = 40, 8192
-"""Range of s = 2^-40 ... 2^40 that is sampled, and samples in a factor of 2: features of a relative width of 1e-4 are seen."""
+"""Range of s = 2^-40 ... 2^40 that is sampled, and samples in a factor of 2: features of a relative width of 1e-4 are
+seen.
+"""
 
 AROUND = 32768
 """Samples of an angle."""
@@ -34,8 +36,8 @@ MOST = 512
 def knots(function: Any, kind: str) -> np.ndarray:
     """Return the knots of a potential of one variable, increasing; none where it is smooth.
 
-    kind: "x^2" or "sinh^2" (s is the square of the coordinate, or of its sinh), "r" (s is the coordinate), "sin^2(x/2)", "sin^2"
-    (ratios s/(1 - s) are returned), or "angle" (of three turns).
+    kind: "x^2" or "sinh^2" (s is the square of the coordinate, or of its sinh), "r" (s is the coordinate),
+    "sin^2(x/2)", "sin^2" (ratios s/(1 - s) are returned), or "angle" (of three turns).
     """
     return _knots(_types(function), function, kind)
 
@@ -54,7 +56,9 @@ def _knots(_: tuple[Any, ...], function: Any, kind: str) -> np.ndarray:
         return np.sort(np.concatenate([x[at] + turn for turn in (-2 * np.pi, 0.0, 2 * np.pi)]))
     if kind.startswith("sin^2"):
         half = (np.arange(AROUND) + 0.5) * np.pi / 2 / AROUND
-        coordinate = (lambda s: 2 * np.arcsin(np.sqrt(s))) if kind == "sin^2(x/2)" else (lambda s: np.arcsin(np.sqrt(s)))
+        coordinate = (
+            (lambda s: 2 * np.arcsin(np.sqrt(s))) if kind == "sin^2(x/2)" else (lambda s: np.arcsin(np.sqrt(s)))
+        )
         return np.tan(half[_found(_values(function, np.sin(half) ** 2, coordinate))]) ** 2
     s = 2.0 ** (np.arange(-OCTAVES * PER_OCTAVE, OCTAVES * PER_OCTAVE + 1) / PER_OCTAVE)
     coordinates = {"x^2": np.sqrt, "r": lambda s: s, "sinh^2": lambda s: np.arcsinh(np.sqrt(s))}
@@ -68,7 +72,9 @@ def _values(function: Any, s: np.ndarray, coordinate: Any) -> np.ndarray:
 
 
 def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:
-    """Return the numbers of the samples at extrema and inflections inside of narrow features, and of those inside of narrow walls."""
+    """Return the numbers of the samples at extrema and inflections inside of narrow features, and of those inside of
+    narrow walls.
+    """
     reach = 3 * STRIDE
     if periodic:
         V = np.concatenate([V[-reach:], V, V[:reach]])
@@ -97,7 +103,9 @@ def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:
         if edges.size >= 2:
             begin, end = edges[:-1] + 1, edges[1:]
             inside = ~np.isfinite(inner[begin])
-            found = np.union1d(found, np.concatenate([begin[inside], (begin[inside] + end[inside]) // 2, end[inside]]) + start)
+            found = np.union1d(
+                found, np.concatenate([begin[inside], (begin[inside] + end[inside]) // 2, end[inside]]) + start
+            )
     return found[:: max(1, -(-found.size // MOST))]
 
 

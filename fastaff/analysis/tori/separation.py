@@ -20,8 +20,8 @@ from .narrow_features import knots
 class Family:
     """One of the charts in which bodies separate: what its coordinates and constants are called, in the kernels' order.
 
-    member: the property of a potential that gives it as a member of the family; variables: the coordinate's text in terms of its
-    regular variable s, in which kernels work.
+    member: the property of a potential that gives it as a member of the family; variables: the coordinate's text in
+    terms of its regular variable s, in which kernels work.
     """
 
     code: int
@@ -46,7 +46,14 @@ _COORDINATES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 FAMILIES = (
     Family(0, "alpha_beta", "alpha-beta", ("alpha", "beta"), ("H_alpha", "H_beta"), ("np.sqrt({})", "np.sqrt({})")),
     Family(1, "r_vartheta", "r-vartheta", ("r", "vartheta"), ("E", "h_vartheta"), ("{}", "2*np.arcsin(np.sqrt({}))")),
-    Family(2, "elliptic", "elliptic", ("kappa", "lambda"), ("E", "K"), ("np.arcsinh(np.sqrt({}))", "np.arcsin(np.sqrt({}))")),
+    Family(
+        2,
+        "elliptic",
+        "elliptic",
+        ("kappa", "lambda"),
+        ("E", "K"),
+        ("np.arcsinh(np.sqrt({}))", "np.arcsin(np.sqrt({}))"),
+    ),
 )
 
 
@@ -80,11 +87,16 @@ class Separated:
         return tuple(part for V, variable in pairs for part in (function_block(V, variable), parameters(V)))
 
     def knots(self) -> tuple[np.ndarray, ...]:
-        """Return the knots of the potentials of both coordinates, and of those of eta and gamma: where they have narrow features."""
+        """Return the knots of the potentials of both coordinates, and of those of eta and gamma: where they have narrow
+        features.
+        """
         kinds = {
-            "np.sqrt({})": "x^2", "{}": "r", "2*np.arcsin(np.sqrt({}))": "sin^2(x/2)", "np.arcsin(np.sqrt({}))": "sin^2",
+            "np.sqrt({})": "x^2",
+            "{}": "r",
+            "2*np.arcsin(np.sqrt({}))": "sin^2(x/2)",
+            "np.arcsin(np.sqrt({}))": "sin^2",
             "np.arcsinh(np.sqrt({}))": "sinh^2",
-        }  # fmt: skip
+        }
         own = [knots(V, kinds[variable]) for V, variable in zip(self.functions, self.family.variables, strict=True)]
         return (*own, *(knots(V, "angle") for V in self.angular))
 
@@ -96,8 +108,8 @@ class Separated:
 def separate(body: Any, chart: Any = None) -> Separated:
     """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
-    Raises TypeError for what is no Body or StackelBody, ValueError where the body does not separate, in that chart or in any.
-    Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
+    Raises TypeError for what is no Body or StackelBody, ValueError where the body does not separate, in that chart or
+    in any. Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
     checked_model(body)
     if not isinstance(body, (Body, StackelBody)):
@@ -106,16 +118,21 @@ def separate(body: Any, chart: Any = None) -> Separated:
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
     if not possible:
         raise ValueError(
-            f"body must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, SeparableElliptic "
+            f"body must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, "
+            "SeparableElliptic "
             "(a potential joins one by a property alpha_beta, r_vartheta or elliptic); for other bodies use fit_torus"
         )
     wanted = getattr(chart, "name", chart)
     if chart is not None and not isinstance(wanted, str):
-        raise TypeError(f"chart must be a chart such as fastaff.ALPHA_BETA, or its name, got {shown(chart)} ({type(chart).__name__})")
+        raise TypeError(
+            f"chart must be a chart such as fastaff.ALPHA_BETA, or its name, got {shown(chart)} "
+            f"({type(chart).__name__})"
+        )
     chosen = [family for family in possible if chart is None or family.chart == wanted]
     if not chosen:
         raise ValueError(
-            f"chart must be one that {name} separates in, {', '.join(family.chart for family in possible)}; got {wanted!r}"
+            f"chart must be one that {name} separates in, {', '.join(family.chart for family in possible)}; got "
+            f"{wanted!r}"
         )
     member = getattr(body.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
@@ -127,14 +144,14 @@ def separate(body: Any, chart: Any = None) -> Separated:
 def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body.
 
-    body: Body or StackelBody of a separable potential; z: (8,) or (8, orbits); chart: one that it separates in (see `separate`).
-    Returns a dict of arrays (orbits,): H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and p_psi, where
-    the angles have potentials c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead.
-    Raises TypeError or ValueError as `separate`.
-    Formulas, regular in all R^4 where the potential is: H_alpha = |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2;
-    h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta + ...; K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/
-    (2 Delta), with the plus sign that the printed formula lacks, is |p_a|^2/(2 mu) + (sum of squares)/(4 mu) + potentials.
-    Source: Martens & Slawianowski, EQ2.1b, EQ2.2f and K, L of section 3 (corrected).
+    body: Body or StackelBody of a separable potential; z: (8,) or (8, orbits); chart: one that it separates in (see
+    `separate`). Returns a dict of arrays (orbits,): H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K,
+    with p_phi and p_psi, where the angles have potentials c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead.
+    Raises TypeError or ValueError as `separate`. Formulas, regular in all R^4 where the potential is: H_alpha =
+    |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2; h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta +
+    ...; K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/ (2 Delta), with the plus sign that the printed formula
+    lacks, is |p_a|^2/(2 mu) + (sum of squares)/(4 mu) + potentials. Source: Martens & Slawianowski, EQ2.1b, EQ2.2f and
+    K, L of section 3 (corrected).
     """
     separated = separate(body, chart)
     return involution(body, separated, phase_points("z", z, body))
@@ -150,7 +167,9 @@ def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.n
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
     at_eta = 0.0 if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
     at_gamma = 0.0 if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
-    wall_a, wall_b = (0.0 if isinstance(V, Zero) else at / square for V, at, square in ((V_eta, at_eta, A), (V_gamma, at_gamma, B)))
+    wall_a, wall_b = (
+        0.0 if isinstance(V, Zero) else at / square for V, at, square in ((V_eta, at_eta, A), (V_gamma, at_gamma, B))
+    )
     code, r, walls = separated.family.code, A + B, wall_a + wall_b
     if code == 0:
         values = [T_a + first.value(np.sqrt(A)) + wall_a, T_b + second.value(np.sqrt(B)) + wall_b]

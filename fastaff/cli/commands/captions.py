@@ -15,13 +15,25 @@ def stated(body, surface, section, starts, choices, z0, fixed) -> dict[str, Any]
     """Return what a file says of its computation."""
     inner = getattr(body, "potential", body)
     return {
-        "model": body, "energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "section": section,
-        "seed": starts.seed if starts.orbits is not None else None, "grid": starts.grid,
-        "orbits": starts.orbits if z0 is None else z0.shape[1], "range1": starts.range1, "range2": starts.range2,
-        "rtol": 1e-12, "atol": 1e-12, "energy_tolerance": 1e-6,
-        "formula": getattr(inner, "formula", None), "domain": getattr(inner, "domain", None), "threads": choices["threads"], "z0": z0,
+        "model": body,
+        "energy": surface.energy,
+        "p_eta": surface.p_eta,
+        "p_gamma": surface.p_gamma,
+        "section": section,
+        "seed": starts.seed if starts.orbits is not None else None,
+        "grid": starts.grid,
+        "orbits": starts.orbits if z0 is None else z0.shape[1],
+        "range1": starts.range1,
+        "range2": starts.range2,
+        "rtol": 1e-12,
+        "atol": 1e-12,
+        "energy_tolerance": 1e-6,
+        "formula": getattr(inner, "formula", None),
+        "domain": getattr(inner, "domain", None),
+        "threads": choices["threads"],
+        "z0": z0,
         **{name: value for name, value in fixed.items() if name != "section"},
-    }  # fmt: skip
+    }
 
 
 def in_words(section: Any, body: Any) -> str:
@@ -71,7 +83,9 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
 
     rows = 2 if panels == 4 else 1
     width = {1: 7.6, 2: 12.6, 3: 17.0, 4: 12.6}[panels]
-    figure = Figure(figsize=(width, 6.2 * rows if rows > 1 else 6.2 if panels < 3 else 5.6), dpi=200, layout="constrained")
+    figure = Figure(
+        figsize=(width, 6.2 * rows if rows > 1 else 6.2 if panels < 3 else 5.6), dpi=200, layout="constrained"
+    )
     return figure, figure.subplots(rows, panels // rows)
 
 

@@ -30,9 +30,17 @@ from . import scans
 from .captions import figure_of, finish, stated
 
 _KNOWN: tuple[Any, ...] = (
-    MEGNO(), SALI(), *(GALI(k) for k in range(2, 9)), FLI(), OFLI(), Lyapunov(), BirkhoffDigits(), FrequencyDiffusion(), ZeroOne(),
+    MEGNO(),
+    SALI(),
+    *(GALI(k) for k in range(2, 9)),
+    FLI(),
+    OFLI(),
+    Lyapunov(),
+    BirkhoffDigits(),
+    FrequencyDiffusion(),
+    ZeroOne(),
     ReversibilityError(),
-)  # fmt: skip
+)
 INDICATORS: dict[str, Any] = {**{entry.name: entry for entry in _KNOWN}, "spectrum": LyapunovSpectrum()}
 PANELS = 4
 
@@ -50,25 +58,27 @@ def chaos_map(
     early_stop: Annotated[bool, Parameter(group=HOW)] = False,
     scan: Annotated[list[str] | None, Parameter(group=HOW)] = None,
 ) -> int:
-    """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters (--scan).
+    """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters
+    (--scan).
 
-    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. One panel for each indicator
-    and one for the verdict: what the indicators that decide say, undecided where they disagree or none decides.
+    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. One panel
+    for each indicator and one for the verdict: what the indicators that decide say, undecided where they disagree or
+    none decides.
 
     Parameters
     ----------
     time
         Time of every orbit.
     periods
-        Time of every orbit in median times of return to the section, instead of --time; fewer call weak chaos regular. [500]
-    indicators
-        Names, with commas: megno, sali, gali_2 ... gali_8, fli, ofli, lyapunov, spectrum, birkhoff_digits, frequency_diffusion,
-        zero_one, reversibility_error. [megno,sali]
+        Time of every orbit in median times of return to the section, instead of --time; fewer call weak chaos regular.
+    [500] indicators
+        Names, with commas: megno, sali, gali_2 ... gali_8, fli, ofli, lyapunov, spectrum, birkhoff_digits,
+        frequency_diffusion, zero_one, reversibility_error. [megno,sali]
     early_stop
         End an orbit when all indicators have called it chaotic.
-    scan
-        NAME=LOW:HIGH:N, once or twice: draw the chaotic fraction of random orbits (400 unless --orbits) over energy, p_eta, p_gamma,
-        the spin p_phi = p_gamma + p_eta, the vorticity p_psi = p_gamma - p_eta, or a parameter of the body such as K.
+    scan NAME=LOW:HIGH:N, once or twice: draw the chaotic fraction of random orbits (400 unless --orbits) over energy,
+        p_eta, p_gamma, the spin p_phi = p_gamma + p_eta, the vorticity p_psi = p_gamma - p_eta, or a parameter of the
+        body such as K.
     """
     import fastaff
 
@@ -105,16 +115,32 @@ def chaos_map(
 
     if axes:
         if starts.grid is not None:
-            raise Wrong("--scan takes random starts (--orbits), not --grid: the share of random points is that of the section's area")
+            raise Wrong(
+                "--scan takes random starts (--orbits), not --grid: the share of random points is that of the "
+                "section's area"
+            )
         return scans.scanned(
-            axes, body, surface, section, starts, run, output, stem, {**fixed, "time": time, "periods": None if time else number},
-            length, compile_first,
-        )  # fmt: skip
+            axes,
+            body,
+            surface,
+            section,
+            starts,
+            run,
+            output,
+            stem,
+            {**fixed, "time": time, "periods": None if time else number},
+            length,
+            compile_first,
+        )
     where, edge, z0 = starts.build(body, section, surface, "60x60")
     compile_first(body, z0)
     choices = run.build(body, z0)
     fixed["time"] = length(body, z0)
-    facts = {**stated(body, surface, section, starts, choices, z0, fixed), "periods": None if time else number, **_placed(where)}
+    facts = {
+        **stated(body, surface, section, starts, choices, z0, fixed),
+        "periods": None if time else number,
+        **_placed(where),
+    }
     start = clock.perf_counter()
 
     def save(result: Any, interrupted: bool = True) -> Path:
@@ -152,7 +178,13 @@ def _placed(where: Any) -> dict[str, Any]:
     """Return what a file says of where the orbits started."""
     if hasattr(where, "points"):
         return {"start_points": where.points, "axis_names": where.names}
-    return {"cell": where.cell, "forbidden": where.forbidden, "axis_0": where.axes[0], "axis_1": where.axes[1], "axis_names": where.names}
+    return {
+        "cell": where.cell,
+        "forbidden": where.forbidden,
+        "axis_0": where.axes[0],
+        "axis_1": where.axes[1],
+        "axis_names": where.names,
+    }
 
 
 def _draw(result, where, edge, body, surface, section, stem, facts) -> None:
@@ -167,6 +199,12 @@ def _draw(result, where, edge, body, surface, section, stem, facts) -> None:
         if len(shown) > 1:
             ax.set_title(letter if name else f"{letter}   verdict of all", fontsize=10, loc="left")
     periods = facts.get("periods")
-    said = f"time {facts['time']:.4g}" + (f" ({periods:g} median returns)" if periods else "") + f"; chaotic fraction {result.fraction:.3f}"
-    said += f"; {counted(result.status)}" + ("; crosses: no value" if drawn.missing else "") + "; white: beyond the energy"
+    said = (
+        f"time {facts['time']:.4g}"
+        + (f" ({periods:g} median returns)" if periods else "")
+        + f"; chaotic fraction {result.fraction:.3f}"
+    )
+    said += (
+        f"; {counted(result.status)}" + ("; crosses: no value" if drawn.missing else "") + "; white: beyond the energy"
+    )
     finish(figure, axes, body, surface, section, said, stem, facts)

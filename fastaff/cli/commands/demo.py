@@ -12,7 +12,9 @@ from ..options import Output
 from ..progress import COMPILE_SECONDS, EXIT_INTERRUPTED, Progress, is_cold, say
 
 
-def demo(*, out: Path = Path("fastaff-demo"), quick: bool = False, threads: int | None = None, force: bool = False) -> int:
+def demo(
+    *, out: Path = Path("fastaff-demo"), quick: bool = False, threads: int | None = None, force: bool = False
+) -> int:
     """Compute and draw the demonstration: a neo-Hookean body with islands and chaos, and an integrable one beside it.
 
     About a minute on two cores, and about 40 s of compilation the first time.

@@ -13,7 +13,9 @@ from ..progress import compiled
 
 
 def doctor() -> int:
-    """Say what is installed and where, and integrate one harmonic orbit as a check. Exit code 1 where the check fails."""
+    """Say what is installed and where, and integrate one harmonic orbit as a check. Exit code 1 where the check
+    fails.
+    """
     import fastaff
 
     from ... import files
@@ -31,7 +33,7 @@ def doctor() -> int:
         ("machine", f"{platform.platform()}, {facts['cpu']}"),
         ("cores", f"{facts['cores']} for this process; {default_threads()} threads unless told otherwise"),
         ("cache", f"{folder or cache_root()}: {writable}, {size:.0f} MiB with older versions"),
-    ]  # fmt: skip
+    ]
     for name, text in rows:
         print(f"{name:<12}{text}")
     error: list[float] = []

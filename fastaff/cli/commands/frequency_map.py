@@ -28,8 +28,9 @@ def frequencies(
 ) -> int:
     """Compute the fundamental frequencies of orbits of one energy surface, and draw their map and their diffusion.
 
-    Orbits start on a grid of the section (40x40) or at random points of it. Two panels: diffusion over the section, and the ratios of
-    frequencies with the resonance lines m:n on which orbits stand. Frequencies are in cycles per unit time.
+    Orbits start on a grid of the section (40x40) or at random points of it. Two panels: diffusion over the section, and
+    the ratios of frequencies with the resonance lines m:n on which orbits stand. Frequencies are in cycles per unit
+    time.
 
     Parameters
     ----------
@@ -99,4 +100,6 @@ def _draw_frequencies(result, grid, starts, body, surface, section, max_order, s
         if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=result.regular) >= least:
             lines.append(line)
     drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=result.regular)
-    finish(figure, axes[-1], body, surface, section, f"{counted(result.status)}; {drawn.missing} not drawn", stem, facts)
+    finish(
+        figure, axes[-1], body, surface, section, f"{counted(result.status)}; {drawn.missing} not drawn", stem, facts
+    )

@@ -26,7 +26,9 @@ def level_table(levels: Any) -> list[str]:
         error = float(levels.error[inside].max())
         front = [digits(float(levels.energies[k]), error), str(levels.degeneracy[k]), f"{error:.1e}", converged]
         for row, (key, classes) in enumerate(list(sets.items())[:MEMBERS]):
-            body.append([*(front if row == 0 else [""] * 4), *map(str, key), " ".join(f"({m},{l})" for m, l in classes)])
+            body.append(
+                [*(front if row == 0 else [""] * 4), *map(str, key), " ".join(f"({m},{l})" for m, l in classes)]
+            )
         if len(sets) > MEMBERS:
             body.append([*[""] * 4, f"and {len(sets) - MEMBERS} more sets of quantum numbers, all in the file"])
         if len(body) >= SHOWN and k + 1 < levels.degeneracy.size:
@@ -68,7 +70,10 @@ def scan_table(diagram: Any) -> list[str]:
     lines = []
     shown = min(COLUMNS, diagram.E.shape[2])
     for column in range(diagram.m.shape[1]):
-        lines.append(f"(m, l) = ({diagram.m[0, column]}, {diagram.l[0, column]}): the lowest {shown} of {diagram.E.shape[2]} levels")
+        lines.append(
+            f"(m, l) = ({diagram.m[0, column]}, {diagram.l[0, column]}): the lowest {shown} of {diagram.E.shape[2]} "
+            "levels"
+        )
         lines.append("  ".join([f"{diagram.name:>10}", *(f"{f'E_{k}':>12}" for k in range(shown))]))
         for value, E in list(zip(diagram.values, diagram.E[:, column, :shown]))[:SHOWN]:
             lines.append("  ".join([f"{value:10.6g}", *(f"{one:12.8g}" for one in E)]))

@@ -28,8 +28,8 @@ def poincare(
 ) -> int:
     """Draw a Poincaré section of one energy surface, coloured by the diffusion of each orbit.
 
-    Orbits start on a grid of the section (20x20) or at random points of it. Units are those of the parameters: with G = mu = 1 or
-    C = mu = 1 the unit of time is sqrt(mu/G) or sqrt(mu/C).
+    Orbits start on a grid of the section (20x20) or at random points of it. Units are those of the parameters: with G =
+    mu = 1 or C = mu = 1 the unit of time is sqrt(mu/G) or sqrt(mu/C).
 
     Parameters
     ----------
@@ -91,11 +91,13 @@ def poincare(
         def known(found: Any) -> dict[str, Any]:
             return {**extra, "diffusion": np.where(found.status == 0, found.diffusion, np.nan), "diffusion_time": time}
 
-        extra = known(watched(
-            Progress("diffusion", z0.shape[1]),
-            lambda report: fastaff.frequency_map(body, z0, time=time, report=report, **span, **choices),
-            lambda partial: kept(result, lambda: save(result, known(partial))),
-        ))  # fmt: skip
+        extra = known(
+            watched(
+                Progress("diffusion", z0.shape[1]),
+                lambda report: fastaff.frequency_map(body, z0, time=time, report=report, **span, **choices),
+                lambda partial: kept(result, lambda: save(result, known(partial))),
+            )
+        )
     with drawing(save(result, extra, interrupted=False)):
         if not output.no_figure:
             figure, ax = figure_of()
@@ -104,5 +106,7 @@ def poincare(
             drawn = plot.plot_section(result, ax=ax, values=values, boundary=edge, norm=norm)
             if not isinstance(body, fastaff.Body):  # a system of one's own names its coordinates
                 ax.set(xlabel=f"${plot.symbol(where.names[0])}$", ylabel=f"${plot.symbol(where.names[1])}$")
-            finish(figure, ax, body, surface, section, f"{counted(result.status)}; {drawn.missing} not drawn", stem, facts)
+            finish(
+                figure, ax, body, surface, section, f"{counted(result.status)}; {drawn.missing} not drawn", stem, facts
+            )
     return 0

@@ -34,7 +34,9 @@ def parsed(texts: list[str]) -> list[Scanned]:
     if len(set(taken)) < len(taken):
         raise Wrong(f"--scan must name two different parameters, got {taken[0]} twice")
     if set(taken) & {"p_phi", "p_psi"} and set(taken) & {"p_eta", "p_gamma"}:
-        raise Wrong("--scan takes p_eta and p_gamma, or p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta, not one of each")
+        raise Wrong(
+            "--scan takes p_eta and p_gamma, or p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta, not one of each"
+        )
     return axes
 
 
@@ -56,7 +58,12 @@ def check(axes: list[Scanned], body: Any) -> None:
     from ...models import Body
 
     planar = isinstance(body, Body)
-    names = ("energy", *(PLANES if planar else ()), *getattr(body, "potential", body)._fields, *(("mu",) if planar else ()))
+    names = (
+        "energy",
+        *(PLANES if planar else ()),
+        *getattr(body, "potential", body)._fields,
+        *(("mu",) if planar else ()),
+    )
     for axis in axes:
         named("--scan", axis.name, names)
 
@@ -79,9 +86,18 @@ def case(body: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
 
 
 def scanned(
-    axes: list[Scanned], body: Any, surface: Any, section: Any, starts: Any, run: Any, output: Any, stem: Any,
-    fixed: dict[str, Any], time: Callable, compile_first: Callable,
-) -> int:  # fmt: skip
+    axes: list[Scanned],
+    body: Any,
+    surface: Any,
+    section: Any,
+    starts: Any,
+    run: Any,
+    output: Any,
+    stem: Any,
+    fixed: dict[str, Any],
+    time: Callable,
+    compile_first: Callable,
+) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters."""
     import fastaff
 
@@ -94,7 +110,9 @@ def scanned(
     def make(*values: float) -> tuple[Any, Any]:
         one, at = case(body, surface, dict(zip((axis.name for axis in axes), values)))
         where = {"energy": at.energy, "p_eta": at.p_eta, "p_gamma": at.p_gamma, "axes": ranges if all(ranges) else None}
-        return one, fastaff.energy_sample(one, section=section, orbits=orbits, seed=[starts.seed, next(seeds)], **where).z0
+        return one, fastaff.energy_sample(
+            one, section=section, orbits=orbits, seed=[starts.seed, next(seeds)], **where
+        ).z0
 
     compile_first(*_some_case(axes, make))
     seeds = itertools.count()
@@ -102,8 +120,10 @@ def scanned(
     scheme = run.scheme_value()
     facts = {
         **stated(body, surface, section, replace(starts, orbits=orbits), {"threads": run.threads}, None, fixed),
-        "scan": [axis.name for axis in axes], "orbits_per_case": orbits, "scheme": scheme,
-    }  # fmt: skip
+        "scan": [axis.name for axis in axes],
+        "orbits_per_case": orbits,
+        "scheme": scheme,
+    }
     start = clock.perf_counter()
 
     def save(result: Any, interrupted: bool = True) -> Any:
@@ -121,11 +141,19 @@ def scanned(
     result = watched(
         Progress("chaotic fraction", cases * orbits),
         lambda report: fastaff.chaotic_fraction(
-            make, [axis.values for axis in axes], names=[axis.name for axis in axes], time=time, indicators=indicators,
-            early_stop=early_stop, scheme=scheme, step=run.step, threads=run.threads, report=report,
+            make,
+            [axis.values for axis in axes],
+            names=[axis.name for axis in axes],
+            time=time,
+            indicators=indicators,
+            early_stop=early_stop,
+            scheme=scheme,
+            step=run.step,
+            threads=run.threads,
+            report=report,
         ),
         keep,
-    )  # fmt: skip
+    )
     seconds = clock.perf_counter() - start
     say(f"{result.summary()}; in {seconds:.1f} s, {result.orbits.sum() / seconds:,.0f} orbits/s")
     with drawing(save(result, interrupted=False)):
@@ -157,15 +185,22 @@ def _draw(result, axes, body, surface, section, stem, facts) -> None:
     where = surface_in_words(body, surface, without=hidden)
     if {"p_phi", "p_psi"} & set(names):
         spin, vorticity = surface.p_gamma + surface.p_eta, surface.p_gamma - surface.p_eta
-        rest = [rf"$p_\varphi$ = {spin:g}"] * ("p_phi" not in names) + [rf"$p_\psi$ = {vorticity:g}"] * ("p_psi" not in names)
+        rest = [rf"$p_\varphi$ = {spin:g}"] * ("p_phi" not in names) + [rf"$p_\psi$ = {vorticity:g}"] * (
+            "p_psi" not in names
+        )
         where = ", ".join([*filter(None, [where]), *rest])
     title(figure, ", ".join(filter(None, [titled(body, without=names), where])))
     shown = "bars: 95 % of statistics; pale band: undecided orbits" if len(axes) == 1 else "largest 95 % half width "
     if len(axes) == 2:
         low, high = result.interval()
         shown += f"{np.nanmax(high - low) / 2:.3f}"
-    empty = f"; {'grey' if len(axes) == 1 else 'hatched'}: the energy reaches nothing" if (result.orbits == 0).any() else ""
-    said = f"{int(result.orbits.max())} random orbits a case, uniform in area; indicators {', '.join(result.indicators)}; {shown}{empty}"
+    empty = (
+        f"; {'grey' if len(axes) == 1 else 'hatched'}: the energy reaches nothing" if (result.orbits == 0).any() else ""
+    )
+    said = (
+        f"{int(result.orbits.max())} random orbits a case, uniform in area; indicators "
+        f"{', '.join(result.indicators)}; {shown}{empty}"
+    )
     failed = int(result.failed.sum())
     said += f"; {failed} orbits failed, left out" if failed else ""
     caption(figure, f"section {in_words(section, body)}; {said}; {units(body)}")

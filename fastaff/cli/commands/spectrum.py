@@ -41,9 +41,9 @@ def energy_levels(
 ) -> int:
     """Compute quantum levels with their degeneracies and errors, print them and draw them.
 
-    Without --m and --l the lowest levels of the whole body, none missing; with both those of one symmetry class e^(i m phi + i l psi) or
-    of several. The figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter (--scan); or, for
-    one class, probability densities of its states with the classical turning curve.
+    Without --m and --l the lowest levels of the whole body, none missing; with both those of one symmetry class e^(i m
+    phi + i l psi) or of several. The figure shows levels against the spin m and their degeneracies; levels against m, l
+    or a parameter (--scan); or, for one class, probability densities of its states with the classical turning curve.
 
     Parameters
     ----------
@@ -88,15 +88,28 @@ def energy_levels(
     stem = output.stem("fastaff-spectrum")
     output.check()
     how: dict[str, Any] = {
-        "hbar": hbar, "single_valued": not covering, "chart": chart,
+        "hbar": hbar,
+        "single_valued": not covering,
+        "chart": chart,
         "tolerance": (SEPARATED if separates else COUPLED) if tolerance is None else tolerance,
-    }  # fmt: skip
-    facts = {"model": body, "spin": m, "vorticity": l, "levels": levels, "below": below, "covering": covering, **how, "scan": scan}
+    }
+    facts = {
+        "model": body,
+        "spin": m,
+        "vorticity": l,
+        "levels": levels,
+        "below": below,
+        "covering": covering,
+        **how,
+        "scan": scan,
+    }
     facts |= {name: getattr(getattr(body, "potential", None), name, None) for name in ("formula", "domain")}
     start = clock.perf_counter()
 
     def save(result: Any, interrupted: bool = True) -> Any:
-        return output.save(stem, result, {**facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted})
+        return output.save(
+            stem, result, {**facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted}
+        )
 
     def watch(compute: Callable[[Progress], Any], kept: str) -> Any:
         return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
@@ -145,7 +158,9 @@ def _numbers(option: str, text: str) -> list[int]:
         if ends[0] > ends[1]:
             raise ValueError
     except ValueError:
-        raise Wrong(f"{option} must be a whole number, or LOW:HIGH with LOW <= HIGH, for example -3:3, got {text!r}") from None
+        raise Wrong(
+            f"{option} must be a whole number, or LOW:HIGH with LOW <= HIGH, for example -3:3, got {text!r}"
+        ) from None
     return list(range(ends[0], ends[1] + 1))
 
 
@@ -157,7 +172,10 @@ def _states(text: str | None, levels: int) -> list[int]:
         if not 1 <= len(numbers) <= PANELS or min(numbers) < 0 or max(numbers) >= levels:
             raise ValueError
     except ValueError:
-        raise Wrong(f"--states must be one to {PANELS} numbers from 0 to {levels - 1} with commas, for example 0,3, got {text!r}") from None
+        raise Wrong(
+            f"--states must be one to {PANELS} numbers from 0 to {levels - 1} with commas, for example 0,3, got "
+            f"{text!r}"
+        ) from None
     return numbers
 
 
@@ -176,10 +194,15 @@ def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], wat
 
     whole("levels", levels, 1)
     asked: dict[str, Any] = {"count": levels} if below is None else {"below": below}
-    return watch(lambda report: fastaff.all_levels(body, **asked, **how, report=report), "complete below E = {complete_below:.6g}")
+    return watch(
+        lambda report: fastaff.all_levels(body, **asked, **how, report=report),
+        "complete below E = {complete_below:.6g}",
+    )
 
 
-def _scanned(body: Any, classes: list[tuple[int, int]], levels: int, text: str, how: dict[str, Any], watch: Watch) -> Any:
+def _scanned(
+    body: Any, classes: list[tuple[int, int]], levels: int, text: str, how: dict[str, Any], watch: Watch
+) -> Any:
     import fastaff
 
     axis = scans.parsed([text])[0]
@@ -188,15 +211,23 @@ def _scanned(body: Any, classes: list[tuple[int, int]], levels: int, text: str, 
     m, l = zip(*classes, strict=True)
 
     def make(value: float) -> Any:
-        return body._replace(mu=value) if axis.name == "mu" else body._replace(potential=potential._replace(**{axis.name: value}))
+        return (
+            body._replace(mu=value)
+            if axis.name == "mu"
+            else body._replace(potential=potential._replace(**{axis.name: value}))
+        )
 
     return watch(
-        lambda report: fastaff.level_diagram(make, axis.values, m=m, l=l, levels=levels, name=axis.name, report=report, **how),
+        lambda report: fastaff.level_diagram(
+            make, axis.values, m=m, l=l, levels=levels, name=axis.name, report=report, **how
+        ),
         "the others are NaN",
     )
 
 
-def _some(body: Any, classes: list[tuple[int, int]], levels: int, how: dict[str, Any], watch: Watch) -> tuple[list[Any], Any]:
+def _some(
+    body: Any, classes: list[tuple[int, int]], levels: int, how: dict[str, Any], watch: Watch
+) -> tuple[list[Any], Any]:
     """Return the Levels of the classes, and their list."""
     import fastaff
 
@@ -232,7 +263,10 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
 
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
     if not hasattr(result, "first"):
-        return f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of {result.name}; {worst}"
+        return (
+            f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of "
+            f"{result.name}; {worst}"
+        )
     text = f"{result.E.size} levels, {result.degeneracy.size} different energies; {worst}"
     if classes is None:
         return f"{text}; none is missing below E = {result.complete_below:.10g}"
@@ -251,7 +285,10 @@ def _draw_whole(levels: Any, body: Any, stem: Any, facts: dict[str, Any]) -> Non
     figure, (left, right) = figure_of(panels=2)
     plot_quantum.plot_spectrum(levels, ax=left)
     plot_quantum.plot_degeneracies(levels, ax=right)
-    text = f"{levels.E.size} levels, {levels.degeneracy.size} different energies; none is missing below E = {levels.complete_below:.6g}"
+    text = (
+        f"{levels.E.size} levels, {levels.degeneracy.size} different energies; none is missing below E = "
+        f"{levels.complete_below:.6g}"
+    )
     _finish(figure, body, "all classes", text, levels.hbar, stem, facts)
 
 
@@ -265,7 +302,9 @@ def _draw_diagram(diagram: Any, body: Any, classes: list[tuple[int, int]], stem:
     _finish(figure, body, what, text, diagram.hbar, stem, facts, without=(diagram.name,))
 
 
-def _draw_classes(found: list[Any], levels: Any, body: Any, states: list[int], chart: Any, stem: Any, facts: dict[str, Any]) -> None:
+def _draw_classes(
+    found: list[Any], levels: Any, body: Any, states: list[int], chart: Any, stem: Any, facts: dict[str, Any]
+) -> None:
     """Draw densities of one class, levels against m or l, or over both."""
     from ...plot import quantum as plot_quantum
     from ...quantum.level_diagram import diagram_of
@@ -295,7 +334,9 @@ def _draw_states(found: Any, body: Any, states: list[int], chart: Any, stem: Any
         state = found.state(k)
         plot_quantum.plot_density(state, ax=ax, body=body, chart=chart)
         named_by = ", ".join(f"${_quantum(name)} = {n}$" for name, n in state.labels.items() if name.startswith("n_"))
-        ax.set_title(f"state {k}:  $E$ = {state.energy:.8g}" + (f",  {named_by}" if named_by else ""), fontsize=10, loc="left")
+        ax.set_title(
+            f"state {k}:  $E$ = {state.energy:.8g}" + (f",  {named_by}" if named_by else ""), fontsize=10, loc="left"
+        )
     text = r"white: classical turning curve; dashed: $\det\varphi = 0$ where it is in the frame"
     _finish(figure, body, f"(m, l) = ({found.m}, {found.l})", text, found.hbar, stem, facts)
 
@@ -307,8 +348,15 @@ def _quantum(name: str) -> str:
 
 
 def _finish(
-    figure: Any, body: Any, what: str, text: str, hbar: float, stem: Any, facts: dict[str, Any], without: tuple[str, ...] = ()
-) -> None:  # fmt: skip
+    figure: Any,
+    body: Any,
+    what: str,
+    text: str,
+    hbar: float,
+    stem: Any,
+    facts: dict[str, Any],
+    without: tuple[str, ...] = (),
+) -> None:
     title(figure, rf"{titled(body, without)}, $\hbar$ = {hbar:g}, {what}")
     caption(figure, f"{text}; {units(body)}")
     write(figure, stem, facts)

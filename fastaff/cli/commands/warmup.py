@@ -17,11 +17,15 @@ def warmup() -> int:
     from ...compile.jit import cache_directory
 
     body = fastaff.Body(fastaff.NeoHookean())
-    z0 = fastaff.energy_grid(body, energy=1.5, section=fastaff.AlphaTurning(), axes=([0.6, 0.7], [0.0]), p_eta=0.3, p_gamma=0.2).z0
+    z0 = fastaff.energy_grid(
+        body, energy=1.5, section=fastaff.AlphaTurning(), axes=([0.6, 0.7], [0.0]), p_eta=0.3, p_gamma=0.2
+    ).z0
     jobs = {
         "integrate": lambda: fastaff.integrate(body, z0, time=1.0, step=0.05, samples=2),
         "integrate, adaptive": lambda: fastaff.integrate(body, z0, time=1.0, scheme=fastaff.DOP853),
-        "poincare": lambda: fastaff.poincare_map(body, z0, section=fastaff.AlphaTurning(), crossings=2, max_time=20.0, step=0.05),
+        "poincare": lambda: fastaff.poincare_map(
+            body, z0, section=fastaff.AlphaTurning(), crossings=2, max_time=20.0, step=0.05
+        ),
         "frequency-map": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05),
         "naff": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05, method="naff"),
         "chaos-map": lambda: fastaff.chaos(body, z0, time=10.0, step=0.05),
