@@ -9,7 +9,7 @@ import pytest
 from common import best
 
 import fastaff
-from fastaff import GALI, MEGNO, SALI, HenonHeiles, LyapunovSpectrum, chaos
+from fastaff import GALI, MEGNO, SALI, HenonHeiles, LyapunovSpectrum, chaos_map
 
 ORBITS, TIME, PEER_ORBITS = 1024, 1000.0, 32
 
@@ -44,7 +44,7 @@ def test_against_pynamicalsys(benchmark, what):
     z0 = henon_heiles_orbits()
     indicators = (SALI(),) if what == "SALI" else (LyapunovSpectrum(), GALI(4))
     found = benchmark.pedantic(
-        lambda: chaos(HenonHeiles(), z0, time=TIME, step=0.2, indicators=indicators), warmup_rounds=1, rounds=5
+        lambda: chaos_map(HenonHeiles(), z0, time=TIME, step=0.2, indicators=indicators), warmup_rounds=1, rounds=5
     )
     seconds = benchmark.stats.stats.min
     print(
@@ -100,10 +100,10 @@ def test_megno_map(benchmark):
     for early in (False, True):
         start = time.perf_counter()
         if early:
-            found = chaos(body, z0, time=span, indicators=(MEGNO(),), early_stop=True)
+            found = chaos_map(body, z0, time=span, indicators=(MEGNO(),), early_stop=True)
         else:
             found = benchmark.pedantic(
-                lambda: chaos(body, z0, time=span, indicators=(MEGNO(),)), warmup_rounds=0, rounds=1
+                lambda: chaos_map(body, z0, time=span, indicators=(MEGNO(),)), warmup_rounds=0, rounds=1
             )
         seconds = time.perf_counter() - start
         steps = found.t.sum() / found.step
@@ -139,7 +139,7 @@ def test_cost_of_tangent_vectors(benchmark, name):
             "pair"
         )
     for indicators in ((MEGNO(),), (SALI(),), (SALI(), MEGNO(), LyapunovSpectrum())):
-        seconds = best(lambda indicators=indicators: chaos(model, z0, indicators=indicators, **run), repeats=5)
+        seconds = best(lambda indicators=indicators: chaos_map(model, z0, indicators=indicators, **run), repeats=5)
         print(
             f"  chaos {', '.join(type(entry).__name__ for entry in indicators)}: {seconds * 1e3:.1f} ms, "
             f"{seconds / plain:.2f}"

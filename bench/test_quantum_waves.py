@@ -11,7 +11,8 @@ import pytest
 from common import best
 from scipy.special import eval_genlaguerre
 
-from fastaff import ALPHA_BETA, R_VARTHETA, Anharmonic, Body
+from fastaff import Anharmonic, Body
+from fastaff.charts import ALPHA_BETA, R_VARTHETA
 from fastaff.quantum.factors import PlaneFactor
 from fastaff.quantum.packet import Packet
 from fastaff.quantum.wavefunction import wavefunction

@@ -8,7 +8,8 @@ import naive
 import numpy as np
 import pytest
 
-from fastaff import Body, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean, fit_torus, from_matrix
+from fastaff import Body, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean, fit_torus
+from fastaff.charts import from_matrix
 
 POINTS = (
     (((1.3, 0.2), (-0.1, 0.8)), ((0.3, -0.4), (0.5, 0.2))),

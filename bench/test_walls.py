@@ -13,23 +13,12 @@ import time as clock
 import numpy as np
 import pytest
 
-from fastaff import (
-    AUTO,
-    DOP853,
-    KAHAN_LI8,
-    AlphaTurning,
-    Body,
-    NeoHookean,
-    RungeKutta,
-    Splitting,
-    TimeTransformed,
-    energy_grid,
-    integrate,
-)
+from fastaff import AUTO, DOP853, KAHAN_LI8, AlphaTurning, Body, NeoHookean, TimeTransformed, energy_grid, integrate
 from fastaff.cli.demonstration import P_ETA, P_GAMMA
 from fastaff.flows.flow import Flow, no_memory
 from fastaff.flows.observers import nothing
 from fastaff.flows.time_transformed import prepared
+from fastaff.schemes import RungeKutta, Splitting
 
 TIME = float(os.environ.get("WALLS_TIME", "1000"))
 BODY = Body(NeoHookean(G=1.0, K=2.0), 1.0)

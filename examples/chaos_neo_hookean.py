@@ -42,7 +42,7 @@ body = fastaff.Body(fastaff.NeoHookean(G=1.0, K=2.0), mu=1.0)
 edge = plot.edge(body, section, energy=1.5, **planes)
 axes = [np.linspace(low, high, 62)[1:-1] for low, high in edge.axes]
 grid = fastaff.energy_grid(body, energy=1.5, section=section, axes=axes, **planes)
-chaos_map = fastaff.chaos(body, grid.z0, time=TIME)
+chaos_map = fastaff.chaos_map(body, grid.z0, time=TIME)
 print(f"map: {chaos_map.summary()}; largest energy error {chaos_map.energy_error.max():.0e}")
 
 energies = np.concatenate([np.linspace(0.25, 3.0, 12), [4.0, 5.0, 6.0, 8.0]])

@@ -25,13 +25,13 @@ def section_grid(energy, cells):
     return edge, fastaff.energy_grid(body, energy=energy, section=section, axes=axes, **planes)
 
 
-levels = fastaff.spectrum(body, m=M, l=L, levels=LEVELS, hbar=HBAR, tolerance=1e-6)
+levels = fastaff.quantum.spectrum(body, m=M, l=L, levels=LEVELS, hbar=HBAR, tolerance=1e-6)
 near = np.flatnonzero(np.abs(levels.E - 1.5) < 0.06)
 print(f"{near.size} levels next to E = 1.5; errors of levels below {levels.error.max():.0e}")
 shares, images = [], []
 for k in near:
     _, grid = section_grid(levels.E[k], 60)
-    values = fastaff.husimi(levels.state(int(k)))(grid.z0)
+    values = fastaff.quantum.husimi(levels.state(int(k)))(grid.z0)
     shares.append(np.sum(values) ** 2 / (values.size * np.sum(values**2)))  # share of the section's cells that it fills
     image = grid.spread(values).filled(0.0).ravel()
     images.append(image / np.linalg.norm(image))
@@ -48,7 +48,7 @@ for ax, (k, share) in zip(figure.subplots(2, 3, sharex=True, sharey=True).ravel(
     edge, grid = section_grid(energy, 220)
     starts = fastaff.energy_sample(body, energy=energy, section=section, orbits=60, seed=2, **planes)
     crossings = fastaff.poincare_map(body, starts.z0, section=section, crossings=250, max_time=5000.0)
-    Q = fastaff.husimi(levels.state(int(k)))
+    Q = fastaff.quantum.husimi(levels.state(int(k)))
     plot_husimi(grid, Q(grid.z0), ax=ax, section_map=crossings, boundary=edge)
     ax.set_title(f"level {k}, $E={energy:.4f}$, fills {100 * share:.0f} %", loc="left", fontsize=9)
     ax.label_outer()

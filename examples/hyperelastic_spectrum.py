@@ -25,27 +25,31 @@ body = fa.Body(fa.Hyperelastic(C=1.0), mu=1.0)  # omega = hbar = 1
 # Quantizations of the class (2, 0) against its exact levels with n_r = 0: E = 2 n_r + 1 + Lambda(n_vartheta).
 n_vartheta = np.arange(30)
 n = np.array([0 * n_vartheta, n_vartheta])
-exact = fa.spectrum(body, m=2, l=0, levels=1000)
+exact = fa.quantum.spectrum(body, m=2, l=0, levels=1000)
 E = np.array([exact.E[(exact.labels == (0, k)).all(axis=1)][0] for k in n_vartheta])
-rules = {"Bohr-Sommerfeld (0, 0)": fa.BOHR_SOMMERFELD, "EBK (2, 2)": fa.EBK, "EBK, hard wall (2, 3)": HARD_WALL}
-quasi = {name: fa.quasiclassical_levels(body, n=n, m=2, l=0, maslov=maslov).E for name, maslov in rules.items()}
+rules = {
+    "Bohr-Sommerfeld (0, 0)": fa.quantum.BOHR_SOMMERFELD,
+    "EBK (2, 2)": fa.quantum.EBK,
+    "EBK, hard wall (2, 3)": HARD_WALL,
+}
+quasi = {name: fa.quantum.quasiclassical_levels(body, n=n, m=2, l=0, maslov=maslov).E for name, maslov in rules.items()}
 for name, levels in quasi.items():
     print(f"{name:24} E - exact at n_vartheta = 0, 5, 29: " + "  ".join(f"{(levels - E)[k]:+.4f}" for k in (0, 5, 29)))
 
 spins = np.arange(-8, 9, 2)
-against_m = fa.class_diagram(body, m=spins.tolist(), l=0, levels=6)
+against_m = fa.quantum.class_diagram(body, m=spins.tolist(), l=0, levels=6)
 numbers = np.array([(n_r, k, m) for m in spins for n_r, k in ((0, 0), (1, 0), (0, 1))]).T
-ebk = fa.quasiclassical_levels(body, n=numbers[:2], m=numbers[2], l=0)
+ebk = fa.quantum.quasiclassical_levels(body, n=numbers[:2], m=numbers[2], l=0)
 
 C = np.geomspace(0.05, 60, 120)
-against_C = fa.level_diagram(lambda value: fa.Body(fa.Hyperelastic(value)), C, m=1, l=-1, levels=12, name="C")
+against_C = fa.quantum.level_diagram(lambda value: fa.Body(fa.Hyperelastic(value)), C, m=1, l=-1, levels=12, name="C")
 
-elementary = fa.spectrum(body, m=1, l=-1, levels=4)
+elementary = fa.quantum.spectrum(body, m=1, l=-1, levels=4)
 v = np.linspace(0.0, np.pi / 2, 7)[1:-1]
 shape = elementary.state(0).shape.factors[1](v) / (np.cos(v) * np.cos(v / 2))
 print(f"(1, -1): E = {elementary.E[0]:.15g}, f/(cos(v) cos(v/2)) constant to {np.ptp(shape) / shape.max():.1e}")
 
-whole = fa.all_levels(body, below=12.0)
+whole = fa.quantum.all_levels(body, below=12.0)
 k = np.arange(4)
 found = [int(whole.degeneracy[np.argmin(np.abs(whole.energies - energy))]) for energy in 5 + 2 * k]
 others = whole.degeneracy[np.abs(whole.energies[:, None] - (5 + 2 * k)).min(axis=1) > 1e-9]
@@ -77,8 +81,8 @@ c.annotate("elementary states", (1, 5), (1.6, 4.05), fontsize=8, va="center")
 c.set_xlabel(r"$C$  (units of $\hbar^2/\mu$)")
 
 high = int(np.flatnonzero((exact.labels == (2, 3)).all(axis=1))[0])
-plot_density(elementary.state(0), ax=d, body=body, chart=fa.TWO_POLAR)
-plot_density(exact.state(high), ax=e, body=body, chart=fa.ALPHA_BETA)
+plot_density(elementary.state(0), ax=d, body=body, chart=fa.charts.TWO_POLAR)
+plot_density(exact.state(high), ax=e, body=body, chart=fa.charts.ALPHA_BETA)
 plot_degeneracies(whole, ax=f)
 f.plot(5 + 2 * k, 4 * k + 2, color="#b35900", lw=1.0, ls=(0, (5, 2)), label=r"elementary states, $4k+2$ at $E=5+2k$")
 f.legend(frameon=False, fontsize=8, loc="upper left")

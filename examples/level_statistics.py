@@ -46,11 +46,11 @@ def energy_surface(energy):
 spectra, unfolded, deviations = [], [], []
 for a, b, hbar, size in NEIGHBOURS + FINE:
     m, l = a + b, b - a
-    levels = fastaff.spectrum(body, m=m, l=l, levels=size, hbar=hbar, tolerance=1e-6)
-    count = partial(fastaff.weyl_count, body, m=m, l=l, hbar=hbar)
-    deviation = fastaff.count_deviation(levels.E, count)
+    levels = fastaff.quantum.spectrum(body, m=m, l=l, levels=size, hbar=hbar, tolerance=1e-6)
+    count = partial(fastaff.quantum.weyl_count, body, m=m, l=l, hbar=hbar)
+    deviation = fastaff.quantum.count_deviation(levels.E, count)
     spectra.append(levels.E)
-    unfolded.append(fastaff.unfold(levels.E, count))
+    unfolded.append(fastaff.quantum.unfold(levels.E, count))
     deviations.append(deviation)
     print(
         f"(m, l) = ({m:2d}, {l:2d}), hbar = 1/{1 / hbar:.0f}: {size} levels to E = {levels.E[-1]:.3f}, error "
@@ -62,15 +62,15 @@ for a, b, hbar, size in NEIGHBOURS + FINE:
 
 centres = (WINDOWS[1:] + WINDOWS[:-1]) / 2
 chaos = fastaff.chaotic_fraction(energy_surface, (centres,), names=("energy",), time=TIME, early_stop=True)
-expected = [fastaff.BerryRobnik(float(q)).mean_ratio() for q in chaos.fraction]
+expected = [fastaff.quantum.BerryRobnik(float(q)).mean_ratio() for q in chaos.fraction]
 ratios, spacings = [], []
 for low, high in itertools.pairwise(WINDOWS):
     inside = [(np.arange(E.size) >= FIRST) & (np.abs(E - (low + high) / 2) < (high - low) / 2) for E in spectra]
     chosen = [(E[kept], x[kept]) for E, x, kept in zip(spectra, unfolded, inside) if np.count_nonzero(kept) > 2]
-    ratios.append(fastaff.mean_spacing_ratio([E for E, _ in chosen]))
+    ratios.append(fastaff.quantum.mean_spacing_ratio([E for E, _ in chosen]))
     spacings.append(np.concatenate([np.diff(x) for _, x in chosen]))
 for low, high, ratio, share, theory, s in zip(WINDOWS, WINDOWS[1:], ratios, chaos.fraction, expected, spacings):
-    fit = fastaff.fit_spacings(s, fastaff.BerryRobnik)
+    fit = fastaff.quantum.fit_spacings(s, fastaff.quantum.BerryRobnik)
     print(
         f"E = {low:.2f} ... {high:.2f}: {ratio.ratios} ratios, <r> = {ratio.value:.4f} +- {ratio.error:.4f}; classical "
         f"share {share:.3f}, "
@@ -93,7 +93,7 @@ axes["a"].errorbar(
     label="levels",
 )
 axes["a"].plot(centres, expected, color="#00306f", lw=1.3, label="Berry-Robnik, classical share (b)")
-for value, name in ((fastaff.POISSON_RATIO, "Poisson"), (fastaff.GOE_RATIO, "GOE")):
+for value, name in ((fastaff.quantum.POISSON_RATIO, "Poisson"), (fastaff.quantum.GOE_RATIO, "GOE")):
     axes["a"].axhline(value, color="0.4", lw=0.9, ls=(0, (4, 3)))
     axes["a"].text(WINDOWS[0], value + 0.002, name, fontsize=9, color="0.3")
 axes["a"].set(ylabel=r"mean ratio of spacings $\langle r\rangle$", xlabel="energy $E/G$", ylim=(0.31, 0.56))
@@ -120,9 +120,9 @@ axes["d"].legend(frameon=False, loc="lower left", fontsize=9)
 calm, wild = int(np.argmin(chaos.fraction)), int(np.argmax(chaos.fraction))
 for ax, chosen in ((axes["c"], calm), (axes["e"], wild)):
     q = float(chaos.fraction[chosen])
-    laws = {"Poisson": fastaff.BerryRobnik(0.0), "GOE (Wigner)": fastaff.BerryRobnik(1.0)}
+    laws = {"Poisson": fastaff.quantum.BerryRobnik(0.0), "GOE (Wigner)": fastaff.quantum.BerryRobnik(1.0)}
     if 0.01 < q < 0.99:
-        laws[f"Berry-Robnik, share {q:.2f}"] = fastaff.BerryRobnik(q)
+        laws[f"Berry-Robnik, share {q:.2f}"] = fastaff.quantum.BerryRobnik(q)
     plot_spacings(spacings[chosen], laws, ax=ax, label=f"{spacings[chosen].size} spacings")
     ax.legend(frameon=False, fontsize=9)
 titles = {"a": "levels", "b": "classical orbits", "d": "staircase less Weyl count: no level is missing"}

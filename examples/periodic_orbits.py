@@ -58,7 +58,9 @@ for number, z in enumerate(orbits.z[:, orbits.period == 1].T):
         )
         for found in branch.bifurcations:
             print(f"orbit {number}: {found.event.name} at E = {found.value:.9f}, period {found.time:.6f}")
-            right.plot(found.value, float(found.event == fa.Event.DOUBLING), "o", color="black", mfc="white", zorder=4)
+            right.plot(
+                found.value, float(found.event == fa.analysis.Event.DOUBLING), "o", color="black", mfc="white", zorder=4
+            )
 for level in (0, 1):
     right.axhline(level, color="0.6", lw=0.8, zorder=0)
 right.set(xlabel=r"$E$", ylabel=r"residue $R$")

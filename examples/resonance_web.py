@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fastaff
-from fastaff import diffusion_histogram, plot, resonances, web
+from fastaff import plot, resonance_web, resonances
+from fastaff.analysis import diffusion_histogram
 from fastaff.plot import plot_diffusion_histogram, plot_web
 
 CHAOTIC = -3.5  # log10 of the change of frequency between the halves of the time
@@ -35,7 +36,7 @@ for module, orbits in librations.table()[:6]:
 nu = np.where(regular, found.nu[:2], np.nan)
 spread = np.full((2, grid.forbidden.size), np.nan)
 spread[:, grid.cell] = nu
-lines = web(spread.reshape(2, *grid.forbidden.shape), axes=axes, max_order=24, tolerance=1e-6, jump=0.02)
+lines = resonance_web(spread.reshape(2, *grid.forbidden.shape), axes=axes, max_order=24, tolerance=1e-6, jump=0.02)
 
 figure = Figure(figsize=(10, 5), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))

@@ -20,8 +20,8 @@ FILE = sys.argv[1] if len(sys.argv) > 1 else "revivals.png"
 
 body, hbar = fa.Body(fa.Hyperelastic(C=2.0), mu=1.0), 0.04
 n, m, l = (1, 80), 10, 0
-packet = fa.number_packet(body, n=n, m=m, l=l, width=(0.0, 1.7), hbar=hbar)
-times = fa.revivals(body, n=n, m=m, l=l, hbar=hbar)
+packet = fa.quantum.number_packet(body, n=n, m=m, l=l, width=(0.0, 1.7), hbar=hbar)
+times = fa.quantum.revivals(body, n=n, m=m, l=l, hbar=hbar)
 T, whole = times.classical.period[1], times.classical.revival[1, 1]
 print(packet)
 print(f"period of vartheta: {times.quantum.period[1]:.6f} from the levels, {T:.6f} from dE/dJ")
@@ -42,7 +42,7 @@ r = np.linspace(4, 18, 113)  # E = r + e/r keeps r next to E/2
 
 def carpet(moments):
     """The density of vartheta alone (times, vartheta): that of r and vartheta, summed over r."""
-    return packet.density(r[:, None], v, fa.R_VARTHETA, moments).sum(axis=1) * (r[1] - r[0])
+    return packet.density(r[:, None], v, fa.charts.R_VARTHETA, moments).sum(axis=1) * (r[1] - r[0])
 
 
 figure = plt.figure(figsize=(9.5, 7.2), layout="constrained")

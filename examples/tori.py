@@ -31,10 +31,10 @@ ratio = (found.nu[1] / found.nu[0]).reshape(J_gamma.shape)
 # One torus both ways: points on it, their actions, and the straight motion of the angles along an orbit.
 J = rows[:, 5000]
 theta = np.random.default_rng(1).uniform(size=(4, 1000))
-points = fa.from_action_angle(body, J, theta)
-again = fa.tori(body, points)
+points = fa.from_action_angles(body, J, theta)
+again = fa.action_angles(body, points)
 orbit = fa.integrate(body, points[:, 0], time=50.0, step=0.01, scheme=fa.SOFRONIOU_SPALETTA10)
-end = fa.from_action_angle(body, J, theta[:, 0] + found.nu[:, 5000] * 50.0)
+end = fa.from_action_angles(body, J, theta[:, 0] + found.nu[:, 5000] * 50.0)
 print(f"actions of 1000 points of one torus: spread {np.ptp(again.J, axis=1).max():.1e}")
 print(f"orbit after t = 50 against theta + nu t: {np.abs(orbit.z[:, 0] - end).max():.1e}")
 

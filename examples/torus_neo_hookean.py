@@ -19,7 +19,7 @@ fits = [fastaff.fit_torus(body, z0, time=1000.0) for z0 in grid.z0.T]
 for fit in fits:
     print(fit.summary())
     print("   J =", ", ".join(f"{name} {J:.10f}" for name, J in zip(fit.names, fit.J)))
-    if fit.verdict is fastaff.Verdict.TORUS:
+    if fit.verdict is fastaff.analysis.Verdict.TORUS:
         print(f"   J_eta/2 pi - p_eta = {fit.I[-2] - 0.3:.1e}, J_gamma/2 pi - p_gamma = {fit.I[-1] - 0.2:.1e}")
 
 
@@ -42,12 +42,12 @@ def predicted(fit, circles=240, nodes=49):
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         ahead = 1e-4 * fit.nu[:, None]
         increasing = section(fit.evaluate(high + ahead)) > section(fit.evaluate(high - ahead))
-        met.append(fastaff.ALPHA_BETA.from_planes(fit.evaluate(high[:, increasing]))[[1, 5]])
+        met.append(fastaff.charts.ALPHA_BETA.from_planes(fit.evaluate(high[:, increasing]))[[1, 5]])
     return np.concatenate(met, axis=1)
 
 
 found = fastaff.poincare_map(body, grid.z0, section=section, crossings=60, max_time=1000.0)
-beta, p_beta = found.coordinates(fastaff.ALPHA_BETA)[[1, 5]]
+beta, p_beta = found.coordinates(fastaff.charts.ALPHA_BETA)[[1, 5]]
 
 figure = Figure(figsize=(10, 4.6), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))

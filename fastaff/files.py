@@ -79,9 +79,10 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
 
 
 def load(path: Any) -> Saved:
-    """Read a file of `save`: arrays by name and the metadata.
+    """Read a file of `save` at `path`: arrays by name and the metadata.
 
     Raises FileNotFoundError, or ValueError for a file that `save` did not write. Nothing in the file is executed.
+    Source: as `save`.
     """
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -96,16 +97,16 @@ def load(path: Any) -> Saved:
 
 
 class Recipe(NamedTuple):
-    """A call read from a file: `getattr(fastaff, function)(**arguments)` makes the result again, bit for bit."""
+    """A call read from a file: the function of that name in fastaff, fastaff.analysis or fastaff.quantum, which makes
+    the result again, bit for bit.
+    """
 
     function: str
     arguments: dict[str, Any]
 
     def run(self, **instead: Any) -> Any:
         """Make the result again, with other values of the arguments given here."""
-        import fastaff
-
-        return getattr(fastaff, self.function)(**{**self.arguments, **instead})
+        return _public(self.function)(**{**self.arguments, **instead})
 
 
 def recipe(path: Any, **given: Any) -> Recipe:
@@ -129,6 +130,16 @@ def recipe(path: Any, **given: Any) -> Recipe:
         if name not in given:
             arguments[name] = _decoded(name, data, arrays)
     return Recipe(call["function"], arguments)
+
+
+def _public(name: str) -> Any:
+    """Return the function of the package that has this name."""
+    import fastaff
+
+    for home in (fastaff, fastaff.analysis, fastaff.quantum):
+        if name in home.__all__:
+            return getattr(home, name)
+    raise ValueError(f"function {name!r} is none of fastaff {fastaff.__version__}: an older or newer version has it")
 
 
 def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:

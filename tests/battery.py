@@ -71,7 +71,7 @@ def double(x):
 
 def judged(make, **given):
     """An indicator at work: it is checked where it is used."""
-    return fa.chaos(HH, Z4, indicators=(make(**given),), **{**REAL_TIME, "time": 10.0})
+    return fa.chaos_map(HH, Z4, indicators=(make(**given),), **{**REAL_TIME, "time": 10.0})
 
 
 def cut_by(make, body=BODY, z0=Z8, **given):
@@ -95,15 +95,15 @@ def result(name):
     """A result whose methods take arguments."""
     grid = {"energy": 0.1, "section": X, "axes": ([-0.2, 0.0, 0.1], [-0.1, 0.1])}
     makers = {
-        "packet": lambda: fa.number_packet(HARMONIC, n=(3, 2), m=0, l=0, width=(1.0, 0.0)),
-        "state": lambda: fa.wavefunction(HARMONIC, m=1, l=1, n=(1, 0)),
+        "packet": lambda: fa.quantum.number_packet(HARMONIC, n=(3, 2), m=0, l=0, width=(1.0, 0.0)),
+        "state": lambda: fa.quantum.wavefunction(HARMONIC, m=1, l=1, n=(1, 0)),
         "cut": lambda: fa.poincare_map(BODY, Z8, section=TURN, crossings=2, max_time=30.0, **FIXED),
         "guessable": lambda: fa.poincare_map(HH, result("grid").z0, section=X, crossings=4, max_time=60.0, **FIXED),
         "grid": lambda: fa.energy_grid(HH, **grid),
-        "all": lambda: fa.all_levels(HARMONIC, count=5),
-        "levels": lambda: fa.spectrum(HARMONIC, m=0, l=0, levels=2),
-        "multiplets": lambda: fa.multiplets(HARMONIC, count=4),
-        "quasiclassical": lambda: fa.quasiclassical_levels(HARMONIC, n=(0, 0), m=0, l=0),
+        "all": lambda: fa.quantum.all_levels(HARMONIC, count=5),
+        "levels": lambda: fa.quantum.spectrum(HARMONIC, m=0, l=0, levels=2),
+        "multiplets": lambda: fa.quantum.multiplets(HARMONIC, count=4),
+        "quasiclassical": lambda: fa.quantum.quasiclassical_levels(HARMONIC, n=(0, 0), m=0, l=0),
         "resonances": lambda: fa.resonances(frequencies(), max_order=4, threads=1),
         "fit": lambda: fa.fit_torus(HH, Z4[:, 0], time=60.0, step=0.1),
         "scan": lambda: fa.chaotic_fraction(own_case, ([1.0],), **REAL_TIME),
@@ -137,9 +137,9 @@ CALLS = {
     "BetaEquals": (partial(cut_by, fa.BetaEquals), {"constant": 0.5}),
     "BetaTurning": (partial(cut_by, fa.BetaTurning), {}),
     "Linear": (partial(cut_by, fa.Linear, HH, Z4), {"normal": (1.0, 0.0, 0.0, 0.0)}),
-    "Algebraic": (partial(slowed, fa.Algebraic), {"kappa": 1.0}),
-    "Exponential": (partial(slowed, fa.Exponential), {"kappa": 1.0}),
-    "Logistic": (partial(slowed, fa.Logistic), {"kappa": 1.0}),
+    "Algebraic": (partial(slowed, fa.schemes.Algebraic), {"kappa": 1.0}),
+    "Exponential": (partial(slowed, fa.schemes.Exponential), {"kappa": 1.0}),
+    "Logistic": (partial(slowed, fa.schemes.Logistic), {"kappa": 1.0}),
     "Anharmonic": (partial(moved, fa.Anharmonic), {}),
     "Harmonic": (partial(moved, fa.Harmonic), {}),
     "HeavyTop": (partial(moved, fa.HeavyTop), {}),
@@ -148,25 +148,38 @@ CALLS = {
     "NeoHookean": (partial(moved, fa.NeoHookean), {}),
     "Body": (partial(moved, fa.Body), {"potential": fa.Hyperelastic()}),
     "ReducedBody": (
-        partial(moved, fa.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])),
+        partial(moved, fa.models.ReducedBody, Z4 + np.array([[1.0], [0.5], [0], [0]])),
         {"potential": fa.Hyperelastic()},
     ),
-    "SeparableAlphaBeta": (partial(moved, fa.SeparableAlphaBeta), {"V_alpha": fa.Zero(), "V_beta": fa.Zero()}),
-    "SeparableElliptic": (partial(moved, fa.SeparableElliptic), {"V_kappa": fa.Zero(), "V_lambda": fa.Zero()}),
-    "SeparableRVartheta": (partial(moved, fa.SeparableRVartheta), {"V_r": fa.Zero(), "V_vartheta": fa.Zero()}),
-    "StackelBody": (
-        partial(moved, fa.StackelBody),
-        {"potential": fa.SeparableAlphaBeta(fa.Zero(), fa.Zero()), "V_eta": fa.Zero(), "V_gamma": fa.Zero()},
+    "SeparableAlphaBeta": (
+        partial(moved, fa.SeparableAlphaBeta),
+        {"V_alpha": fa.models.Zero(), "V_beta": fa.models.Zero()},
     ),
-    "Zero": (partial(moved, lambda: fa.SeparableAlphaBeta(fa.Zero(), fa.Zero())), {}),
-    "Automatic": (lambda **given: fa.integrate(HH, Z4, time=2.0, threads=1, scheme=fa.Automatic(**given)), {}),
-    "BerryRobnik": (fa.BerryRobnik, {"chaotic": 0.5}),
-    "BerryRobnik.cumulative": (fa.BerryRobnik(0.5).cumulative, {"s": [0.5, 1.0]}),
-    "BerryRobnik.density": (fa.BerryRobnik(0.5).density, {"s": [0.5, 1.0]}),
+    "SeparableElliptic": (
+        partial(moved, fa.SeparableElliptic),
+        {"V_kappa": fa.models.Zero(), "V_lambda": fa.models.Zero()},
+    ),
+    "SeparableRVartheta": (
+        partial(moved, fa.SeparableRVartheta),
+        {"V_r": fa.models.Zero(), "V_vartheta": fa.models.Zero()},
+    ),
+    "StackelBody": (
+        partial(moved, fa.models.StackelBody),
+        {
+            "potential": fa.SeparableAlphaBeta(fa.models.Zero(), fa.models.Zero()),
+            "V_eta": fa.models.Zero(),
+            "V_gamma": fa.models.Zero(),
+        },
+    ),
+    "Zero": (partial(moved, lambda: fa.SeparableAlphaBeta(fa.models.Zero(), fa.models.Zero())), {}),
+    "Automatic": (lambda **given: fa.integrate(HH, Z4, time=2.0, threads=1, scheme=fa.schemes.Automatic(**given)), {}),
+    "BerryRobnik": (fa.quantum.BerryRobnik, {"chaotic": 0.5}),
+    "BerryRobnik.cumulative": (fa.quantum.BerryRobnik(0.5).cumulative, {"s": [0.5, 1.0]}),
+    "BerryRobnik.density": (fa.quantum.BerryRobnik(0.5).density, {"s": [0.5, 1.0]}),
     "BirkhoffDigits": (partial(judged, fa.BirkhoffDigits), {}),
-    "Brody": (fa.Brody, {"repulsion": 0.5}),
-    "Brody.cumulative": (fa.Brody(0.5).cumulative, {"s": [0.5, 1.0]}),
-    "Brody.density": (fa.Brody(0.5).density, {"s": [0.5, 1.0]}),
+    "Brody": (fa.quantum.Brody, {"repulsion": 0.5}),
+    "Brody.cumulative": (fa.quantum.Brody(0.5).cumulative, {"s": [0.5, 1.0]}),
+    "Brody.density": (fa.quantum.Brody(0.5).density, {"s": [0.5, 1.0]}),
     "FLI": (partial(judged, fa.FLI), {}),
     "FrequencyDiffusion": (partial(judged, fa.FrequencyDiffusion), {}),
     "GALI": (partial(judged, fa.GALI), {"count": 2}),
@@ -178,20 +191,20 @@ CALLS = {
     "SALI": (partial(judged, fa.SALI), {}),
     "ZeroOne": (partial(judged, fa.ZeroOne), {}),
     "RungeKutta": (
-        fa.RungeKutta,
+        fa.schemes.RungeKutta,
         {"name": "e", "order": 1, "source": "Euler 1768", "a": ((),), "b": (1.0,), "c": (0.0,)},
     ),
     "Splitting": (
-        fa.Splitting,
+        fa.schemes.Splitting,
         {"name": "s", "order": 2, "source": "Strang 1968", "drift": (0.5, 0.5), "kick": (1.0,)},
     ),
     "TimeTransformed": (lambda **given: fa.integrate(WALLED, Z8, scheme=fa.TimeTransformed(**given), **REAL_TIME), {}),
-    "all_levels": (fa.all_levels, {"body": HARMONIC, "count": 5}),
-    "chaos": (fa.chaos, {"body": HH, "z0": Z4, **REAL_TIME}),
+    "all_levels": (fa.quantum.all_levels, {"body": HARMONIC, "count": 5}),
+    "chaos_map": (fa.chaos_map, {"body": HH, "z0": Z4, **REAL_TIME}),
     "chaotic_fraction": (fa.chaotic_fraction, {"make": own_case, "axes": ([1.0],), **REAL_TIME}),
-    "class_diagram": (fa.class_diagram, {"body": HARMONIC, "m": [0, 2], "l": 0, "levels": 2}),
+    "class_diagram": (fa.quantum.class_diagram, {"body": HARMONIC, "m": [0, 2], "l": 0, "levels": 2}),
     "coherent_packet": (
-        fa.coherent_packet,
+        fa.quantum.coherent_packet,
         {"body": HARMONIC, "z0": Z8[:, 0], "width": 0.7, "levels": 12, "missing": 0.5},
     ),
     "constants_of_motion": (fa.constants_of_motion, {"body": BODY, "z": Z8}),
@@ -199,64 +212,70 @@ CALLS = {
         fa.continuation,
         {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "steps": 1, "max_time": 20.0, "length": 1e-3, **FIXED},
     ),
-    "count_deviation": (fa.count_deviation, {"levels": LEVELS, "count": staircase}),
-    "diffusion_histogram": (fa.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
+    "count_deviation": (fa.quantum.count_deviation, {"levels": LEVELS, "count": staircase}),
+    "diffusion_histogram": (fa.analysis.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
     "energy_grid": (fa.energy_grid, {"body": HH, "energy": 0.1, "section": X, "axes": ([0.0, 0.1], [0.0, 0.1])}),
     "energy_of_actions": (fa.energy_of_actions, {"body": HARMONIC, "J": J, "threads": 1}),
     "energy_sample": (fa.energy_sample, {"body": HH, "energy": 0.1, "section": X, "orbits": 3}),
-    "exact_levels": (fa.exact_levels, {"body": HARMONIC, **NQ}),
-    "exact_levels_below": (fa.exact_levels_below, {"body": HARMONIC, "energy": 4.0}),
+    "exact_levels": (fa.quantum.exact_levels, {"body": HARMONIC, **NQ}),
+    "exact_levels_below": (fa.quantum.exact_levels_below, {"body": HARMONIC, "energy": 4.0}),
     "find_periodic_orbits": (
         fa.find_periodic_orbits,
         {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED},
     ),
-    "fit_spacings": (fa.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.Brody}),
+    "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
     "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
     "formula": (fa.formula, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),
     "frequency_map": (fa.frequency_map, {"body": HH, "z0": Z4, **REAL_TIME, "time": 20.0}),
-    "from_action_angle": (fa.from_action_angle, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
-    "from_matrix": (fa.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
+    "from_action_angles": (fa.from_action_angles, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
+    "from_matrix": (fa.charts.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
     "hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "masses": (1.0, 2.0), "k": 1.0}),
-    "husimi": (fa.husimi, {"state": lambda: result("state")}),
+    "husimi": (fa.quantum.husimi, {"state": lambda: result("state")}),
     "integrate": (fa.integrate, {"body": HH, "z0": Z4, **REAL_TIME}),
     "islands": (fa.islands, {"points": POINTS, "max_period": 4}),
-    "level_diagram": (fa.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "levels": 2}),
-    "level_list": (fa.level_list, {"classes": lambda: [result("levels")]}),
-    "mean_spacing_ratio": (fa.mean_spacing_ratio, {"spectra": [LEVELS]}),
-    "multiplets": (fa.multiplets, {"body": HARMONIC, "count": 4}),
+    "level_diagram": (fa.quantum.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "levels": 2}),
+    "level_list": (fa.quantum.level_list, {"classes": lambda: [result("levels")]}),
+    "mean_spacing_ratio": (fa.quantum.mean_spacing_ratio, {"spectra": [LEVELS]}),
+    "multiplets": (fa.quantum.multiplets, {"body": HARMONIC, "count": 4}),
     "naff": (fa.naff, {"signal": RING, "dt": 0.1, "lines": 2}),
-    "number_packet": (fa.number_packet, {"body": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
-    "number_variance": (fa.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
+    "number_packet": (fa.quantum.number_packet, {"body": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
+    "number_variance": (fa.quantum.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
     "one_variable": (fa.one_variable, {"value": square, "slope": double}),
-    "periodic_guesses": (fa.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
+    "periodic_guesses": (fa.analysis.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
     "periodic_orbits": (
         fa.periodic_orbits,
         {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED},
     ),
     "poincare_map": (fa.poincare_map, {"body": HH, "z0": Z4, "section": X, "crossings": 2, "max_time": 30.0, **FIXED}),
-    "polynomial_count": (fa.polynomial_count, {"levels": LEVELS}),
-    "projected_packet": (fa.projected_packet, {"body": HARMONIC, "function": gauss, **Q, "levels": 10, "missing": 0.9}),
-    "quantizations": (fa.quantizations, {"body": HARMONIC, **NQ}),
-    "quasiclassical_levels": (fa.quasiclassical_levels, {"body": HARMONIC, **NQ}),
-    "quasiclassical_levels_below": (fa.quasiclassical_levels_below, {"body": HARMONIC, "energy": 4.0}),
-    "ratio_web": (fa.ratio_web, {"x": (0.5, 1.5), "y": (0.5, 1.5), "max_order": 3}),
+    "polynomial_count": (fa.quantum.polynomial_count, {"levels": LEVELS}),
+    "projected_packet": (
+        fa.quantum.projected_packet,
+        {"body": HARMONIC, "function": gauss, **Q, "levels": 10, "missing": 0.9},
+    ),
+    "quantizations": (fa.quantum.quantizations, {"body": HARMONIC, **NQ}),
+    "quasiclassical_levels": (fa.quantum.quasiclassical_levels, {"body": HARMONIC, **NQ}),
+    "quasiclassical_levels_below": (fa.quantum.quasiclassical_levels_below, {"body": HARMONIC, "energy": 4.0}),
+    "ratio_web": (fa.analysis.ratio_web, {"x": (0.5, 1.5), "y": (0.5, 1.5), "max_order": 3}),
     "reduced": (fa.reduced, {"body": BODY, "p_eta": 0.1, "p_gamma": 0.2}),
     "resonances": (fa.resonances, {"nu": frequencies(), "max_order": 4, "threads": 1}),
-    "revivals": (fa.revivals, {"body": HARMONIC, "n": (3, 2), **Q}),
+    "revivals": (fa.quantum.revivals, {"body": HARMONIC, "n": (3, 2), **Q}),
     "rotation_number": (fa.rotation_number, {"points": POINTS}),
-    "scheme_named": (fa.scheme_named, {"name": "KAHAN_LI8"}),
-    "spacing_ratios": (fa.spacing_ratios, {"levels": LEVELS}),
-    "spectrum": (fa.spectrum, {"body": HARMONIC, **Q, "levels": 2}),
-    "spectrum_table": (fa.spectrum_table, {"body": HARMONIC, "m": [0], "l": [0], "levels": 2}),
+    "scheme_named": (fa.schemes.scheme_named, {"name": "KAHAN_LI8"}),
+    "spacing_ratios": (fa.quantum.spacing_ratios, {"levels": LEVELS}),
+    "spectrum": (fa.quantum.spectrum, {"body": HARMONIC, **Q, "levels": 2}),
+    "spectrum_table": (fa.quantum.spectrum_table, {"body": HARMONIC, "m": [0], "l": [0], "levels": 2}),
     "tangent_map": (fa.tangent_map, {"body": HH, "z0": Z4, **REAL_TIME}),
-    "to_matrix": (fa.to_matrix, {"z": Z8}),
-    "tori": (fa.tori, {"body": BODY, "z0": Z8, "threads": 1}),
-    "unfold": (fa.unfold, {"levels": LEVELS, "count": staircase}),
-    "wavefunction": (fa.wavefunction, {"body": HARMONIC, **Q, "n": (0, 0)}),
-    "web": (fa.web, {"nu": np.array(np.meshgrid([0.2, 0.3, 0.4], [0.21, 0.33, 0.4])), "max_order": 3}),
-    "weyl_count": (fa.weyl_count, {"body": HARMONIC, "energy": [3.0], **Q}),
-    "ChaosScan.interval": (method("scan", "interval"), {}),
-    "Grid.spread": (method("grid", "spread"), {"values": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}),
+    "to_matrix": (fa.charts.to_matrix, {"z": Z8}),
+    "action_angles": (fa.action_angles, {"body": BODY, "z0": Z8, "threads": 1}),
+    "unfold": (fa.quantum.unfold, {"levels": LEVELS, "count": staircase}),
+    "wavefunction": (fa.quantum.wavefunction, {"body": HARMONIC, **Q, "n": (0, 0)}),
+    "resonance_web": (
+        fa.resonance_web,
+        {"nu": np.array(np.meshgrid([0.2, 0.3, 0.4], [0.21, 0.33, 0.4])), "max_order": 3},
+    ),
+    "weyl_count": (fa.quantum.weyl_count, {"body": HARMONIC, "energy": [3.0], **Q}),
+    "ChaoticFraction.interval": (method("scan", "interval"), {}),
+    "EnergyGrid.spread": (method("grid", "spread"), {"values": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}),
     "LevelList.members": (method("all", "members"), {"multiplet": 0}),
     "LevelList.upto": (method("all", "upto"), {"levels": 2}),
     "Levels.state": (method("levels", "state"), {"k": 0}),
@@ -272,7 +291,7 @@ CALLS = {
     "PeriodicOrbits.take": (method("orbits", "take"), {"which": [0]}),
     "QuasiclassicalLevels.degeneracies": (method("quasiclassical", "degeneracies"), {}),
     "Resonances.label": (method("resonances", "label"), {"orbit": 0}),
-    "SectionMap.coordinates": (method("cut", "coordinates"), {"chart": fa.ALPHA_BETA}),
+    "SectionMap.coordinates": (method("cut", "coordinates"), {"chart": fa.charts.ALPHA_BETA}),
     "State.amplitude": (method("state", "amplitude"), {"x": [1.0], "y": [0.5]}),
     "State.at": (method("state", "at"), {"q": [1.0, 0.5, 0.1, 0.2]}),
     "State.density": (method("state", "density"), {"x": [1.0], "y": [0.5]}),
@@ -285,21 +304,24 @@ CALLS = {
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
 
+FILES = {"load", "save"}
+"""What takes the name of a file: tests/test_recipe.py hands it everything."""
+
 CONTAINERS = {
     "Bifurcation",
     "Branch",
     "ChaosMap",
-    "ChaosScan",
+    "ChaoticFraction",
     "EnergyOfActions",
     "ExactLevels",
     "FrequencyMap",
-    "Grid",
+    "EnergyGrid",
     "Husimi",
     "Islands",
     "LevelDiagram",
     "LevelList",
     "Levels",
-    "Lines",
+    "FrequencyLines",
     "MeanRatio",
     "Multiplets",
     "Orbits",
@@ -310,15 +332,15 @@ CONTAINERS = {
     "Resonances",
     "Revivals",
     "Rotation",
-    "Sample",
+    "EnergySample",
     "SectionMap",
     "SpacingFit",
     "State",
     "TangentMap",
     "TimeScales",
-    "Tori",
+    "ActionAngles",
     "TorusFit",
-    "WebLine",
+    "ResonanceLine",
     "Character",
     "Event",
     "FrequencyKind",
@@ -352,13 +374,21 @@ FORMULAS = {
 """Methods of models and sections: arithmetic that kernels compile, without checks."""
 
 
+PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) for name in home.__all__}
+PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
+PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
+PUBLIC |= {
+    name: getattr(fa.schemes, name) for name in ("Automatic", "Algebraic", "Exponential", "Logistic", "RungeKutta")
+}
+PUBLIC |= {name: getattr(fa.schemes, name) for name in ("Splitting", "scheme_named")}
+
+
 def discovered():
     """Names of the public functions and classes, and of their methods that take arguments."""
-    for name in fa.__all__:
-        entry = getattr(fa, name)
+    for name, entry in PUBLIC.items():
         if not (isfunction(entry) or isclass(entry)):
             continue
-        if name not in CONTAINERS:
+        if name not in CONTAINERS | FILES:
             yield name
         if isclass(entry):
             hidden = FORMULAS if hasattr(entry, "_fields") else {"choose", "vectors", "default", "calm"}
@@ -375,9 +405,9 @@ def arguments(name):
         taken = taken.args[0]
     if getattr(taken, "__name__", "") == "call":
         owner, _, method = name.partition(".")
-        taken = getattr(getattr(fa, owner), method)
+        taken = getattr(PUBLIC[owner], method)
     elif getattr(taken, "__name__", "") == "<lambda>":
-        taken = getattr(fa, name)
+        taken = PUBLIC[name]
     kinds = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
     found = [p.name for p in signature(taken).parameters.values() if p.kind not in kinds and p.name != "self"]
     return list(dict.fromkeys([*found, *given]))
@@ -490,7 +520,7 @@ VALUES = {
     "indicator": fa.MEGNO(),
     "indicators": (fa.MEGNO("x"),),
     "indicator twice": (fa.SALI(), fa.SALI()),
-    "chart": fa.ALPHA_BETA,
+    "chart": fa.charts.ALPHA_BETA,
     "status": fa.Status.OK,
 }
 """What may take the place of any argument."""

@@ -4,17 +4,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fastaff import (
-    SOFRONIOU_SPALETTA10,
-    Anharmonic,
-    Body,
-    Harmonic,
-    HeavyTop,
-    HenonHeiles,
-    Hyperelastic,
-    NeoHookean,
-    Splitting,
-)
+from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
+from fastaff.schemes import Splitting
 
 MODELS = (
     Body(Harmonic(C=1.3), mu=0.7),

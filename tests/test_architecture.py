@@ -3,11 +3,13 @@ documented.
 """
 
 import ast
+import importlib
 import inspect
 import subprocess
 import sys
 from pathlib import Path
 
+import battery
 import pytest
 
 import fastaff
@@ -162,23 +164,40 @@ def test_importing_the_package_is_light():
     assert int(compiled) == 0
 
 
-PUBLIC = [(name, getattr(fastaff, name)) for name in fastaff.__all__]
+PUBLIC = list(battery.PUBLIC.items())
 FUNCTIONS = [(name, value) for name, value in PUBLIC if inspect.isfunction(value)]
 
 
-def test_the_list_of_names_is_sorted_and_true():
-    names = fastaff.__all__
+@pytest.mark.parametrize(
+    "folder", [fastaff, fastaff.analysis, fastaff.charts, fastaff.models, fastaff.quantum, fastaff.schemes]
+)
+def test_the_list_of_names_is_sorted_and_true(folder):
+    names = folder.__all__
     assert len(set(names)) == len(names)
     assert names == sorted(names, key=lambda n: (not n.isupper(), not n[0].isupper(), n))
-    tree = ast.parse((ROOT / "__init__.py").read_text())
+    tree = ast.parse(Path(folder.__file__).read_text())
     logic = [n for n in tree.body if not isinstance(n, (ast.Expr, ast.ImportFrom, ast.Assign, ast.FunctionDef))]
     assert not logic
+    assert all(hasattr(folder, name) for name in names)
+
+
+def test_names_of_version_0_1_say_where_they_are():
+    """Each of them, as attribute and in an import; the others are unknown."""
+    old = [*fastaff._RENAMED, "spectrum", "SectionMap", "ALPHA_BETA", "Splitting", "StackelBody"]
+    for name in old:
+        with pytest.raises(ImportError, match=f"^fastaff.{name} is fastaff.") as caught:
+            exec(f"from fastaff import {name}", {})
+        module, _, new = str(caught.value).split()[2].rpartition(".")
+        assert hasattr(importlib.import_module(module), new)
+    assert not hasattr(fastaff, "nothing")
+    assert set(fastaff.__all__) <= set(dir(fastaff))
+    assert len(fastaff.__all__) <= 67
 
 
 @pytest.mark.parametrize(("name", "value"), PUBLIC, ids=[name for name, _ in PUBLIC])
 def test_every_public_name_is_documented(name, value):
     """A docstring of its own; a source for what has one: functions, models, charts, schemes."""
-    if isinstance(value, (fastaff.Splitting, fastaff.RungeKutta)):
+    if isinstance(value, (fastaff.schemes.Splitting, fastaff.schemes.RungeKutta)):
         assert any(c.isdigit() for c in value.source)  # name and year
         return
     doc = value.__doc__ if inspect.isfunction(value) or inspect.isclass(value) else type(value).__doc__
@@ -203,14 +222,13 @@ def test_every_public_name_is_documented(name, value):
 @pytest.mark.parametrize(("name", "function"), FUNCTIONS, ids=[name for name, _ in FUNCTIONS])
 def test_public_functions_say_what_they_raise_and_take(name, function):
     assert "Raises" in function.__doc__ or "raises" in function.__doc__
-    shared = set(inspect.signature(fastaff.integrate).parameters) if "as in `integrate`" in function.__doc__ else set()
+    said = " ".join(function.__doc__.split())
+    shared = set(inspect.signature(fastaff.integrate).parameters) if "as in `integrate`" in said else set()
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    assert inspect.Parameter.VAR_KEYWORD not in kinds or name in (
-        "formula",
-        "hamiltonian",
-    )  # a formula's own named parameters
+    own = ("formula", "hamiltonian", "save")  # a formula's own named parameters, whatever else is worth keeping
+    assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 
 
 @pytest.mark.parametrize("path", FILES, ids=[module_of(p) or "fastaff" for p in FILES])

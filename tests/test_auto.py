@@ -10,14 +10,10 @@ from fastaff import (
     KAHAN_LI8,
     LEAPFROG,
     AlphaTurning,
-    Automatic,
     Body,
     HenonHeiles,
     Hyperelastic,
-    Logistic,
     NeoHookean,
-    RungeKutta,
-    Splitting,
     Status,
     TimeTransformed,
     energy_grid,
@@ -25,8 +21,9 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.analysis.sections.energy_grid import Grid
+from fastaff.analysis.sections.energy_grid import EnergyGrid
 from fastaff.flows.motion import typical_rate
+from fastaff.schemes import Automatic, Logistic, RungeKutta, Splitting
 from fastaff.schemes.automatic import PREFERENCE, Trial
 
 SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
@@ -91,7 +88,7 @@ def moderate():
 
 def test_a_body_at_moderate_energy_gets_a_fixed_step():
     grid = moderate()
-    assert isinstance(grid, Grid)
+    assert isinstance(grid, EnergyGrid)
     found = poincare_map(
         Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO
     )

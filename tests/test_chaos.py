@@ -22,7 +22,6 @@ from fastaff import (
     SALI,
     BirkhoffDigits,
     Body,
-    Character,
     FrequencyDiffusion,
     HenonHeiles,
     Lyapunov,
@@ -30,10 +29,11 @@ from fastaff import (
     ReversibilityError,
     Status,
     ZeroOne,
-    chaos,
+    chaos_map,
     integrate,
     tangent_map,
 )
+from fastaff.analysis import Character
 from fastaff.analysis.chaos.streamed import own_rates, scales, symplectic_frame
 
 EVERY = (
@@ -60,7 +60,7 @@ BOTH = np.array([CHAOTIC, REGULAR]).T
 @pytest.fixture(scope="module")
 def known():
     """All indicators of the two orbits of the literature."""
-    return chaos(HenonHeiles(), BOTH, time=1000.0, indicators=EVERY, step=0.05, history=20)
+    return chaos_map(HenonHeiles(), BOTH, time=1000.0, indicators=EVERY, step=0.05, history=20)
 
 
 def test_every_indicator_knows_the_orbits_of_the_literature(known):
@@ -84,7 +84,7 @@ def test_spectra_sum_to_zero_and_pair(known):
     """
     np.testing.assert_allclose(known.spectrum.sum(axis=0), 0, atol=1e-13)
     np.testing.assert_allclose(known.spectrum, -known.spectrum[::-1], atol=1e-13)
-    half = chaos(HenonHeiles(), REGULAR, time=1000.0, indicators=(LyapunovSpectrum(),), step=0.05)
+    half = chaos_map(HenonHeiles(), REGULAR, time=1000.0, indicators=(LyapunovSpectrum(),), step=0.05)
     np.testing.assert_allclose(
         half.spectrum[:, 0], known.spectrum[:, 1], atol=1e-11
     )  # the regular one: chaos would magnify roundings
@@ -95,7 +95,7 @@ def test_spectra_sum_to_zero_and_pair(known):
 
 def test_any_frame_pairs_within_the_error_estimate():
     frame = np.linalg.qr(np.random.default_rng(8).standard_normal((4, 4)))[0]
-    found = chaos(HenonHeiles(), BOTH, time=2000.0, indicators=(LyapunovSpectrum(),), step=0.1, deviations=frame)
+    found = chaos_map(HenonHeiles(), BOTH, time=2000.0, indicators=(LyapunovSpectrum(),), step=0.1, deviations=frame)
     np.testing.assert_allclose(found.spectrum.sum(axis=0), 0, atol=1e-13)
     error = found.spectrum_error + found.spectrum_error[::-1]
     assert (np.abs(found.spectrum + found.spectrum[::-1]) <= error + 1e-3).all()
@@ -130,7 +130,7 @@ def twin(model, z0, time, observations):
 def test_streamed_values_are_those_of_raw_vectors(start):
     """Singular values of vectors that were never made orthogonal, over a time in which they can still be told apart."""
     run = {"time": 60.0, "step": 0.05, "indicators": (FLI(), MEGNO(), SALI(), GALI(2), GALI(3), GALI(4)), "history": 60}
-    found = chaos(HenonHeiles(), start, **run)
+    found = chaos_map(HenonHeiles(), start, **run)
     logs, volumes, megno = twin(HenonHeiles(), start, 60.0, 60)
     assert found.gali_2[0] == pytest.approx(volumes[0], abs=1e-9)
     assert found.gali_3[0] == pytest.approx(volumes[1], abs=1e-7)
@@ -146,7 +146,7 @@ def test_alignment_laws():
     exponents, past 1e-16.
     """
     run = {"time": 10_000.0, "step": 0.1, "indicators": (LyapunovSpectrum(), GALI(2), GALI(3), GALI(4)), "history": 100}
-    found = chaos(HenonHeiles(), BOTH, **run)
+    found = chaos_map(HenonHeiles(), BOTH, **run)
     t = np.log10(found.history_times[9:, 1])
     for j, power in ((1, 0), (2, -2), (3, -4)):
         assert np.polyfit(t, found.history[j, 9:, 1], 1)[0] == pytest.approx(power, abs=0.15)
@@ -161,7 +161,7 @@ def test_isochronous_orbits_have_constant_vectors():
     """Harmonic oscillator with mu omega = 1: the tangent map is a rotation, so all volumes stay 1 and MEGNO is 0."""
     body = Body(fastaff.Harmonic(C=1.25), mu=0.8)
     z0 = np.random.default_rng(2).standard_normal((8, 5))
-    found = chaos(
+    found = chaos_map(
         body, z0, time=300.0, step=0.05, indicators=(Lyapunov(), LyapunovSpectrum(), FLI(), MEGNO(), SALI(), GALI(4))
     )
     # In a metric whose frequency is a little off, as it comes from a look at the orbit, vectors swing by as much.
@@ -279,7 +279,7 @@ INTEGRABLE = {
 
 def none_is_chaotic(model, size, orbits, time, indicators, **run):
     z0 = random_starts(model, orbits, size)
-    found = chaos(model, z0, time=time, indicators=indicators, **run)
+    found = chaos_map(model, z0, time=time, indicators=indicators, **run)
     fine = found.status == Status.OK
     assert fine.mean() > 0.9
     assert not (found.verdicts[:, fine] == Character.CHAOTIC).any(), found.summary()
@@ -308,7 +308,7 @@ def test_energy_surfaces_of_henon_heiles_are_as_in_the_literature():
     fractions = []
     for energy in (1 / 12, 1 / 8, 0.999 / 6):
         z0 = fastaff.energy_grid(HenonHeiles(), energy=energy, section=section, axes=axes).z0
-        fractions.append(chaos(HenonHeiles(), z0, time=2000.0, step=0.2, early_stop=True).fraction)
+        fractions.append(chaos_map(HenonHeiles(), z0, time=2000.0, step=0.2, early_stop=True).fraction)
     assert fractions[0] < 0.05
     assert 0.3 < fractions[1] < 0.75
     assert fractions[2] > 0.9
@@ -332,8 +332,8 @@ def test_history_and_detection(known):
 
 @pytest.mark.parametrize("run", [{"step": 0.05}, {"scheme": DOP853}], ids=["fixed", "adaptive"])
 def test_early_stop(run):
-    found = chaos(HenonHeiles(), BOTH, time=1000.0, indicators=(MEGNO(), SALI()), early_stop=True, **run)
-    whole = chaos(HenonHeiles(), BOTH, time=1000.0, indicators=(MEGNO(), SALI()), **run)
+    found = chaos_map(HenonHeiles(), BOTH, time=1000.0, indicators=(MEGNO(), SALI()), early_stop=True, **run)
+    whole = chaos_map(HenonHeiles(), BOTH, time=1000.0, indicators=(MEGNO(), SALI()), **run)
     assert (found.status == Status.OK).all()
     np.testing.assert_array_equal(found.chaotic, [True, False])
     assert found.t[1] == pytest.approx(1000.0)
@@ -350,8 +350,8 @@ SOME_SCHEMES = (fastaff.LEAPFROG, fastaff.SOFRONIOU_SPALETTA10, fastaff.RK4, DOP
 def test_schemes_agree_on_a_regular_orbit(scheme):
     """Growth is a smooth function of the orbit: schemes agree to their own error."""
     indicators = (Lyapunov(), MEGNO(), SALI(), GALI(4))
-    truth = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.025, indicators=indicators)
-    found = chaos(
+    truth = chaos_map(HenonHeiles(), REGULAR, time=100.0, step=0.025, indicators=indicators)
+    found = chaos_map(
         HenonHeiles(), REGULAR, time=100.0, step=0.005, scheme=scheme, indicators=indicators, energy_tolerance=1e-3
     )
     loose = 2e-3 if scheme.order == 2 else 1e-7
@@ -381,7 +381,7 @@ def test_threads_neighbours_and_order_change_no_bit(run):
     fixed = {"time": 25.0, "indicators": indicators, **run}
     if "step" in run:
         z0[:, ::17] /= 10.0
-    whole = chaos(model, z0, threads=1, **fixed)
+    whole = chaos_map(model, z0, threads=1, **fixed)
     assert (whole.status == Status.OK).sum() > 100
 
     def same(one, orbits):
@@ -389,14 +389,14 @@ def test_threads_neighbours_and_order_change_no_bit(run):
             np.testing.assert_array_equal(getattr(one, name), getattr(whole, name)[..., orbits], err_msg=name)
 
     order = np.random.default_rng(5).permutation(120)
-    same(chaos(model, np.ascontiguousarray(z0[:, order]), **fixed), order)
+    same(chaos_map(model, np.ascontiguousarray(z0[:, order]), **fixed), order)
     for alone in (17, 40):
-        same(chaos(model, z0[:, alone], **fixed), [alone])
+        same(chaos_map(model, z0[:, alone], **fixed), [alone])
 
 
 def test_averages_are_those_of_samples():
     z0 = np.array(REGULAR)
-    found = chaos(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(BirkhoffDigits(),))
+    found = chaos_map(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(BirkhoffDigits(),))
     path = march(HenonHeiles(), KAHAN_LI8, z0[:, None], 0.05, 6000)[1:, :, 0]
     kinetic, t = ((path[:, 2:] ** 2).sum(axis=1) / 2) ** 2, np.arange(1, 6001) * 0.05
     means = []
@@ -421,14 +421,14 @@ def test_zero_one_is_that_of_its_definition():
     assert correlation(phi, c, lags, np.empty(400), np.empty(400)) == pytest.approx(
         np.corrcoef(n, square)[0, 1], abs=1e-10
     )
-    found = chaos(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOne(samples=1000),))
+    found = chaos_map(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOne(samples=1000),))
     assert found.zero_one[0] > 0.8
     assert abs(found.zero_one[1]) < 0.2
 
 
 def test_reversibility_error_grows_as_rounding_errors_do():
     run = {"step": 0.1, "indicators": (ReversibilityError(),)}
-    found = [chaos(HenonHeiles(), BOTH, time=time, **run).reversibility_error for time in (50.0, 200.0, 800.0)]
+    found = [chaos_map(HenonHeiles(), BOTH, time=time, **run).reversibility_error for time in (50.0, 200.0, 800.0)]
     regular, chaotic = np.array(found)[:, 1], np.array(found)[:, 0]
     assert (regular < -11).all()
     assert chaotic[2] > -3
@@ -436,7 +436,9 @@ def test_reversibility_error_grows_as_rounding_errors_do():
 
 
 def test_ensemble_of_indicators_without_tangent_vectors():
-    found = chaos(HenonHeiles(), BOTH, time=1000.0, step=0.1, indicators=(FrequencyDiffusion(), ReversibilityError()))
+    found = chaos_map(
+        HenonHeiles(), BOTH, time=1000.0, step=0.1, indicators=(FrequencyDiffusion(), ReversibilityError())
+    )
     np.testing.assert_array_equal(found.chaotic, [True, False])
     assert found.history.shape == (2, 0, 2)
     assert np.isnan(found.detected).all()
@@ -444,7 +446,7 @@ def test_ensemble_of_indicators_without_tangent_vectors():
 
 def test_orbits_that_fail_have_a_status_and_no_verdict():
     z0 = np.column_stack([REGULAR, [0.0, 1.5, 0.0, 1.0], [0.0, 0.1, 0.0, 0.0]])
-    found = chaos(HenonHeiles(), z0, time=100.0, step=0.1)
+    found = chaos_map(HenonHeiles(), z0, time=100.0, step=0.1)
     assert found.status[1] in (Status.ESCAPED, Status.NONFINITE)
     assert (found.status[[0, 2]] == Status.OK).all()
     assert found.t[1] < 20
@@ -452,7 +454,7 @@ def test_orbits_that_fail_have_a_status_and_no_verdict():
     assert not found.disagree[1]
     with pytest.raises(fastaff.OrbitError):
         found.raise_if_failed()
-    rough = chaos(HenonHeiles(), REGULAR, time=100.0, step=0.9, scheme=fastaff.LEAPFROG)
+    rough = chaos_map(HenonHeiles(), REGULAR, time=100.0, step=0.9, scheme=fastaff.LEAPFROG)
     assert rough.status[0] in (Status.ENERGY_DRIFT, Status.ESCAPED)
 
 
@@ -460,7 +462,7 @@ def test_given_vectors_count_from_their_start():
     """Lengths and angles of the deviations change no growth: against the QR factors of the tangent map at both ends."""
     deviations = np.random.default_rng(3).standard_normal((4, 4)) * np.array([1e-200, 1.0, 30.0, 1e200])[:, None]
     indicators = (Lyapunov(), FLI(), MEGNO(), GALI(3), LyapunovSpectrum())
-    found = chaos(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=deviations)
+    found = chaos_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=deviations)
     scale = scale_of(HenonHeiles(), CHAOTIC, 40.0)[:, 0]
     unit = deviations / np.abs(deviations).max(axis=1, keepdims=True)
     unit /= np.linalg.norm(unit * scale, axis=1, keepdims=True)
@@ -470,7 +472,7 @@ def test_given_vectors_count_from_their_start():
     assert found.lyapunov[0] == pytest.approx(math.log(np.linalg.norm(ends[0])) / 40.0, abs=1e-11)
     lengths = np.linalg.norm(ends, axis=1)
     assert found.gali_3[0] == pytest.approx((end[:3] - np.log(lengths[:3])).sum() / math.log(10), abs=1e-9)
-    again = chaos(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=unit)
+    again = chaos_map(HenonHeiles(), CHAOTIC, time=40.0, step=0.05, indicators=indicators, deviations=unit)
     np.testing.assert_allclose(again.values, found.values, atol=1e-9)
 
 
@@ -480,12 +482,12 @@ def test_what_an_interrupted_pass_left_out_is_marked(indicator):
         raise KeyboardInterrupt
 
     with pytest.raises(fastaff.Interrupted) as stopped:
-        chaos(HenonHeiles(), np.repeat(BOTH, 40, axis=1), time=2e4, step=0.02, indicators=(indicator,), report=stop)
+        chaos_map(HenonHeiles(), np.repeat(BOTH, 40, axis=1), time=2e4, step=0.02, indicators=(indicator,), report=stop)
     assert (stopped.value.partial.status == Status.INTERRUPTED).all()
 
 
 def test_an_equilibrium_is_regular_for_every_indicator():
-    found = chaos(HenonHeiles(), np.zeros(4), time=100.0, step=0.1, indicators=EVERY)
+    found = chaos_map(HenonHeiles(), np.zeros(4), time=100.0, step=0.1, indicators=EVERY)
     assert np.isfinite(found.values).all()
     assert not (found.verdicts == Character.CHAOTIC).any()
 
@@ -521,7 +523,7 @@ def test_files_keep_it(tmp_path, known):
         ({"deviations": np.random.default_rng(1).standard_normal((5, 4))}, ValueError, "at most 4"),
         ({"indicators": (MEGNO(limit=None),)}, TypeError, "MEGNO.limit must be a real number"),
         (
-            {"indicators": (BirkhoffDigits(),), "scheme": fastaff.Automatic((DOP853,)), "step": None},
+            {"indicators": (BirkhoffDigits(),), "scheme": fastaff.schemes.Automatic((DOP853,)), "step": None},
             ValueError,
             "fixed steps",
         ),
@@ -531,7 +533,7 @@ def test_files_keep_it(tmp_path, known):
 )
 def test_wrong_input_is_refused(arguments, problem, words):
     with pytest.raises(problem, match=words):
-        chaos(**{"body": HenonHeiles(), "z0": REGULAR, "time": 10.0, "step": 0.1, **arguments})
+        chaos_map(**{"body": HenonHeiles(), "z0": REGULAR, "time": 10.0, "step": 0.1, **arguments})
 
 
 def test_the_result_names_its_indicators(known):
@@ -545,11 +547,11 @@ def test_vectors_in_directions_at_rest_are_stable():
     from fastaff.models import Oscillator
 
     body = Body(fastaff.SeparableAlphaBeta(Oscillator(1.0, 1.0), Oscillator(1e4)))
-    found = chaos(body, [1.3, 0.0, 0.0, 0.0, 0.3, 0.5, 0.0, 0.0], time=100.0)
+    found = chaos_map(body, [1.3, 0.0, 0.0, 0.0, 0.3, 0.5, 0.0, 0.0], time=100.0)
     assert found.status[0] == Status.OK
     assert found.step <= 0.01
     assert not found.chaotic[0]
-    rest = chaos(Body(fastaff.Harmonic(C=1e4)), np.zeros(8), time=3.0, indicators=(MEGNO(),))
+    rest = chaos_map(Body(fastaff.Harmonic(C=1e4)), np.zeros(8), time=3.0, indicators=(MEGNO(),))
     assert rest.status[0] == Status.OK
     assert not rest.chaotic[0]
 
@@ -559,8 +561,8 @@ def test_an_orbit_that_collapses_ends_where_it_does():
     z0 = [0.8, 0.0, 0.75, 0.0, -3.0, 0.0, 3.0, 0.0]
     run = {"time": 30.0, "step": 0.05, "indicators": (MEGNO(),), "history": 30}
     block = np.column_stack([z0, z0])
-    found = chaos(Body(fastaff.NeoHookean()), block, **run)
-    early = chaos(Body(fastaff.NeoHookean()), block, early_stop=True, **run)
+    found = chaos_map(Body(fastaff.NeoHookean()), block, **run)
+    early = chaos_map(Body(fastaff.NeoHookean()), block, early_stop=True, **run)
     assert (found.status != Status.OK).all()
     assert found.t[0] <= early.t[0] + 1.0
     assert np.isnan(found.history[0, found.history_times[:, 0] > found.t[0]]).all()
@@ -579,8 +581,8 @@ def test_units_change_nothing(units):
     """
     z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), HenonHeilesInUnits(*units)
     indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
-    plain = chaos(HenonHeilesInUnits(), z0, time=400.0, step=0.1, indicators=indicators)
-    found = chaos(own, own.rows(z0), time=400.0 * own.time, step=0.1 * own.time, indicators=indicators)
+    plain = chaos_map(HenonHeilesInUnits(), z0, time=400.0, step=0.1, indicators=indicators)
+    found = chaos_map(own, own.rows(z0), time=400.0 * own.time, step=0.1 * own.time, indicators=indicators)
     np.testing.assert_array_equal(found.status, plain.status)
     np.testing.assert_array_equal(found.verdict, plain.verdict)
     assert plain.regular[:20].all()
@@ -597,11 +599,11 @@ def test_the_step_is_the_one_asked_for():
     does.
     """
     indicators = (MEGNO(), BirkhoffDigits(), ZeroOne(), ReversibilityError())
-    long, short = (chaos(HenonHeiles(), BOTH, time=100.0, step=step, indicators=indicators) for step in (0.4, 0.2))
+    long, short = (chaos_map(HenonHeiles(), BOTH, time=100.0, step=step, indicators=indicators) for step in (0.4, 0.2))
     assert (long.step, short.step) == (0.4, 0.2)
     assert (long.energy_error > 10 * short.energy_error).all()
     assert (long.megno != short.megno).all()
-    odd = chaos(HenonHeiles(), BOTH, time=10.0, step=0.7, history=3)
+    odd = chaos_map(HenonHeiles(), BOTH, time=10.0, step=0.7, history=3)
     assert odd.step == pytest.approx(10 / 15, rel=1e-15)
     np.testing.assert_allclose(odd.t, 10.0, rtol=1e-15)
     np.testing.assert_allclose(odd.history_times[:, 0], np.array([5, 10, 15]) * 10 / 15)
@@ -621,19 +623,19 @@ def test_fli_and_ofli_are_maxima_over_all_steps(start):
         own = scale * w[0]
         fli = max(fli, math.log10(np.linalg.norm(own)))
         ofli = max(ofli, math.log10(np.linalg.norm(own - (own @ flow) / (flow @ flow) * flow)))
-    found = chaos(model, start, time=12.0, step=h, indicators=(FLI(), OFLI()))
+    found = chaos_map(model, start, time=12.0, step=h, indicators=(FLI(), OFLI()))
     assert found.fli[0] == pytest.approx(fli, abs=1e-10)
     assert found.ofli[0] == pytest.approx(ofli, abs=1e-10)
 
 
 def test_without_evidence_the_verdict_is_undecided():
     """Two periods say nothing, and the result says how long a run may; sticky or slow orbits get the same word."""
-    short = chaos(HenonHeiles(), BOTH, time=12.0, step=0.1)
+    short = chaos_map(HenonHeiles(), BOTH, time=12.0, step=0.1)
     np.testing.assert_array_equal(short.verdict, [Character.UNDECIDED] * 2)
     assert math.isnan(short.fraction)
     assert (short.longer >= 48.0).all()
     assert "2 undecided (time" in short.summary()
-    longer = chaos(HenonHeiles(), BOTH, time=20 * short.longer.max(), step=0.1)
+    longer = chaos_map(HenonHeiles(), BOTH, time=20 * short.longer.max(), step=0.1)
     np.testing.assert_array_equal(longer.verdict, [Character.CHAOTIC, Character.REGULAR])
     assert np.isnan(longer.longer).all()
 
@@ -654,7 +656,7 @@ def test_averages_that_have_not_settled_are_no_evidence_of_chaos(make):
     """At 100 to 200 periods beats cost regular orbits their digits."""
     model, z0 = make()
     for time in (120.0, 900.0):
-        found = chaos(model, z0, time=time, indicators=(BirkhoffDigits(), ReversibilityError()))
+        found = chaos_map(model, z0, time=time, indicators=(BirkhoffDigits(), ReversibilityError()))
         assert not (found.verdicts == Character.CHAOTIC).any(), found.summary()
 
 
@@ -665,8 +667,8 @@ def test_chaotic_orbits_are_seldom_called_regular(model):
     at once.
     """
     z0 = surface(0.999 / 6, 200) if isinstance(model, HenonHeiles) else random_starts(model, 200, 1.0)
-    truth = chaos(model, z0, time=6000.0, indicators=(MEGNO(),), early_stop=True)
-    found = chaos(model, z0, time=600.0, indicators=(FLI(), OFLI(), MEGNO(), SALI(), GALI(4), BirkhoffDigits()))
+    truth = chaos_map(model, z0, time=6000.0, indicators=(MEGNO(),), early_stop=True)
+    found = chaos_map(model, z0, time=600.0, indicators=(FLI(), OFLI(), MEGNO(), SALI(), GALI(4), BirkhoffDigits()))
     chaotic = truth.chaotic & (found.status == Status.OK)
     assert chaotic.sum() > 150
     assert (found.regular & chaotic).sum() <= 0.02 * chaotic.sum()

@@ -283,8 +283,11 @@ def test_chaos_map_command(tmp_path, capsys):
     assert metadata["time"] == 150
     assert metadata["interrupted"] is False
     assert f"chaotic fraction {metadata['fraction']:.3f}" in said
-    assert f"{int(((arrays['verdict'] == fastaff.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic" in said
-    direct = fastaff.chaos(
+    assert (
+        f"{int(((arrays['verdict'] == fastaff.analysis.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic"
+        in said
+    )
+    direct = fastaff.chaos_map(
         fastaff.Body(fastaff.NeoHookean()),
         arrays["z0"],
         time=150.0,

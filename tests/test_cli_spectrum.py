@@ -101,7 +101,7 @@ def test_one_class(m, l, capsys, tmp_path):
     run = [*HYPERELASTIC, "--C", "1", "--m", str(m), "--l", str(l), "--levels", "6", "--chart", "r-vartheta"]
     assert cli.main([*run, "--out", str(tmp_path / "s"), "--no-figure"]) == 0
     captured = capsys.readouterr()
-    truth = fastaff.spectrum(fastaff.Body(fastaff.Hyperelastic()), m=m, l=l, levels=6)
+    truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic()), m=m, l=l, levels=6)
     arrays, metadata = files.load(tmp_path / "s.npz")
     assert arrays["E"].tobytes() == truth.E.tobytes()
     assert arrays["error"].tobytes() == truth.error.tobytes()
@@ -157,7 +157,7 @@ def test_below_on_the_covering(capsys, tmp_path):
         "--no-figure",
     ]
     assert cli.main(run) == 0
-    exact = fastaff.multiplets(fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False)
+    exact = fastaff.quantum.multiplets(fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False)
     arrays = files.load(tmp_path / "s.npz").arrays
     np.testing.assert_allclose(arrays["E"], exact.levels.E, rtol=1e-13)
     assert [int(row["degeneracy"]) for row in rows(capsys.readouterr().out)] == exact.degeneracy.tolist()
@@ -171,7 +171,7 @@ def test_ranges_of_classes(m, l, capsys, tmp_path):
         (m, l), [(-1, -1), (-1, 1), (0, 0), (1, -1), (1, 1)]
     )
     assert sorted(set(zip(arrays["m"].tolist(), arrays["l"].tolist()))) == classes
-    table = fastaff.spectrum_table(
+    table = fastaff.quantum.spectrum_table(
         fastaff.Body(fastaff.Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=3
     )
     np.testing.assert_allclose(arrays["E"], np.sort(np.concatenate([row.E for row in table])), rtol=1e-13)
@@ -204,7 +204,7 @@ def test_scan(capsys, tmp_path):
     assert (tmp_path / "s.png").exists()
     assert cli.main([*run[:-4], "--scan", "mu=1:2:2", "--no-figure", "--out", str(tmp_path / "mu")]) == 0
     E = files.load(tmp_path / "mu.npz").arrays["E"]
-    heavy = fastaff.spectrum(fastaff.Body(fastaff.Hyperelastic(), 2.0), m=1, l=-1, levels=4).E
+    heavy = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic(), 2.0), m=1, l=-1, levels=4).E
     np.testing.assert_allclose(E[1, 0], heavy, rtol=1e-13)
 
 
@@ -220,7 +220,7 @@ def test_a_body_that_does_not_separate(capsys, tmp_path):
     run = ["spectrum", "--m", "0", "--l", "0", "--levels", "3", "--tolerance", "1e-4", "--out", str(tmp_path / "s")]
     assert cli.main([*run, "--states", "2"]) == 0
     printed = rows(capsys.readouterr().out)
-    truth = fastaff.spectrum(fastaff.Body(fastaff.NeoHookean()), m=0, l=0, levels=3)
+    truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.NeoHookean()), m=0, l=0, levels=3)
     assert [row["number"] for row in printed] == ["0", "1", "2"]
     for row, E in zip(printed, truth.E):
         assert abs(float(row["E"]) - E) < 10 * float(row["error"])
@@ -236,7 +236,7 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
         count.append(1)
         if len(count) == 3:
             raise KeyboardInterrupt
-        return fastaff.spectrum_table(*args, **choices)
+        return fastaff.quantum.spectrum_table(*args, **choices)
 
     monkeypatch.setattr(listing, "spectrum_table", stopping)
     with pytest.raises(SystemExit) as left:
@@ -246,7 +246,7 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
     end = metadata["complete_below"]
     assert (
         np.diff(arrays["first"]).tolist()
-        == fastaff.multiplets(fastaff.Body(fastaff.Harmonic()), below=end).degeneracy.tolist()
+        == fastaff.quantum.multiplets(fastaff.Body(fastaff.Harmonic()), below=end).degeneracy.tolist()
     )
     assert metadata["interrupted"] is True
     assert f"stopped by Ctrl-C: kept {arrays['E'].size} levels, complete below E = {end:.6g}" in capsys.readouterr().err
@@ -259,7 +259,7 @@ def test_ctrl_c_among_classes(capsys, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return spectrum(body, m=m, **choices)
 
-    spectrum = fastaff.spectrum
+    spectrum = fastaff.quantum.spectrum
     monkeypatch.setattr(fastaff, "spectrum", stopping)
     run = [*HYPERELASTIC, "--l", "0", "--levels", "3", "--out", str(tmp_path / "s")]
     with pytest.raises(SystemExit) as left:

@@ -491,7 +491,7 @@ def test_domains():
 
 
 def test_anisotropic_inertia_is_that_of_the_matrix():
-    from fastaff import to_matrix
+    from fastaff.charts import to_matrix
 
     body = formula(HYPERELASTIC, C=1.1, mu=(0.7, 1.9))
     z = states(Body(Hyperelastic()), 20)

@@ -29,11 +29,11 @@ from fastaff import (
     Status,
     energy_grid,
     frequency_map,
-    from_matrix,
     integrate,
 )
 from fastaff.analysis.frequencies.frequency_map import METHODS
 from fastaff.analysis.frequencies.readings import ROUNDING
+from fastaff.charts import from_matrix
 from fastaff.models.angles import AlphaBeta
 
 SEPARABLE_AB = [Body(Harmonic(1.3), 0.7), Body(Anharmonic(0.9), 1.4)]

@@ -19,12 +19,11 @@ from fastaff import (
     SALI,
     Anharmonic,
     Body,
-    Character,
     FrequencyDiffusion,
     Harmonic,
     HenonHeiles,
     Hyperelastic,
-    chaos,
+    chaos_map,
     fit_torus,
     frequency_map,
     hamiltonian,
@@ -32,6 +31,7 @@ from fastaff import (
     resonances,
     rotation_number,
 )
+from fastaff.analysis import Character
 from fastaff.analysis.frequencies.frequency_map import FrequencyKind
 from fastaff.kernels.fundamental import angle_of
 
@@ -119,7 +119,7 @@ def test_wrong_accuracies_are_named(problem, options, says):
 def test_no_orbit_of_a_linear_system_is_chaotic():
     model, truth = chain(2, 5)
     z0 = np.random.default_rng(3).normal(size=(4, 50))
-    found = chaos(model, z0, time=200 / truth.mean(), indicators=(FrequencyDiffusion(),))
+    found = chaos_map(model, z0, time=200 / truth.mean(), indicators=(FrequencyDiffusion(),))
     assert not found.chaotic.any()
 
 
@@ -294,7 +294,7 @@ def test_regular_orbits_have_the_lattice_of_their_torus():
 def test_diffusion_agrees_with_tangent_vectors(energy, orbits):
     """Of those that all three decide, in 950 natural periods."""
     z0 = bound(energy, orbits, 6)
-    found = chaos(HenonHeiles(), z0, time=6000.0, indicators=(SALI(), MEGNO(), FrequencyDiffusion()))
+    found = chaos_map(HenonHeiles(), z0, time=6000.0, indicators=(SALI(), MEGNO(), FrequencyDiffusion()))
     sali, megno, diffusion = found.verdicts
     told = (found.verdicts != Character.UNDECIDED).all(axis=0) & (sali == megno)
     assert told.mean() > 0.3

@@ -18,13 +18,13 @@ from fastaff import (
     Hyperelastic,
     Linear,
     NeoHookean,
-    NotReached,
     energy_grid,
     energy_sample,
     formula,
     hamiltonian,
     poincare_map,
 )
+from fastaff.analysis import NotReached
 
 ALPHAS = np.linspace(1.0, 2.0, 9), np.linspace(-0.8, 0.8, 7)
 BETAS = np.linspace(0.1, 0.6, 9), np.linspace(-0.8, 0.8, 7)

@@ -64,7 +64,7 @@ def test_many_inputs(name):
     [
         ("integrate", "samples"),
         ("poincare_map", "crossings"),
-        ("chaos", "history"),
+        ("chaos_map", "history"),
         ("islands", "max_period"),
         ("energy_sample", "orbits"),
     ],
@@ -95,7 +95,7 @@ def test_memory_that_is_free():
 
 
 @pytest.mark.parametrize("T", [1e17, 1e18, 1e300])
-@pytest.mark.parametrize("name", ["integrate", "poincare_map", "frequency_map", "chaos", "tangent_map"])
+@pytest.mark.parametrize("name", ["integrate", "poincare_map", "frequency_map", "chaos_map", "tangent_map"])
 def test_times_that_no_run_comes_to_the_end_of(name, T):
     """More steps than 2**53."""
     function, _ = battery.CALLS[name]
@@ -105,7 +105,7 @@ def test_times_that_no_run_comes_to_the_end_of(name, T):
 
 
 @pytest.mark.parametrize(
-    "name", ["integrate", "poincare_map", "frequency_map", "chaos", "tangent_map", "resonances", "tori"]
+    "name", ["integrate", "poincare_map", "frequency_map", "chaos_map", "tangent_map", "resonances", "action_angles"]
 )
 @pytest.mark.parametrize("value", [1, "x", (), {}])
 def test_a_report_is_a_function(name, value):

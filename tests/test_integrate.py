@@ -21,7 +21,6 @@ from fastaff import (
     Hyperelastic,
     NeoHookean,
     OrbitError,
-    Splitting,
     Status,
     energy_grid,
     frequency_map,
@@ -29,6 +28,7 @@ from fastaff import (
     integrate,
 )
 from fastaff.models.sections import AlphaTurning
+from fastaff.schemes import Splitting
 from fastaff.schemes.catalogue import SCHEMES
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from naive import MODELS, energy, label, states
 
-from fastaff import TWO_POLAR, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean, to_matrix
+from fastaff import Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
+from fastaff.charts import TWO_POLAR, to_matrix
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)
 BODIES = [m for m in MODELS if isinstance(m, Body)]

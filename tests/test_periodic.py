@@ -18,7 +18,8 @@ from scipy.special import ellipk
 
 import fastaff as fa
 import fastaff.files
-from fastaff import Event, Stability, Status
+from fastaff import Status
+from fastaff.analysis import Event, Stability
 from fastaff.analysis.periodic.return_map import section_gradient
 from fastaff.plot.periodic import plot_periodic
 
@@ -230,7 +231,7 @@ def test_resonant_torus_of_the_hyperelastic_body():
     found = fa.find_periodic_orbits(
         model, model.from_planes(grid.z0), section=RADIAL, max_period=5, energy=4.0, most=20
     )
-    tori = fa.tori(body, model.to_planes(found.z))
+    tori = fa.action_angles(body, model.to_planes(found.z))
     longer = found.period > 1
     assert longer.sum() > 3
     turns = (found.time * tori.nu[:2])[:, longer]
@@ -265,7 +266,7 @@ def _check_alone(threads):
 
 @pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.DOP853, fa.SOFRONIOU_SPALETTA10], ids=naive.label)
 def test_schemes_agree(scheme):
-    step = None if isinstance(scheme, fa.RungeKutta) else 0.02
+    step = None if isinstance(scheme, fa.schemes.RungeKutta) else 0.02
     found = fa.periodic_orbits(
         fa.HenonHeiles(), straight(0.1) + np.array([0, 0.01, 0, 0]), section=X, energy=0.1, scheme=scheme, step=step
     )
@@ -567,7 +568,7 @@ def test_wrong_input_is_named():
         ("z0", ValueError, lambda: fa.continuation(model, [0, 5.0, 0.1, 0], section=X, max_time=30.0)),
         ("body", TypeError, lambda: fa.reduced(model, p_eta=0.1, p_gamma=0.1)),
         ("p_gamma", ValueError, lambda: fa.reduced(BODY, p_eta=0.1, p_gamma=np.nan)),
-        ("section_map", TypeError, lambda: fa.periodic_guesses(np.zeros((3, 4)), 1)),
+        ("section_map", TypeError, lambda: fa.analysis.periodic_guesses(np.zeros((3, 4)), 1)),
     ):
         with pytest.raises(error, match=name):
             call()

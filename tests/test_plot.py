@@ -30,7 +30,7 @@ def section_map(orbits=3, crossings=5):
     counts = np.full(orbits, crossings)
     counts[-1] = 0
     points[-1] = np.nan
-    return fastaff.SectionMap(
+    return fastaff.analysis.SectionMap(
         points,
         np.where(np.isnan(points[..., 0]), np.nan, 1.0),
         counts,
@@ -47,7 +47,7 @@ def frequency_map(ratio, gamma):
     """A map of a body whose second libration is `ratio` times the first."""
     nu = np.array([np.ones_like(ratio), ratio, gamma / 2, gamma / 2])
     zero = np.zeros(ratio.size)
-    return fastaff.FrequencyMap(
+    return fastaff.analysis.FrequencyMap(
         ("alpha", "beta", "phi", "psi"),
         nu,
         0 * nu,

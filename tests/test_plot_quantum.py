@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
+from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
 from fastaff.plot import quantum as plot_quantum
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -25,7 +25,7 @@ def ax():
 
 @pytest.fixture(scope="module")
 def diagram():
-    return fastaff.level_diagram(
+    return fastaff.quantum.level_diagram(
         lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [0.5, 1.0, 30.0], m=0, l=0, levels=12, name="C"
     )
 
@@ -51,7 +51,7 @@ def test_levels_against_a_parameter(diagram, ax):
 
 
 def test_classes_differ_in_colour_and_style(ax):
-    found = fastaff.level_diagram(
+    found = fastaff.quantum.level_diagram(
         lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [1.0, 2.0], m=[0, 1], l=[0, -1], levels=3
     )
     drawn = plot_quantum.plot_levels(found, ax=ax, numbers=False)
@@ -67,7 +67,7 @@ def test_classes_differ_in_colour_and_style(ax):
 def test_levels_by_order_and_against_spin(ax):
     E = np.sort(np.random.default_rng(1).uniform(1, 5, (5, 1, 4)))
     m = np.arange(-4, 5, 2)[:, None]
-    found = fastaff.LevelDiagram("m", m[:, 0].astype(float), m, 0 * m, E, 0 * E, None, None, 1.0)
+    found = fastaff.quantum.LevelDiagram("m", m[:, 0].astype(float), m, 0 * m, E, 0 * E, None, None, 1.0)
     drawn = plot_quantum.plot_levels(found, ax=ax)
     for k, line in enumerate(drawn.points):
         inside = np.isfinite(line.get_ydata())
@@ -78,7 +78,7 @@ def test_levels_by_order_and_against_spin(ax):
 
 
 def test_whole_spectrum(ax):
-    levels = fastaff.all_levels(BODY, below=7.5)
+    levels = fastaff.quantum.all_levels(BODY, below=7.5)
     drawn = plot_quantum.plot_spectrum(levels, ax=ax)
     middles = np.array([segment.mean(axis=0) for segment in drawn.points.get_segments()])
     order, wanted = np.lexsort(middles.T), np.stack([levels.m, levels.E], 1)
@@ -91,7 +91,7 @@ def test_whole_spectrum(ax):
 
 
 def test_degeneracies(ax):
-    levels = fastaff.all_levels(fastaff.Body(fastaff.Harmonic()), count=4)
+    levels = fastaff.quantum.all_levels(fastaff.Body(fastaff.Harmonic()), count=4)
     drawn = plot_quantum.plot_degeneracies(levels, ax=ax)
     np.testing.assert_allclose(drawn.points.get_offsets(), [[2, 1], [3, 4], [4, 10], [5, 20]])
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("energy $E$", "degeneracy")
@@ -105,7 +105,7 @@ def turning(state, body, alpha, beta):
 
 @pytest.mark.parametrize("chart", [ALPHA_BETA, R_VARTHETA, TWO_POLAR], ids=lambda chart: chart.name)
 def test_density(chart, ax):
-    state = fastaff.spectrum(BODY, m=3, l=1, levels=5).state(4)
+    state = fastaff.quantum.spectrum(BODY, m=3, l=1, levels=5).state(4)
     drawn = plot_quantum.plot_density(state, ax=ax, body=BODY, chart=chart, points=201)
     image, (x0, x1, y0, y1) = drawn.points.get_array(), drawn.points.get_extent()
     share = image.sum() * (x1 - x0) * (y1 - y0) / image.size
@@ -128,7 +128,7 @@ def test_density(chart, ax):
 
 
 def test_density_of_a_closed_form_state_crosses_the_wall(ax):
-    state = fastaff.wavefunction(fastaff.Body(fastaff.Harmonic()), m=0, l=0, n=(1, 2))
+    state = fastaff.quantum.wavefunction(fastaff.Body(fastaff.Harmonic()), m=0, l=0, n=(1, 2))
     drawn = plot_quantum.plot_density(state, ax=ax, points=101, colorbar=False)
     assert drawn.colorbar is None
     assert ax.get_xlabel() == r"$\alpha$", "the state's own chart"
@@ -141,7 +141,7 @@ def test_density_of_a_closed_form_state_crosses_the_wall(ax):
 
 
 def test_limits_are_kept_and_charts_refused(ax):
-    state = fastaff.wavefunction(fastaff.Body(fastaff.Harmonic()), m=1, l=1, n=(0, 0))
+    state = fastaff.quantum.wavefunction(fastaff.Body(fastaff.Harmonic()), m=1, l=1, n=(0, 0))
     plot_quantum.plot_density(state, ax=ax, limits=((0, 2), (0, 3)), points=31)
     assert (ax.get_xlim(), ax.get_ylim()) == ((0, 2), (0, 3))
     with pytest.raises(ValueError, match=r"chart must be .*, got 'elliptic"):

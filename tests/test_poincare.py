@@ -11,14 +11,11 @@ from naive import energy, label, march, scheme_crossings, solve, solved_crossing
 from scipy import optimize
 
 from fastaff import (
-    ALPHA_BETA,
     DOP853,
     KAHAN_LI8,
     LEAPFROG,
-    R_VARTHETA,
     RK4,
     SOFRONIOU_SPALETTA10,
-    TWO_POLAR,
     AlphaEquals,
     AlphaTurning,
     AreaEquals,
@@ -36,6 +33,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
+from fastaff.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR
 from fastaff.flows import flow as engine
 
 BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)

@@ -13,9 +13,6 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from fastaff import (
-    ALPHA_BETA,
-    ELLIPTIC,
-    R_VARTHETA,
     Anharmonic,
     Body,
     Harmonic,
@@ -23,12 +20,11 @@ from fastaff import (
     Hyperelastic,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    StackelBody,
-    Zero,
     constants_of_motion,
     one_variable,
 )
-from fastaff.models import Barriers, Oscillator, Spring
+from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
+from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
 from fastaff.quantum.exact_levels import exact_levels, exact_levels_below, multiplets, quantizations
 from fastaff.quantum.factors import AngleFactor
 from fastaff.quantum.operators import class_matrices, oscillator_matrices, radial_matrices

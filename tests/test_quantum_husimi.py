@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff import AlphaTurning, Anharmonic, Body, Harmonic, Hyperelastic, energy_grid, husimi, spectrum, wavefunction
+from fastaff import AlphaTurning, Anharmonic, Body, Harmonic, Hyperelastic, energy_grid
+from fastaff.quantum import husimi, spectrum, wavefunction
 from fastaff.quantum import husimi as module
 
 
@@ -154,7 +155,7 @@ def test_figures_of_husimi_functions_and_spacings():
     grid = energy_grid(body, axes=(np.linspace(0.1, 2, 20), np.linspace(-2, 2, 21)), **surface)
     starts = fastaff.energy_sample(body, orbits=20, **surface).z0.T.reshape(4, 5, 8)
     fine = np.zeros(4)
-    crossings = fastaff.SectionMap(
+    crossings = fastaff.analysis.SectionMap(
         starts, np.ones((4, 5)), fine + 5, fine, fine, fine, AlphaTurning(1), fastaff.KAHAN_LI8, 0.1
     )
     left, right = Figure().subplots(1, 2)
@@ -163,7 +164,7 @@ def test_figures_of_husimi_functions_and_spacings():
     assert left.get_xlabel() == r"$\beta$"
     with pytest.raises(ValueError, match="values"):
         plot_husimi(grid, [1.0], ax=left)
-    drawn = plot_spacings([0.5, 1.0, 1.2, 9.0], {"Poisson": fastaff.BerryRobnik(0.0)}, ax=right, bins=7)
+    drawn = plot_spacings([0.5, 1.0, 1.2, 9.0], {"Poisson": fastaff.quantum.BerryRobnik(0.0)}, ax=right, bins=7)
     assert drawn.missing == 1
     assert sum(bar.get_height() * bar.get_width() for bar in drawn.points) == pytest.approx(3 / 4)
 

@@ -18,10 +18,13 @@ from fastaff import (
     HenonHeiles,
     Hyperelastic,
     Interrupted,
-    Levels,
     NeoHookean,
-    NoGroundState,
     SeparableAlphaBeta,
+)
+from fastaff.models import Oscillator
+from fastaff.quantum import (
+    Levels,
+    NoGroundState,
     all_levels,
     class_diagram,
     level_diagram,
@@ -30,7 +33,6 @@ from fastaff import (
     spectrum,
     spectrum_table,
 )
-from fastaff.models import Oscillator
 
 
 class Unseparated(NamedTuple):

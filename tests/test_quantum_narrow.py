@@ -13,25 +13,19 @@ from scipy.sparse import csr_matrix, diags, kron
 from scipy.sparse.linalg import eigsh
 
 import fastaff as fa
-from fastaff import (
-    Body,
-    Harmonic,
-    Hyperelastic,
-    NeoHookean,
-    SeparableAlphaBeta,
+from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta, formula, one_variable
+from fastaff.models import Oscillator
+from fastaff.quantum import (
     coherent_packet,
     exact_levels,
     exact_levels_below,
-    formula,
     husimi,
     level_diagram,
     multiplets,
     number_packet,
-    one_variable,
     spectrum,
     wavefunction,
 )
-from fastaff.models import Oscillator
 from fastaff.quantum.operators import class_matrices, oscillator_matrices
 from fastaff.quantum.panels import panels
 from fastaff.quantum.rigid_tops import spherical_top
@@ -334,9 +328,9 @@ Z0 = np.array([1.0, 0.0, 0.2, 0.0, 0.1, 0.3, 0.2, 0.1])
         lambda flag: exact_levels_below(OSCILLATOR, 3.0, single_valued=flag),
         lambda flag: multiplets(OSCILLATOR, count=2, single_valued=flag),
         lambda flag: wavefunction(OSCILLATOR, m=0, l=0, n=(0, 0), single_valued=flag),
-        lambda flag: fa.all_levels(OSCILLATOR, count=2, single_valued=flag),
+        lambda flag: fa.quantum.all_levels(OSCILLATOR, count=2, single_valued=flag),
         lambda flag: level_diagram(lambda C: Body(Harmonic(C)), [1.0], m=0, l=0, levels=1, single_valued=flag),
-        lambda flag: fa.revivals(OSCILLATOR, n=(2, 2), m=0, l=0, single_valued=flag),
+        lambda flag: fa.quantum.revivals(OSCILLATOR, n=(2, 2), m=0, l=0, single_valued=flag),
     ],
 )
 def test_flags_are_true_or_false(call, value):
@@ -352,7 +346,7 @@ def test_flags_are_true_or_false(call, value):
         (lambda: spectrum(Body(Hyperelastic()), m=0, l=0, levels=2, hbar=1e-300), "hbar"),
         (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, levels=2, hbar=1e300), "hbar"),
         (lambda: exact_levels(OSCILLATOR, n=(0, 0), m=0, l=0, hbar=1e-300), "hbar"),
-        (lambda: fa.weyl_count(Body(Hyperelastic()), 6.0, m=0, l=0, hbar=1e-250), "hbar"),
+        (lambda: fa.quantum.weyl_count(Body(Hyperelastic()), 6.0, m=0, l=0, hbar=1e-250), "hbar"),
         (lambda: spherical_top(1.0, j=1, hbar=1e-290), "hbar"),
         (lambda: spectrum(OSCILLATOR, m=0, l=0, levels=10**13), "levels asks for .*iB of memory"),
         (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, levels=10**9), "levels = 1000000000 needs"),

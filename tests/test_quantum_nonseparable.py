@@ -9,7 +9,8 @@ import threading
 import numpy as np
 import pytest
 
-from fastaff import ALPHA_BETA, Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula, one_variable
+from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula, one_variable
+from fastaff.charts import ALPHA_BETA
 from fastaff.flows.interruptible import interruptible
 from fastaff.quantum.nonseparable import plane_levels
 from fastaff.quantum.separable import radial

@@ -9,33 +9,32 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from fastaff import (
-    ALPHA_BETA,
-    ELLIPTIC,
     KAHAN_LI8,
-    R_VARTHETA,
-    TWO_POLAR,
     Anharmonic,
     Body,
     Harmonic,
     HeavyTop,
     Hyperelastic,
-    Packet,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    TimeScales,
-    coherent_packet,
     energy_of_actions,
     formula,
-    from_action_angle,
+    from_action_angles,
     integrate,
-    number_packet,
     one_variable,
+)
+from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
+from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring
+from fastaff.quantum import (
+    Packet,
+    TimeScales,
+    coherent_packet,
+    number_packet,
     projected_packet,
     revivals,
     spectrum,
     wavefunction,
 )
-from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring
 from fastaff.quantum.coherent_packet import PlaneGaussian
 
 QUARTIC = Body(SeparableAlphaBeta(one_variable(lambda x: x**4), one_variable(lambda x: x**2 / 2 + x**4 / 10)), mu=1.3)
@@ -371,10 +370,10 @@ def test_number_packets_are_where_their_angles_say(body, n, theta):
     rng = np.random.default_rng(2)
     spread, everywhere = (
         rng.normal(0, 1 / (4 * np.pi * width), (4, 4000)),
-        from_action_angle(body, J, rng.uniform(size=(4, 4000))),
+        from_action_angles(body, J, rng.uniform(size=(4, 4000))),
     )
     for i, moment in enumerate(time):
-        cloud = from_action_angle(body, J, (np.array([*theta, 0.0, 0.0]) + moment * nu)[:, None] + spread)
+        cloud = from_action_angles(body, J, (np.array([*theta, 0.0, 0.0]) + moment * nu)[:, None] + spread)
         for plane, mean in enumerate(means):
             here, torus = ((z[2 * plane : 2 * plane + 2] ** 2).sum(axis=0) for z in (cloud, everywhere))
             assert mean[i] == pytest.approx(here.mean(), abs=0.05 * np.ptp(torus))  # of a torus far wider than that

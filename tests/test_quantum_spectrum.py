@@ -18,11 +18,10 @@ from fastaff import (
     NeoHookean,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    StackelBody,
     one_variable,
 )
 from fastaff.charts import CARTESIAN, to_matrix
-from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring, Zero
+from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring, StackelBody, Zero
 from fastaff.quantum.operators import hamiltonian_operator, spin
 from fastaff.quantum.separable import angular, radial
 from fastaff.quantum.singular_ends import NoGroundState

@@ -11,19 +11,14 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
 import fastaff
-from fastaff import (
+from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula
+from fastaff.quantum import (
     GOE_RATIO,
     POISSON_RATIO,
-    Anharmonic,
     BerryRobnik,
-    Body,
     Brody,
-    Harmonic,
-    Hyperelastic,
-    NeoHookean,
     count_deviation,
     fit_spacings,
-    formula,
     mean_spacing_ratio,
     number_variance,
     polynomial_count,
@@ -219,7 +214,7 @@ def test_parity_is_left_only_where_det_changes_sign():
     for m, l, symmetric in ((2, 0, True), (3, 1, False)):
         levels = spectrum(body, m=m, l=l, levels=4, tolerance=1e-6)
         for k in range(4):
-            f = levels.state(k).amplitude(x[:, None], x[None, :], fastaff.ALPHA_BETA)
+            f = levels.state(k).amplitude(x[:, None], x[None, :], fastaff.charts.ALPHA_BETA)
             parity = np.sum(f * f.T) / np.sum(f * f)
             assert (abs(abs(parity) - 1) < 1e-6) == symmetric
 
@@ -260,7 +255,7 @@ def test_other_wrong_input():
         polynomial_count(E[:5])
 
 
-@pytest.mark.parametrize("law", [fastaff.BerryRobnik(0.5), fastaff.Brody(0.5)])
+@pytest.mark.parametrize("law", [fastaff.quantum.BerryRobnik(0.5), fastaff.quantum.Brody(0.5)])
 @pytest.mark.parametrize("s", [-1.0, np.nan, [0.0, -0.1]])
 def test_laws_refuse_what_are_no_spacings(law, s):
     for method in (law.density, law.cumulative):
@@ -269,9 +264,9 @@ def test_laws_refuse_what_are_no_spacings(law, s):
 
 
 def test_a_single_ratio_has_no_error_and_few_energies_no_polynomial():
-    assert fastaff.mean_spacing_ratio([[1.0, 2.0, 4.0]]) == (0.5, np.inf, 1)
+    assert fastaff.quantum.mean_spacing_ratio([[1.0, 2.0, 4.0]]) == (0.5, np.inf, 1)
     with pytest.raises(ValueError, match="more than degree = 3 different energies, got 1"):
-        fastaff.polynomial_count(np.ones(10), 3)
+        fastaff.quantum.polynomial_count(np.ones(10), 3)
 
 
 @pytest.mark.parametrize("energy", [10.0, 20.0, 40.0])

@@ -11,19 +11,18 @@ from hypothesis import strategies as st
 from numpy.polynomial.chebyshev import Chebyshev
 from scipy.special import eval_genlaguerre, gammaln
 
-from fastaff import (
+from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta
+from fastaff.charts import (
     ALPHA_BETA,
+    ALPHA_BETA_PHI_PSI,
+    CARTESIAN,
     ELLIPTIC,
+    EULER,
+    EXPONENTIAL,
     R_VARTHETA,
     TWO_POLAR,
-    Anharmonic,
-    Body,
-    Harmonic,
-    Hyperelastic,
-    NeoHookean,
-    SeparableAlphaBeta,
+    to_matrix,
 )
-from fastaff.charts import ALPHA_BETA_PHI_PSI, CARTESIAN, EULER, EXPONENTIAL, to_matrix
 from fastaff.models import Oscillator
 from fastaff.quantum.factors import AngleFactor, PlaneFactor, RadialFactor
 from fastaff.quantum.operators import (

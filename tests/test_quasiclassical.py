@@ -15,27 +15,25 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from fastaff import (
-    ALPHA_BETA,
-    BOHR_SOMMERFELD,
-    EBK,
-    ELLIPTIC,
-    R_VARTHETA,
     Anharmonic,
     Body,
     Harmonic,
     HeavyTop,
     Hyperelastic,
     NeoHookean,
-    QuasiclassicalLevels,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    StackelBody,
-    Zero,
     one_variable,
+)
+from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
+from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
+from fastaff.quantum import (
+    BOHR_SOMMERFELD,
+    EBK,
+    QuasiclassicalLevels,
     quasiclassical_levels,
     quasiclassical_levels_below,
 )
-from fastaff.models import Barriers, Oscillator, Spring
 
 every_chart = pytest.mark.parametrize("chart", [ALPHA_BETA, R_VARTHETA], ids=["alpha-beta", "r-vartheta"])
 quantum = st.integers(0, 30)

@@ -26,19 +26,21 @@ CALLS = {
     "integrate": lambda: fa.integrate(OWN, Z4, time=3.0, samples=2),
     "list": lambda: fa.integrate(OWN, [float(x) for x in Z4[:, 0]], time=3, step=0.05, scheme=MINE),
     "pair": lambda: fa.integrate(fa.formula("x**2 + z**2 + 2*y**2 + 2*u**2", mu=(A, B)), Z8, time=1.0, step=0.05),
-    "transformed": lambda: fa.integrate(OWN, Z4, time=2.0, step=0.1, scheme=fa.TimeTransformed(rate=fa.Logistic(A, B))),
+    "transformed": lambda: fa.integrate(
+        OWN, Z4, time=2.0, step=0.1, scheme=fa.TimeTransformed(rate=fa.schemes.Logistic(A, B))
+    ),
     "poincare_map": lambda: fa.poincare_map(
         BODY, Z8, section=fa.AlphaTurning(-1), crossings=3, max_time=50.0, scheme=fa.DOP853
     ),
     "frequency_map": lambda: fa.frequency_map(
         fa.Body(fa.Hyperelastic(A), B), Z8, time=20.0, angles=AlphaBeta(), step=0.02
     ),
-    "chaos": lambda: fa.chaos(OWN, Z4, time=5.0, indicators=(fa.MEGNO(4.0), fa.SALI()), step=0.1),
-    "tori": lambda: fa.tori(fa.Body(fa.Harmonic(A), B), Z8, chart=fa.ALPHA_BETA),
+    "chaos_map": lambda: fa.chaos_map(OWN, Z4, time=5.0, indicators=(fa.MEGNO(4.0), fa.SALI()), step=0.1),
+    "action_angles": lambda: fa.action_angles(fa.Body(fa.Harmonic(A), B), Z8, chart=fa.charts.ALPHA_BETA),
     "sample": lambda: fa.energy_sample(
         fa.Body(fa.NeoHookean(A)), energy=9.0, section=fa.AlphaTurning(), orbits=5, seed=[3, 1], p_eta=0.1
     ),
-    "levels": lambda: fa.exact_levels_below(fa.Body(fa.Anharmonic(A)), 12.0),
+    "levels": lambda: fa.quantum.exact_levels_below(fa.Body(fa.Anharmonic(A)), 12.0),
 }
 
 
@@ -124,7 +126,9 @@ def test_functions_are_to_be_given(tmp_path):
 
 
 def test_what_was_put_together_by_hand_has_no_call(tmp_path):
-    grid = fa.Grid(Z4, np.zeros((1, 1), np.int64), np.zeros((1, 1), bool), (np.zeros(2), np.zeros(2)), ("a", "b"), 1.0)
+    grid = fa.analysis.EnergyGrid(
+        Z4, np.zeros((1, 1), np.int64), np.zeros((1, 1), bool), (np.zeros(2), np.zeros(2)), ("a", "b"), 1.0
+    )
     with pytest.raises(ValueError, match="has no call"):
         files.recipe(files.save(tmp_path / "grid", grid))
 
@@ -147,7 +151,7 @@ def test_a_forged_file_executes_nothing(tmp_path):
 def test_data_of_arguments():
     assert encoded((1, 2.5, None, True, "x", np.float64(2), np.int32(3))) == [1, 2.5, None, True, "x", 2.0, 3]
     assert encoded(-np.inf) == {"float": "-inf"}
-    assert encoded(fa.TWO_POLAR) == {"chart": "two-polar"}
+    assert encoded(fa.charts.TWO_POLAR) == {"chart": "two-polar"}
     assert encoded(fa.KAHAN_LI8) == {"scheme": "KAHAN_LI8"}
     with pytest.raises(TypeError):
         encoded(print)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import fastaff
 from fastaff import Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, Status
-from fastaff.analysis.frequencies.resonance_web import ratio_web, web
+from fastaff.analysis.frequencies.resonance_web import ratio_web, resonance_web
 from fastaff.analysis.frequencies.resonances import diffusion_histogram, equation, resonances, vectors
 from fastaff.kernels import resonance as kernels
 
@@ -298,9 +298,17 @@ def test_threads_give_the_same_bits(two_threads):
         (lambda: resonances([1, 2], errors=[1.0]), ValueError, "errors must have the shape"),
         (lambda: resonances([1, 2], errors=[-1.0, 0.0]), ValueError, "errors must not be negative"),
         (lambda: resonances([1, 2], names=["x"]), ValueError, "names must be 2 names"),
-        (lambda: web(np.ones((2, 5))), ValueError, "nu must have shape"),
-        (lambda: web(np.ones((2, 5, 4)), axes=[np.arange(4), np.arange(5)]), ValueError, "axes must be two increasing"),
-        (lambda: web(np.ones((2, 5, 4)), resonances=[[1.5, 0]]), ValueError, "resonances must be integer vectors"),
+        (lambda: resonance_web(np.ones((2, 5))), ValueError, "nu must have shape"),
+        (
+            lambda: resonance_web(np.ones((2, 5, 4)), axes=[np.arange(4), np.arange(5)]),
+            ValueError,
+            "axes must be two increasing",
+        ),
+        (
+            lambda: resonance_web(np.ones((2, 5, 4)), resonances=[[1.5, 0]]),
+            ValueError,
+            "resonances must be integer vectors",
+        ),
         (lambda: ratio_web(x=(1, 0), y=(0, 1)), ValueError, "x must be a range"),
         (lambda: diffusion_histogram([0.0], bin_width=0.0), ValueError, "bin_width must be positive"),
         (lambda: diffusion_histogram([0.0], status=[0, 0]), ValueError, "status must have the shape"),
@@ -326,7 +334,7 @@ def test_web_of_linear_frequencies_is_exact():
     """
     pytest.importorskip("contourpy")
     x, y = np.meshgrid(*AXES, indexing="ij")
-    found = web(np.array([x, y, np.ones_like(x)]), axes=AXES, max_order=4, tolerance=1e-12)
+    found = resonance_web(np.array([x, y, np.ones_like(x)]), axes=AXES, max_order=4, tolerance=1e-12)
     straight = {line.vector: line.lines[0] for line in ratio_web(x=(0.5, 1.5), y=(-1.0, 1.0), max_order=4)}
     assert len(found) > 10
     orders = [line.order for line in found]
@@ -349,7 +357,7 @@ def test_web_curves_converge_like_the_square_of_the_cell():
     for cells in (20, 40, 80):
         axes = (np.linspace(-1.5, 1.5, cells + 1), np.linspace(-1.4, 1.6, cells + 1))
         x, y = np.meshgrid(*axes, indexing="ij")
-        (circle,) = web(np.array([x * x + y * y, np.ones_like(x)]), axes=axes, resonances=[[1, -1]])
+        (circle,) = resonance_web(np.array([x * x + y * y, np.ones_like(x)]), axes=axes, resonances=[[1, -1]])
         errors.append(np.abs(np.hypot(*np.concatenate(circle.lines).T) - 1).max())
         assert circle.length == pytest.approx(2 * np.pi, rel=3 / cells**2)
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2, abs=0.5)
@@ -362,13 +370,13 @@ def test_web_marks_islands_as_areas_and_keeps_clear_of_gaps():
     ratio = 1.5 + np.where(np.abs(x - 1) < 0.1, 0.0, x - 1)
     nu = np.array([ratio, np.ones_like(x)])
     nu[:, :, :10] = np.nan
-    found = {line.vector: line for line in web(nu, axes=AXES, max_order=9)}
+    found = {line.vector: line for line in resonance_web(nu, axes=AXES, max_order=9)}
     island = found[(2, -3)]
     assert (island.locked == ((np.abs(x - 1) < 0.1) & np.isfinite(nu[0]))).all()
     assert not island.lines
     assert np.concatenate(found[(4, -5)].lines)[:, 0] == pytest.approx(1.25 - 0.5 + 0.0, abs=1e-9)
     assert np.concatenate(found[(4, -5)].lines)[:, 1].min() == AXES[1][10]
-    torn = {line.vector: line for line in web(nu, axes=AXES, max_order=9, jump=0.04)}
+    torn = {line.vector: line for line in resonance_web(nu, axes=AXES, max_order=9, jump=0.04)}
     assert (7, -5) not in torn or not torn[(7, -5)].lines, "1.4 is jumped over at the edge of the island"
 
 
@@ -376,7 +384,7 @@ def test_web_of_a_degenerate_map_has_each_line_once():
     """nu1 = nu2 everywhere: (1, 0, -1) and (0, 1, -1) are one line, named once, and (1, -1, 0) an area."""
     pytest.importorskip("contourpy")
     x, _ = np.meshgrid(*AXES, indexing="ij")
-    found = web(np.array([x, x, np.ones_like(x)]), axes=AXES, max_order=3)
+    found = resonance_web(np.array([x, x, np.ones_like(x)]), axes=AXES, max_order=3)
     assert (1, -1, 0) in [line.vector for line in found]
     assert sum(line.locked.all() for line in found) == 1
     places = [round(float(line.lines[0][0, 0]), 9) for line in found if line.lines]
@@ -414,7 +422,7 @@ def test_figures(ax):
     x, y = np.meshgrid(*AXES, indexing="ij")
     nu = np.array([x + np.where(np.abs(x - 0.75) < 0.05, 0.75 - x, 0.0), y, np.ones_like(x)])
     ax.set(xlim=(0.5, 1.5), ylim=(-1, 1))
-    lines = web(nu, axes=AXES, max_order=3)
+    lines = resonance_web(nu, axes=AXES, max_order=3)
     drawn = plot_resonance.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), axes=AXES, labels=3)
     assert len(drawn.lines) == sum(len(line.lines) for line in lines)
     assert 1 <= len(drawn.labels) <= 3

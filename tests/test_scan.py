@@ -89,9 +89,9 @@ def test_seeds_and_ranges():
     assert (part.points[0] > 0.5).all()
     assert (part.points[0] < 0.7).all()
     assert part.z0.shape == (8, 50)
-    with pytest.raises(fastaff.NotReached, match="below the minimum"):
+    with pytest.raises(fastaff.analysis.NotReached, match="below the minimum"):
         fastaff.energy_sample(NEO, orbits=5, **{**surface, "energy": 0.0})
-    with pytest.raises(fastaff.NotReached, match="less than a thousandth"):
+    with pytest.raises(fastaff.analysis.NotReached, match="less than a thousandth"):
         fastaff.energy_sample(NEO, orbits=5, axes=((5.0, 6.0), (0.0, 1.0)), **surface)
     with pytest.raises(ValueError, match="orbits must be at least 1"):
         fastaff.energy_sample(NEO, orbits=0, **surface)
@@ -117,7 +117,7 @@ def test_henon_heiles_turns_chaotic_as_henon_and_heiles_found():
     assert found.interval()[0, 1] > 0.7
     assert found.done.all()
     assert (found.chaotic + found.regular + found.undecided == 96).all()
-    direct = fastaff.chaos(HENON, starts(HENON, 0.16, 96), time=1500.0)
+    direct = fastaff.chaos_map(HENON, starts(HENON, 0.16, 96), time=1500.0)
     assert found.chaotic[1] == direct.chaotic.sum()
     assert found.undecided[1] == direct.undecided.sum()
     np.testing.assert_array_equal(found.medians[:, 1], np.median(direct.values, axis=1))
@@ -178,7 +178,7 @@ def test_lost_orbits_run_again_with_step_control():
     assert found.failed[0] == 0
     assert found.statuses[Status.OK, 0] == 24
     assert found.energy_error[0] <= 1e-6
-    adaptive = fastaff.chaos(NEO, make(8.0)[1], time=60.0, scheme=fastaff.VERNER9)
+    adaptive = fastaff.chaos_map(NEO, make(8.0)[1], time=60.0, scheme=fastaff.VERNER9)
     assert abs(found.chaotic[0] - adaptive.chaotic.sum()) <= 2  # at 60 units some are still close to the limit
     assert "done again" in found.summary()
 

@@ -14,11 +14,7 @@ import numpy as np
 import pytest
 
 from fastaff import (
-    ALPHA_BETA,
-    ELLIPTIC,
     KAHAN_LI8,
-    R_VARTHETA,
-    TWO_POLAR,
     YOSHIDA4,
     Anharmonic,
     Body,
@@ -30,16 +26,25 @@ from fastaff import (
     SeparableAlphaBeta,
     SeparableElliptic,
     SeparableRVartheta,
-    StackelBody,
-    Zero,
+    action_angles,
     constants_of_motion,
     integrate,
     one_variable,
     tangent_map,
-    tori,
 )
 from fastaff.analysis.tori.separation import separate
-from fastaff.models import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring
+from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
+from fastaff.models import (
+    Barriers,
+    CoshOscillator,
+    Cosine,
+    CosOscillator,
+    Oscillator,
+    Secant,
+    Spring,
+    StackelBody,
+    Zero,
+)
 
 STEP = 3e-3
 
@@ -185,7 +190,7 @@ def test_compiled_functions_are_those_of_their_closure():
     for k in (1.0, 4.0):
         body = Body(SeparableAlphaBeta(spring(k), spring(k)))
         assert np.abs(integrate(body, z, time=2 * np.pi / sqrt(k), step=0.02).z[:, 0] - z).max() < 1e-13
-        np.testing.assert_allclose(tori(body, z).nu[:2], sqrt(k) / np.pi, rtol=1e-12)
+        np.testing.assert_allclose(action_angles(body, z).nu[:2], sqrt(k) / np.pi, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -443,7 +448,7 @@ def test_tori_of_a_stackel_body_without_spin_of_b():
     """
     body = StackelBody(SeparableAlphaBeta(Oscillator(), Oscillator()), V_ETA, Zero())
     z = np.array([[1.4, 0.1, 0.3, 0.0, 0.1, 0.2, 0.3, spin] for spin in (0.0, 1e-9)]).T
-    found = tori(body, z)
+    found = action_angles(body, z)
     assert np.isfinite(found.J).all()
     np.testing.assert_allclose(found.J[:, 0], found.J[:, 1], atol=1e-7)
 

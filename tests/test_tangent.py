@@ -16,10 +16,10 @@ CASES = {
     "heavy-top": (fastaff.Body(fastaff.HeavyTop(A=0.5)), [1.1, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1]),
     "elliptic": (fastaff.Body(fastaff.Anharmonic(C=0.8).elliptic), [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1]),
     "stackel": (
-        fastaff.StackelBody(
+        fastaff.models.StackelBody(
             fastaff.Harmonic(C=0.8),
             fastaff.one_variable(lambda s: 0.2 * np.cos(s), lambda s: -0.2 * np.sin(s)),
-            fastaff.Zero(),
+            fastaff.models.Zero(),
         ),
         [1.4, 0.2, 0.4, -0.3, 0.3, 0.5, 0.2, 0.1],
     ),

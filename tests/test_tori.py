@@ -11,9 +11,6 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from fastaff import (
-    ALPHA_BETA,
-    ELLIPTIC,
-    R_VARTHETA,
     SOFRONIOU_SPALETTA10,
     Anharmonic,
     Body,
@@ -24,18 +21,17 @@ from fastaff import (
     SeparableAlphaBeta,
     SeparableElliptic,
     SeparableRVartheta,
-    StackelBody,
     Status,
+    action_angles,
     constants_of_motion,
     energy_of_actions,
     frequency_map,
-    from_action_angle,
-    from_matrix,
+    from_action_angles,
     integrate,
     one_variable,
-    tori,
 )
-from fastaff.models import Barriers, Oscillator, Spring, Zero
+from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, from_matrix
+from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
 
 ROOT2 = np.sqrt(2.0)
 CHARTS = {
@@ -190,7 +186,7 @@ MODELS = {
 @pytest.mark.parametrize(("model", "chart"), REFERENCE)
 def test_reference_values(model, chart):
     z = from_matrix(POINTS[:4].reshape(2, 2, 3), POINTS[4:].reshape(2, 2, 3))
-    found = tori(Body(MODELS[model]), z, chart=ALPHA_BETA if chart == "alpha-beta" else R_VARTHETA)
+    found = action_angles(Body(MODELS[model]), z, chart=ALPHA_BETA if chart == "alpha-beta" else R_VARTHETA)
     rows = {"J_1": found.J[0], "J_2": found.J[1], "J_phi": found.J[2], "J_psi": found.J[3]}
     rows |= {"nu_1": found.nu[0], "nu_2": found.nu[1], "nu_phi": found.nu[2], "nu_psi": found.nu[3]}
     rows |= {"c_1": found.constants[0], "c_2": found.constants[1]}
@@ -204,7 +200,7 @@ def test_frequencies_of_random_states(body, chart):
     z = naive.states(body, 300)
     separable = naive.alpha_beta_frequencies if hasattr(body.potential, "alpha_beta") else naive.r_vartheta_frequencies
     truth = separable(body, z)
-    found = tori(body, z, chart=chart)
+    found = action_angles(body, z, chart=chart)
     found.raise_if_failed()
     gap = np.abs(primitive(found)[0] - truth) / np.abs(truth).max(axis=0)
     assert np.median(gap) < 1e-13
@@ -219,7 +215,7 @@ def test_actions_are_constant_and_angles_advance_with_nu(body, chart):
     z = naive.states(body, 40)
     z = z[:, (z[2:4] ** 2).sum(axis=0) > 0.05]
     orbits = integrate(body, z, time=3.7, step=0.004, scheme=SOFRONIOU_SPALETTA10)
-    before, after = tori(body, z, chart=chart), tori(body, orbits.z, chart=chart)
+    before, after = action_angles(body, z, chart=chart), action_angles(body, orbits.z, chart=chart)
     good = (before.status == 0) & (after.status == 0)
     assert good.sum() >= 0.9 * good.size  # the rest is too close to a separatrix of V_eta or V_gamma
     np.testing.assert_allclose(after.J[:, good], before.J[:, good], rtol=0, atol=2e-13)
@@ -237,7 +233,7 @@ def brackets(body, chart, z, step=2e-4):
     weights = np.array([-1, 9, -45, 45, -9, 1]) / 60 / step
     shifts = np.array([-3, -2, -1, 1, 2, 3]) * step
     points = (z[:, None, None] + np.eye(8)[:, :, None] * shifts).reshape(8, -1)
-    found = tori(body, points, chart=chart)
+    found = action_angles(body, points, chart=chart)
     found.raise_if_failed()
     J = np.array([found.J[0], found.J[1], found.J_eta, found.J_gamma])
     _, theta = primitive(found)
@@ -259,8 +255,8 @@ def test_angles_and_actions_are_canonical(body, chart):
 @pytest.mark.parametrize(("body", "chart"), [case for case in [*CASES, *USER] if case[1] is not ELLIPTIC], ids=name)
 def test_round_trip_and_energy_of_actions(body, chart):
     z = naive.states(body, 300)
-    found = tori(body, z, chart=chart)
-    back = from_action_angle(body, found.J, found.theta, chart=chart)
+    found = action_angles(body, z, chart=chart)
+    back = from_action_angles(body, found.J, found.theta, chart=chart)
     np.testing.assert_allclose(back, z, rtol=0, atol=1e-11)
     result = energy_of_actions(body, found.J, chart=chart)
     assert result.names == found.names
@@ -271,7 +267,7 @@ def test_round_trip_and_energy_of_actions(body, chart):
 
 @pytest.mark.parametrize(("body", "chart"), [case for case in [*CASES, *USER] if case[1] is not ELLIPTIC], ids=name)
 def test_gradient_of_the_energy_is_the_frequency(body, chart):
-    J = tori(body, naive.states(body, 20), chart=chart).J
+    J = action_angles(body, naive.states(body, 20), chart=chart).J
     J[:2] += 0.1
     step, weights, shifts = 1e-3, np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
     spins = (
@@ -288,7 +284,7 @@ def test_gradient_of_the_energy_is_the_frequency(body, chart):
 @pytest.mark.parametrize("body", naive.MODELS[:4], ids=name)
 def test_frequency_map_agrees(body):
     z = naive.states(body, 24, seed=5)
-    found = tori(body, z)
+    found = action_angles(body, z)
     averaged = frequency_map(body, z, time=200 * np.pi, scheme=SOFRONIOU_SPALETTA10, step=0.01)
     measured = np.array([averaged.nu[0], averaged.nu[1], averaged.nu_eta, averaged.nu_gamma])
     gap = np.abs(measured - primitive(found)[0]).max(axis=0)
@@ -325,7 +321,7 @@ def test_closed_forms_are_the_quadratures():
     )
     z = naive.states(naive.MODELS[0], 200)
     for closed, plain in pairs:
-        one, other = tori(Body(closed, 0.8), z), tori(Body(plain, 0.8), z)
+        one, other = action_angles(Body(closed, 0.8), z), action_angles(Body(plain, 0.8), z)
         for left, right in zip(
             (one.J, one.constants, one.turning_points), (other.J, other.constants, other.turning_points), strict=True
         ):
@@ -342,7 +338,7 @@ def test_turning_points_name_the_well():
     body = Body(SeparableAlphaBeta(one_variable(double_well), Oscillator(1.0)))
     z = np.zeros((8, 2))
     z[0], z[2], z[6], z[7], z[4], z[5] = (0.45, 1.5), 0.3, 0.2, 0.3, 0.1, 0.02
-    found = tori(body, z)
+    found = action_angles(body, z)
     found.raise_if_failed()
     low, high = found.turning_points[0]
     assert np.all((low < z[0]) & (z[0] < high))
@@ -364,12 +360,12 @@ def test_several_wells_need_a_hint():
     body = Body(SeparableAlphaBeta(one_variable(wells), Oscillator(1.0)))
     z = np.zeros((8, 2))
     z[0], z[5], z[2], z[7] = (1.1, 3.1), 0.2, 0.3, 0.2
-    found = tori(body, z)
+    found = action_angles(body, z)
     found.raise_if_failed()
     with pytest.raises(ValueError, match=r"near must be given.*wells"):
-        from_action_angle(body, found.J, found.theta)
+        from_action_angles(body, found.J, found.theta)
     for k in range(2):
-        back = from_action_angle(body, found.J[:, k], found.theta[:, k], near=z[:, k])
+        back = from_action_angles(body, found.J[:, k], found.theta[:, k], near=z[:, k])
         np.testing.assert_allclose(back, z[:, k], atol=1e-11)
 
 
@@ -379,7 +375,7 @@ def test_small_angular_momenta_have_limits(body, chart):
     z = np.array([ROOT2, 0.1, 0.3, 0.0, 0.2, 0.3, 0.1, 0.0])
     states = np.repeat(z[:, None], 4, axis=1)
     states[7] = (1e-5, 1e-9, -1e-9, 0.0)
-    found = tori(body, states, chart=chart)
+    found = action_angles(body, states, chart=chart)
     through = not isinstance(body.potential, HeavyTop) or found.status[3] == Status.SEPARATRIX
     np.testing.assert_allclose(
         found.J[:2, 1:], found.J[:2, 1:2] * np.ones(3), atol=2 * np.pi * 1e-9
@@ -400,7 +396,7 @@ def test_small_angular_momenta_have_limits(body, chart):
 def test_p_eta_zero_without_the_axis_is_regular():
     z = np.array([ROOT2, 0, 0.2, 0, 0.1, 0, 0.1, 0.2])
     for potential in (Anharmonic(), Hyperelastic()):
-        found = tori(Body(potential), z)
+        found = action_angles(Body(potential), z)
         assert found.status[0] == Status.OK
         assert found.nu_eta[0] == 0.0
 
@@ -421,7 +417,7 @@ def test_small_oscillations_about_the_undeformed_body(body, chart, size):
     z = np.zeros((8, 50))
     z[0] = ROOT2
     z[2:4], z[6:8] = size * rng.standard_normal((2, 2, 50))
-    found = tori(body, z, chart=chart)
+    found = action_angles(body, z, chart=chart)
     assert np.isin(found.status, (Status.OK, Status.ACTION_ZERO)).all()
     omega = np.sqrt(body.potential.C / body.mu)
     shear = np.sqrt(2) if isinstance(body.potential, Hyperelastic) else 1.0
@@ -435,7 +431,7 @@ def test_vanishing_actions():
     """Circular orbits and equilibria: J = 0 exactly, frequencies at their limits, no angle for that action."""
     harmonic = Body(Harmonic())
     circle = np.array([1.0, 0, 0.5, 0, 0, 1.0, 0, -0.5])  # both planes turn at constant radius
-    found = tori(harmonic, circle)
+    found = action_angles(harmonic, circle)
     assert found.status[0] == Status.ACTION_ZERO
     assert found.J[:2, 0].tolist() == [0.0, 0.0]
     assert np.isnan(found.theta[:2, 0]).all()
@@ -445,7 +441,7 @@ def test_vanishing_actions():
         (Anharmonic(), R_VARTHETA, 1.0),
         (Hyperelastic(), R_VARTHETA, ROOT2),
     ):
-        rest = tori(Body(potential), np.array([ROOT2, 0, 0, 0, 0, 0, 0, 0]), chart=chart)
+        rest = action_angles(Body(potential), np.array([ROOT2, 0, 0, 0, 0, 0, 0, 0]), chart=chart)
         assert rest.status[0] in (Status.ACTION_ZERO, Status.SEPARATRIX)
         assert np.abs(rest.J).max() == 0.0
         np.testing.assert_allclose(rest.nu[:2, 0], [1 / np.pi, shear / np.pi], rtol=1e-11)
@@ -459,7 +455,7 @@ def test_circular_limit_of_the_quadrature():
     z = np.zeros((8, sizes.size))
     z[0], z[5], z[4] = 1.0, np.sqrt(0.48), sizes
     z[2], z[6], z[7] = 0.4, 0.1, 0.3
-    found = tori(body, z)
+    found = action_angles(body, z)
     found.raise_if_failed()
     # Radial frequency of small oscillations: omega^2 = V'' + 3 V'/alpha at alpha = 1, V'' = 0.24 + 1 + 1.8.
     limit = np.sqrt(0.24 + 1.0 + 1.8 + 3 * 0.48) / (2 * np.pi)
@@ -482,10 +478,12 @@ def test_narrow_shear_next_to_the_wall():
         0.12255096203570004,
         2.8284282268446446,
     ]
-    found = tori(Body(Hyperelastic()), z)
+    found = action_angles(Body(Hyperelastic()), z)
     np.testing.assert_allclose([found.nu[1, 0], found.J[1, 0]], [0.77828, 0.0160648], rtol=1e-5)
     later = integrate(Body(Hyperelastic()), z, time=3.0, step=0.002, scheme=SOFRONIOU_SPALETTA10).z
-    assert abs(turned(tori(Body(Hyperelastic()), later).theta[1] - found.theta[1] - 3 * found.nu[1])[0]) < 1e-10
+    assert (
+        abs(turned(action_angles(Body(Hyperelastic()), later).theta[1] - found.theta[1] - 3 * found.nu[1])[0]) < 1e-10
+    )
 
 
 def quartic_spring(strength):
@@ -498,7 +496,7 @@ def test_units_do_not_matter():
     z = np.array([1.0, 0.1, 0.5, 0.2, 0.3, 0.9, 0.2, -0.4])
     first = None
     for K in (1e-6, 1.0, 1e6, 1e12):
-        found = tori(Body(SeparableAlphaBeta(quartic_spring(K), quartic_spring(K))), z / np.sqrt(K))
+        found = action_angles(Body(SeparableAlphaBeta(quartic_spring(K), quartic_spring(K))), z / np.sqrt(K))
         values = np.concatenate([found.J[:, 0] * K, found.nu[:, 0], found.theta[:, 0]])
         first = values if first is None else first
         np.testing.assert_allclose(values, first, rtol=1e-12)
@@ -506,15 +504,18 @@ def test_units_do_not_matter():
 
 def test_a_constant_in_the_potential_costs_only_its_digits():
     z = [2.0, 0, 3e-4, 1e-3, 0.1, 1.5, 1e-3, 2e-4]
-    plain = tori(Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: np.cosh(x)))), z).nu[1, 0]
-    raised = tori(Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: 1000.0 + np.cosh(x)))), z).nu[1, 0]
+    plain = action_angles(Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: np.cosh(x)))), z).nu[1, 0]
+    raised = action_angles(
+        Body(SeparableAlphaBeta(Oscillator(1.0), one_variable(lambda x: 1000.0 + np.cosh(x)))), z
+    ).nu[1, 0]
     assert raised == pytest.approx(plain, rel=1e-8)
 
 
 def test_motion_through_the_axis_keeps_its_energy():
     """Exactly on beta = 0 the energy of the motion through it is |p_b|^2/2 mu, not a difference: J_vartheta ~ p^2."""
     ratios = [
-        tori(Body(HeavyTop(1.0, -1.0)), [2.0, 0, 0, 0, 0.1, 1.5, p, 0]).J[1, 0] / p**2 for p in (1e-3, 1e-5, 1e-7)
+        action_angles(Body(HeavyTop(1.0, -1.0)), [2.0, 0, 0, 0, 0.1, 1.5, p, 0]).J[1, 0] / p**2
+        for p in (1e-3, 1e-5, 1e-7)
     ]
     np.testing.assert_allclose(ratios, 1.742642062, rtol=1e-7)  # mpmath
 
@@ -522,27 +523,27 @@ def test_motion_through_the_axis_keeps_its_energy():
 def test_unbound_motion_has_a_status():
     falling = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x)), Oscillator(1.0)))
     z = np.array([[1.0, 0, 0.3, 0, 2.0, 0.1, 0.1, 0.2], [1.0, 0, 0.3, 0, 0.1, 0.3, 0.1, 0.2]]).T
-    found = tori(falling, z)
+    found = action_angles(falling, z)
     assert found.status.tolist() == [Status.UNBOUND, Status.OK]
     assert np.isnan(found.J[:, 0]).all()
-    alone = tori(falling, z[:, 1])
+    alone = action_angles(falling, z[:, 1])
     np.testing.assert_array_equal(alone.J[:, 0], found.J[:, 1])
     # h_vartheta < 0: the body falls to D1 = D2 = 0.
-    collapsing = tori(Body(HeavyTop(1.0, -3.0)), np.array([1.0, 0, 0.1, 0, 0.1, 0, 0.1, 0.0]))
+    collapsing = action_angles(Body(HeavyTop(1.0, -3.0)), np.array([1.0, 0, 0.1, 0, 0.1, 0, 0.1, 0.0]))
     assert collapsing.status[0] == Status.UNBOUND
 
 
 @pytest.mark.parametrize(("body", "chart"), [CASES[0], CASES[6], ANGULAR[1]], ids=name)
 def test_results_do_not_depend_on_threads_or_company(body, chart):
     z = naive.states(body, 200)
-    together = tori(body, z, chart=chart, threads=1)
+    together = action_angles(body, z, chart=chart, threads=1)
     spoiled = z.copy()
     spoiled[4:, ::7] *= 1e3
-    for other in (tori(body, z, chart=chart), tori(body, spoiled, chart=chart)):
+    for other in (action_angles(body, z, chart=chart), action_angles(body, spoiled, chart=chart)):
         keep = np.arange(200) % 7 != 0
         for row in ("J", "nu", "theta", "constants"):
             np.testing.assert_array_equal(getattr(together, row)[:, keep], getattr(other, row)[:, keep])
-    alone = tori(body, z[:, 123], chart=chart)
+    alone = action_angles(body, z[:, 123], chart=chart)
     np.testing.assert_array_equal(alone.theta[:, 0], together.theta[:, 123])
 
 
@@ -585,7 +586,7 @@ def test_narrow_barriers_and_wells_are_seen(width, height):
         def momentum2(x, spin=spin, E=E):
             return 2 * mu * (E - V.value(x)) - spin**2 / x**2
 
-        found = tori(body, z)
+        found = action_angles(body, z)
         found.raise_if_failed()
         ends = []
         for side in (-1, 1):
@@ -643,7 +644,7 @@ def test_every_bound_state_has_values_or_a_status(numbers):
     for potential in (Harmonic(), Anharmonic(), HeavyTop(1.0, 0.5)):
         if (potential.margin(z[0] ** 2 + z[1] ** 2, z[2] ** 2 + z[3] ** 2)) <= 1e-9:
             continue
-        found = tori(Body(potential), z)
+        found = action_angles(Body(potential), z)
         values = np.concatenate([found.J[:, 0], found.nu[:, 0], found.theta[:, 0]])
         assert found.status[0] != Status.OK or np.isfinite(values).all()
         if found.status[0] == Status.OK:
@@ -652,19 +653,25 @@ def test_every_bound_state_has_values_or_a_status(numbers):
 
 def test_wrong_input_is_named():
     body, z = Body(Hyperelastic()), naive.states(naive.MODELS[2], 3)
-    found = tori(body, z)
+    found = action_angles(body, z)
     for call, message in (
-        (lambda: tori(Body(NeoHookean()), z), "NeoHookean is in none"),
-        (lambda: tori(body, z, chart=ALPHA_BETA), "chart must be one that Hyperelastic separates in, r-vartheta"),
-        (lambda: tori(body, z[:7]), "z0 must have shape"),
-        (lambda: tori(body, z, threads=0), "threads must be at least 1"),
-        (lambda: from_action_angle(body, -found.J, found.theta), "must not be negative"),
-        (lambda: from_action_angle(body, found.J[:3], found.theta), "J must have shape"),
-        (lambda: from_action_angle(body, found.J, found.theta[:, :2]), "theta must have as many orbits"),
-        (lambda: from_action_angle(body, found.J * np.nan, found.theta), "J must be finite"),
-        (lambda: from_action_angle(Body(Harmonic()), found.J, found.theta, chart=ELLIPTIC), "alpha-beta or r-vartheta"),
+        (lambda: action_angles(Body(NeoHookean()), z), "NeoHookean is in none"),
         (
-            lambda: tori(Body(SeparableAlphaBeta(np.cos, Zero())), z),
+            lambda: action_angles(body, z, chart=ALPHA_BETA),
+            "chart must be one that Hyperelastic separates in, r-vartheta",
+        ),
+        (lambda: action_angles(body, z[:7]), "z0 must have shape"),
+        (lambda: action_angles(body, z, threads=0), "threads must be at least 1"),
+        (lambda: from_action_angles(body, -found.J, found.theta), "must not be negative"),
+        (lambda: from_action_angles(body, found.J[:3], found.theta), "J must have shape"),
+        (lambda: from_action_angles(body, found.J, found.theta[:, :2]), "theta must have as many orbits"),
+        (lambda: from_action_angles(body, found.J * np.nan, found.theta), "J must be finite"),
+        (
+            lambda: from_action_angles(Body(Harmonic()), found.J, found.theta, chart=ELLIPTIC),
+            "alpha-beta or r-vartheta",
+        ),
+        (
+            lambda: action_angles(Body(SeparableAlphaBeta(np.cos, Zero())), z),
             r"V_alpha must be a function|must be a float or a NamedTuple",
         ),
     ):
@@ -673,7 +680,7 @@ def test_wrong_input_is_named():
     # Its wells end: -1/x^2 at infinity would have tori of any action.
     bounded = Body(SeparableAlphaBeta(one_variable(lambda x: -1 / (1 + x * x) ** 2), Oscillator(1.0)))
     with pytest.raises(ValueError, match="J must be the actions of a torus: orbit 0"):
-        from_action_angle(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
+        from_action_angles(bounded, [50.0, 1.0, 1.0, 0.5], [0, 0, 0, 0])
     energies = energy_of_actions(bounded, np.array([[50.0, 1.0, 1.0, 0.5], [0.1, 1.0, 1.0, 0.5]]).T)
     assert energies.status[0] in (Status.UNBOUND, Status.NOT_CONVERGED)
     assert energies.status[1] == Status.OK

@@ -24,13 +24,11 @@ from fastaff import (
     Hyperelastic,
     NeoHookean,
     Status,
-    TorusFit,
-    Verdict,
     energy_grid,
     fit_torus,
-    from_matrix,
     integrate,
 )
+from fastaff.analysis import TorusFit, Verdict
 from fastaff.analysis.frequencies.integer_lattice import (
     box,
     determinant,
@@ -42,6 +40,7 @@ from fastaff.analysis.frequencies.integer_lattice import (
     reduced,
     relations,
 )
+from fastaff.charts import from_matrix
 
 # x y z u, p_x p_y p_z p_u
 POINTS = (

@@ -14,14 +14,11 @@ from fastaff import (
     LEAPFROG,
     SOFRONIOU_SPALETTA10,
     YOSHIDA4,
-    Algebraic,
     AlphaTurning,
     Body,
-    Exponential,
     HenonHeiles,
     Hyperelastic,
     Linear,
-    Logistic,
     NeoHookean,
     Status,
     TimeTransformed,
@@ -32,6 +29,7 @@ from fastaff import (
     tangent_map,
 )
 from fastaff.compile.elementary import branch_free
+from fastaff.schemes import Algebraic, Exponential, Logistic
 from fastaff.schemes.time_transformed import lifted, lowered, transformed_model
 
 RATES = [Exponential(0.7, 0.3), Logistic(0.5, 0.4), Algebraic(0.5, 0.2, 1.5)]

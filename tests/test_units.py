@@ -1,7 +1,7 @@
 """Units of length, time and mass, the origin and the zero of V change no verdict, and no number beyond rounding:
 function by function.
 
-`integrate`, `chaos`, `frequency_map`, periodic orbits and energy surfaces have such tests beside their others.
+`integrate`, `chaos_map`, `frequency_map`, periodic orbits and energy surfaces have such tests beside their others.
 """
 
 import numpy as np
@@ -46,7 +46,7 @@ def test_tori(model, energy, seed, time):
         fa.fit_torus(model, model.rows(z0[:, None])[:, 0], time=time * model.time),
     )
     assert other.verdict is plain.verdict
-    if plain.verdict is fa.Verdict.TORUS:
+    if plain.verdict is fa.analysis.Verdict.TORUS:
         np.testing.assert_array_equal(other.k.shape[0], plain.k.shape[0])
         np.testing.assert_allclose(other.nu * model.time, plain.nu, rtol=1e-9)
         np.testing.assert_allclose(other.J / action(model), plain.J, rtol=1e-7, atol=1e-9)
@@ -72,7 +72,7 @@ def test_webs(unit):
     x, y = np.meshgrid(np.linspace(0, 1, 40), np.linspace(0, 1, 33), indexing="ij")
     nu = np.array([1 + 0.1 * x, 0.9 + 0.31 * y**2, 0.55 + 0.2 * x * y])
     nu[2] = np.where(np.abs(nu[2] - 0.6) < 0.02, nu[0] / 2, nu[2])
-    plain, other = fa.web(nu, max_order=6), fa.web(unit * nu, max_order=6)
+    plain, other = fa.resonance_web(nu, max_order=6), fa.resonance_web(unit * nu, max_order=6)
     assert len(plain) > 5
     assert [line.vector for line in other] == [line.vector for line in plain]
     assert any(line.locked.any() for line in plain)

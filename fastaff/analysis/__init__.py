@@ -1,4 +1,56 @@
-"""What is found out about orbits, one subject a folder.
+"""What is found out about orbits, one subject a folder: here are its results and less common
+functions.
 
-Each imports only those named before it: orbits, frequencies, sections, chaos, periodic, tori.
+Each folder imports only those named before it: orbits, frequencies, sections, chaos, periodic, tori.
 """
+
+from .chaos.chaos_map import ChaosMap
+from .chaos.chaotic_fraction import ChaoticFraction
+from .chaos.indicators import Character
+from .frequencies.frequency_map import FrequencyKind, FrequencyMap
+from .frequencies.naff import FrequencyLines
+from .frequencies.resonance_web import ResonanceLine, ratio_web
+from .frequencies.resonances import Resonances, diffusion_histogram
+from .orbits.integrate import Orbits
+from .orbits.tangent_map import TangentMap
+from .periodic.bifurcations import Bifurcation, Event
+from .periodic.continuation import Branch
+from .periodic.find_periodic_orbits import periodic_guesses
+from .periodic.periodic_orbits import PeriodicOrbits, Stability
+from .sections.energy_grid import EnergyGrid, NotReached
+from .sections.energy_sample import EnergySample
+from .sections.islands import Islands, Rotation
+from .sections.poincare_map import SectionMap
+from .tori.action_angles import ActionAngles, EnergyOfActions
+from .tori.fit_torus import TorusFit, Verdict
+
+__all__ = [
+    "ActionAngles",
+    "Bifurcation",
+    "Branch",
+    "ChaosMap",
+    "ChaoticFraction",
+    "Character",
+    "EnergyGrid",
+    "EnergyOfActions",
+    "EnergySample",
+    "Event",
+    "FrequencyKind",
+    "FrequencyLines",
+    "FrequencyMap",
+    "Islands",
+    "NotReached",
+    "Orbits",
+    "PeriodicOrbits",
+    "ResonanceLine",
+    "Resonances",
+    "Rotation",
+    "SectionMap",
+    "Stability",
+    "TangentMap",
+    "TorusFit",
+    "Verdict",
+    "diffusion_histogram",
+    "periodic_guesses",
+    "ratio_web",
+]

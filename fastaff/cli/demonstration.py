@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import files, plot
 from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
-from ..analysis.sections.energy_grid import Grid, energy_grid
+from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
 from ..analysis.sections.poincare_map import SectionMap, poincare_map
 from ..base.status import describe
 from ..models import Body, Hyperelastic, NeoHookean
@@ -52,7 +52,7 @@ class Portrait:
     energy: float
     section: SectionMap
     diffusion: np.ndarray
-    grid: Grid
+    grid: EnergyGrid
     map: FrequencyMap
     edge: plot.Edge
     seconds: tuple[float, float]
@@ -196,7 +196,7 @@ def random_starts(body: Any, edge: plot.Edge, energy: float, orbits: int) -> np.
     return np.ascontiguousarray(fine.z0[:, chosen])
 
 
-def surface(body: Any, energy: float, cells: tuple[int, int]) -> Grid:
+def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
     """Return a grid over beta and p_gamma of the energy surface, at p_beta = 0 on the section."""
     edge = plot.edge(body, SECTION, energy=energy, p_eta=P_ETA)
     beta = np.linspace(0.0, edge.coordinate[-1], cells[0] + 2)[1:-1]
@@ -213,7 +213,7 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> Grid:
         cell.append(row.cell * cells[1] + k)
     forbidden = np.ones(cells[0] * cells[1], bool)
     forbidden[np.concatenate(cell)] = False
-    return Grid(
+    return EnergyGrid(
         np.concatenate(z0, axis=1),
         np.concatenate(cell),
         forbidden.reshape(cells),

@@ -175,7 +175,7 @@ class Surface:
                 "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system "
                 "of two "
                 f"coordinates; this one has the {body.degrees_of_freedom} coordinates {', '.join(body.coordinates)}: "
-                "use fastaff.poincare_map or fastaff.chaos from Python"
+                "use fastaff.poincare_map or fastaff.chaos_map from Python"
             )
         planes = tuple(f"{name}=c" for name in body.coordinates) if plane else ()
         text = self.section or (f"{body.coordinates[0]}=0" if plane else "alpha-turning")

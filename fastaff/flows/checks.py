@@ -141,7 +141,7 @@ def checked_chart(chart: Any) -> Chart:
     """Return `chart` if it is one of GL(2,R)."""
     if not isinstance(chart, Chart):
         raise TypeError(
-            f"chart must be a chart such as fastaff.ALPHA_BETA, got {shown(chart)} ({type(chart).__name__})"
+            f"chart must be a chart such as fastaff.charts.ALPHA_BETA, got {shown(chart)} ({type(chart).__name__})"
         )
     return chart
 

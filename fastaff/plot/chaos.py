@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.chaos.chaotic_fraction import ChaosScan
+from ..analysis.chaos.chaotic_fraction import ChaoticFraction
 from ..analysis.chaos.indicators import GALI, SALI, BirkhoffDigits
-from ..analysis.sections.energy_grid import Grid
-from ..analysis.sections.energy_sample import Edge, Sample
+from ..analysis.sections.energy_grid import EnergyGrid
+from ..analysis.sections.energy_sample import Edge, EnergySample
 from ..base.status import Status
 from .sections import DIFFUSION, PALE_END, Artists, symbol
 
@@ -76,7 +76,7 @@ def limit_scale(values: Any, limit: float) -> Any:
 
 
 def plot_chaos_map(
-    starts: Grid | Sample,
+    starts: EnergyGrid | EnergySample,
     chaos_map: ChaosMap,
     *,
     ax: Any,
@@ -109,7 +109,7 @@ def plot_chaos_map(
         each, limit = chaos_map.values[row], float(np.median(chaos_map.limits[row]))
         fine = fine & np.isfinite(each)
         colours = {"cmap": limit_colours(_falls(indicator)), "norm": norm or limit_scale(each[fine], limit)}
-    if isinstance(starts, Grid):
+    if isinstance(starts, EnergyGrid):
         image = np.ma.masked_invalid(starts.spread(np.where(fine, each, np.nan)))
         points = ax.pcolormesh(*starts.axes, image.T, rasterized=True, shading="nearest", **colours)
         at = np.array([grid.ravel()[starts.cell] for grid in np.meshgrid(*starts.axes, indexing="ij")])
@@ -204,7 +204,7 @@ def parameter_label(name: str) -> str:
 
 
 def plot_chaotic_fraction(
-    scan: ChaosScan,
+    scan: ChaoticFraction,
     *,
     ax: Any,
     colour: Any = "#00306f",
@@ -250,7 +250,7 @@ def plot_chaotic_fraction(
     return Artists(points, None, tuple(lines), (), missing)
 
 
-def _fraction_map(scan: ChaosScan, fraction: np.ndarray, ax: Any, colorbar: bool) -> tuple[Any, Any]:
+def _fraction_map(scan: ChaoticFraction, fraction: np.ndarray, ax: Any, colorbar: bool) -> tuple[Any, Any]:
     import matplotlib
     from matplotlib.colors import ListedColormap, Normalize
 
@@ -294,7 +294,7 @@ def plot_history(
     history, times = chaos_map.history[chaos_map.names.index(indicator)], chaos_map.history_times
     if not np.isfinite(history).any():
         raise ValueError(
-            f"chaos_map has no history of {indicator}: call chaos(..., history=200) with an indicator of tangent "
+            f"chaos_map has no history of {indicator}: call chaos_map(..., history=200) with an indicator of tangent "
             "vectors"
         )
     total = history.shape[1]

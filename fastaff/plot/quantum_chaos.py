@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.sections.energy_grid import Grid
+from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge
 from ..charts import ALPHA_BETA
 from .sections import Artists, symbol
@@ -21,7 +21,7 @@ STYLES = (("#b35900", "-"), ("#00306f", "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb
 
 
 def plot_husimi(
-    grid: Grid,
+    grid: EnergyGrid,
     values: ArrayLike,
     *,
     ax: Any,

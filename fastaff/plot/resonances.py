@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.resonance_web import WebLine
+from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram
 from .sections import DIFFUSION, Artists, clipped, colour_map, symbol
 
@@ -29,7 +29,7 @@ def formula(vector: Sequence[int], names: Sequence[str]) -> str:
 
 
 def plot_web(
-    lines: Sequence[WebLine],
+    lines: Sequence[ResonanceLine],
     *,
     ax: Any,
     names: Sequence[str],
@@ -39,9 +39,9 @@ def plot_web(
 ) -> Artists:
     """Draw the lines of a web over a grid, those of low order thicker, and name the longest of the lowest orders.
 
-    Parameters: lines: of `fastaff.web`, drawn white in a dark casing; names: of the frequencies; axes: of the grid, as
-    given to `web`; labels: how many resonances are named; dots: mark the grid points of `locked`, for resonances that
-    do not hold everywhere. Returns Artists: points are the dots, or None; missing is 0.
+    Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies; axes: of the
+    grid, as given to `resonance_web`; labels: how many resonances are named; dots: mark the grid points of `locked`,
+    for resonances that do not hold everywhere. Returns Artists: points are the dots, or None; missing is 0.
     """
     drawn: list[Any] = []
     written: list[Any] = []
@@ -60,7 +60,7 @@ def plot_web(
 
 
 def plot_ratio_web(
-    lines: Sequence[WebLine],
+    lines: Sequence[ResonanceLine],
     *,
     ax: Any,
     names: Sequence[str],
@@ -72,9 +72,9 @@ def plot_ratio_web(
 ) -> Artists:
     """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
 
-    Parameters: lines: of `fastaff.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits, or None;
-    values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many lines are
-    named. Returns Artists; `missing` counts orbits that are not finite.
+    Parameters: lines: of `fastaff.analysis.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits,
+    or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many lines
+    are named. Returns Artists; `missing` counts orbits that are not finite.
     """
     drawn = [ax.plot(*part.T, **_style(line.order))[0] for line in lines for part in line.lines]
     points = bar = None
@@ -149,7 +149,7 @@ def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
     return ax.scatter(x, y, s=6, color="white", edgecolor="black", linewidths=0.5, zorder=2, rasterized=True)
 
 
-def _name_on(ax: Any, line: WebLine, text: str, places: list[np.ndarray]) -> list[Any]:
+def _name_on(ax: Any, line: ResonanceLine, text: str, places: list[np.ndarray]) -> list[Any]:
     """Write a line's name on its longest part, where it is farthest from the other names; nothing where there is no
     room.
     """

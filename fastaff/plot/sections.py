@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.sections.energy_grid import Grid
+from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge, edge
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
@@ -336,7 +336,7 @@ def _equation(line: tuple[int, int, int], x: str, y: str) -> str:
 
 
 def plot_diffusion_grid(
-    grid: Grid, values: Any, *, ax: Any, norm: Any = None, label: str = DIFFUSION, colorbar: bool = True
+    grid: EnergyGrid, values: Any, *, ax: Any, norm: Any = None, label: str = DIFFUSION, colorbar: bool = True
 ) -> Artists:
     """Draw values (orbits,) of the orbits of a Grid, such as a map's diffusion, as an image over its two coordinates.
 

@@ -79,7 +79,7 @@ def quasiclassical_levels(
     Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order; m, l: whole
     numbers of spin and vorticity, one or (levels,); maslov: the indices M of the two coordinates, BOHR_SOMMERFELD = (0,
     0), EBK = (2, 2), or others; hbar > 0; single_valued: wave functions on GL(2,R) need m + l even (else refused),
-    False: on the covering; chart, near as in `from_action_angle`. Returns QuasiclassicalLevels. Raises ValueError or
+    False: on the covering; chart, near as in `from_action_angles`. Returns QuasiclassicalLevels. Raises ValueError or
     TypeError for wrong input. Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar
     l. Exact (EBK) for Harmonic and Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies
     between 2 and 3 (the wall at det = 0). Cost: that of `energy_of_actions`, about 20 microseconds for a level by

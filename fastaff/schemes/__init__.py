@@ -20,7 +20,7 @@ from .catalogue import (
     scheme_named,
     triple_jump,
 )
-from .time_transformed import TimeTransformed
+from .time_transformed import Algebraic, Exponential, Logistic, TimeTransformed
 
 __all__ = [
     "AUTO",
@@ -33,7 +33,10 @@ __all__ = [
     "SOFRONIOU_SPALETTA10",
     "VERNER9",
     "YOSHIDA4",
+    "Algebraic",
     "Automatic",
+    "Exponential",
+    "Logistic",
     "RungeKutta",
     "Scheme",
     "Splitting",

@@ -121,7 +121,7 @@ class ChaosMap:
 
 
 @recorded
-def chaos(
+def chaos_map(
     body: Any,
     z0: Any,
     *,
@@ -180,7 +180,7 @@ def chaos(
         interrupted = True
     result = _result(work, tolerance, interrupted)
     if interrupted:
-        stopped = Interrupted("chaos")
+        stopped = Interrupted("chaos_map")
         stopped.partial = result
         raise stopped
     return result

@@ -18,7 +18,7 @@ from ...base.status import Status
 from ...flows.flow import Interrupted, Report
 from ...schemes.catalogue import KAHAN_LI8, VERNER9, RungeKutta, Splitting
 from ..sections.energy_grid import NotReached
-from .chaos_map import ChaosMap, chaos
+from .chaos_map import ChaosMap, chaos_map
 from .indicators import MEGNO, SALI, Indicator
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
@@ -26,7 +26,7 @@ TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
 
 
 @dataclass(frozen=True)
-class ChaosScan:
+class ChaoticFraction:
     """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
 
     names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and
@@ -140,22 +140,22 @@ def chaotic_fraction(
     energy_tolerance: float = 1e-6,
     threads: int | None = None,
     report: Report | None = None,
-) -> ChaosScan:
+) -> ChaoticFraction:
     """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
 
     Parameters: make: called as make(value) or make(value1, value2), gives (body, z0), z0 (2n, orbits) as of
     `energy_sample`; where it raises NotReached or gives an empty z0 the case is empty; axes: one or two arrays of
     values; names: of the parameters; time: of every case, or a function of (body, z0) that gives it; indicators,
-    early_stop: as in `chaos`; step: None for a trial in every case; second: an adaptive scheme for the orbits that the
-    fixed steps of the first lose at a steep wall, None for no second chance; the other options as in `integrate`.
-    Returns ChaosScan. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with the finished cases in
-    `.partial`.
+    early_stop: as in `chaos_map`; step: None for a trial in every case; second: an adaptive scheme for the orbits that
+    the fixed steps of the first lose at a steep wall, None for no second chance; the other options as in `integrate`.
+    Returns ChaoticFraction. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with the finished
+    cases in `.partial`.
 
     One launch a case, so that memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them
     out would bend the fraction, so they run again, judged by the same limits. The share of section points
     (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume. Cost: that of
-    `chaos` for each case, and a trial of steps. Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area
-    against the energy).
+    `chaos_map` for each case, and a trial of steps. Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the
+    area against the energy).
     """
     values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
     function("make", make)
@@ -173,7 +173,7 @@ def chaotic_fraction(
     if not callable(time):
         time = positive("time", time)
     run = functools.partial(
-        chaos,
+        chaos_map,
         indicators=indicators,
         early_stop=early_stop,
         rtol=rtol,
@@ -210,7 +210,7 @@ def _portion(report: Report, number: int, cases: int, fraction: float) -> None:
     report((number + fraction) / cases)
 
 
-def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaosScan:
+def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaoticFraction:
     shape = tuple(axis.size for axis in axes)
     counts: list[Any] = [np.zeros(shape, np.int64) for _ in range(5)]
     rows: list[Any] = [np.full((len(indicators), *shape), np.nan) for _ in range(3)]
@@ -219,7 +219,7 @@ def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tup
     orbits, chaotic, regular, undecided, rescued = counts
     medians, chaotic_medians, limits = rows
     time, step, error = numbers
-    return ChaosScan(
+    return ChaoticFraction(
         names,
         axes,
         orbits,

@@ -21,7 +21,7 @@ MAX_ORDER = 12
 SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so that squares stay finite
 
 
-class Lines(NamedTuple):
+class FrequencyLines(NamedTuple):
     """Hold the lines sum_k amplitude_k exp(2 pi i nu_k t) of each signal, the largest first.
 
     A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places.
@@ -46,7 +46,7 @@ class Lines(NamedTuple):
         return 2 * np.pi * self.nu
 
 
-def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> Lines:
+def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> FrequencyLines:
     """Find the strongest `lines` spectral lines of each signal and fit them together.
 
     Parameters
@@ -90,7 +90,7 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> Lines:
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
     batch = len(flat)
-    result = Lines(
+    result = FrequencyLines(
         np.empty((batch, lines)), np.empty((batch, lines), complex), np.empty((batch, lines)), np.empty(batch)
     )
     rows = max(1, CHUNK_SAMPLES // samples)
@@ -103,7 +103,7 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> Lines:
         for chunk in chunks[thread::threads]:
             if stop.is_set():
                 return
-            scratch.analyse(flat[chunk], chunk.start, Lines(*(field[chunk] for field in result)))
+            scratch.analyse(flat[chunk], chunk.start, FrequencyLines(*(field[chunk] for field in result)))
 
     if threads == 1:
         analyse(0)
@@ -119,7 +119,7 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> Lines:
     nu /= unit
     error /= unit
     full = (*shape, lines)
-    return Lines(nu.reshape(full), amplitude.reshape(full), error.reshape(full), residual.reshape(shape))
+    return FrequencyLines(nu.reshape(full), amplitude.reshape(full), error.reshape(full), residual.reshape(shape))
 
 
 class _Scratch:
@@ -132,7 +132,7 @@ class _Scratch:
         self.window = window
         self.work = workspace(samples, lines)
 
-    def analyse(self, rows: np.ndarray, first: int, result: Lines) -> None:
+    def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
         """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
         signals, transforms = self.signals[: len(rows)], self.transforms[: len(rows)]
         signals[...] = rows

@@ -14,7 +14,7 @@ from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
 from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
 
 
-class WebLine(NamedTuple):
+class ResonanceLine(NamedTuple):
     """One resonance k . nu = 0 of a web.
 
     vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
@@ -36,7 +36,7 @@ class WebLine(NamedTuple):
         return float(sum(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum() for line in self.lines))
 
 
-def web(
+def resonance_web(
     nu: Any,
     *,
     axes: Sequence[Any] | None = None,
@@ -46,7 +46,7 @@ def web(
     errors: Any = None,
     jump: float | None = None,
     shortest: int = 4,
-) -> list[WebLine]:
+) -> list[ResonanceLine]:
     """Find the lines k . nu = 0 over a grid of initial conditions.
 
     Parameters: nu (n, n1, n2), n = 2 to 4, NaN where there is no orbit or it is not regular; axes: the coordinates
@@ -75,7 +75,7 @@ def web(
     width = widths(nu, real("tolerance", tolerance), errors)
     valid = np.isfinite(nu[0])
     smooth = valid if jump is None else valid & ~_torn(nu, real("jump", jump))
-    found: list[WebLine] = []
+    found: list[ResonanceLine] = []
     everywhere: list[np.ndarray] = []
     for vector in k:
         value = np.tensordot(vector, nu, axes=1)
@@ -92,13 +92,13 @@ def web(
         )
         lines = tuple(line for line in contour.lines(0.0) if len(line) >= shortest) if contour else ()
         if lines or locked.any():
-            found.append(WebLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked))
+            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked))
     return _distinct(found, everywhere)
 
 
 def ratio_web(
     *, x: tuple[float, float], y: tuple[float, float], max_order: int = 8, resonances: Any = None
-) -> list[WebLine]:
+) -> list[ResonanceLine]:
     """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
 
     Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
@@ -113,7 +113,7 @@ def ratio_web(
             continue
         line = _segment(vector.astype(float), box)
         if line is not None:
-            found.append(WebLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), (line,), None))
+            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), (line,), None))
     return found
 
 
@@ -184,7 +184,7 @@ def _torn(nu: np.ndarray, jump: float) -> np.ndarray:
     return torn
 
 
-def _distinct(found: list[WebLine], everywhere: list[np.ndarray]) -> list[WebLine]:
+def _distinct(found: list[ResonanceLine], everywhere: list[np.ndarray]) -> list[ResonanceLine]:
     """Keep a basis of the resonances that hold everywhere, and one of those that agree up to combinations of these."""
     if not everywhere:
         return found

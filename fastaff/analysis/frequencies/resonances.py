@@ -130,10 +130,10 @@ def resonances(
     """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
     Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and
-    errors, a FrequencyMap or Tori; max_order: of the vectors searched, 1 to 50; tolerance >= 0, relative; errors: of
-    the shape of nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels; threads, report as
-    in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted never: Ctrl-C is
-    KeyboardInterrupt.
+    errors, a FrequencyMap or ActionAngles; max_order: of the vectors searched, 1 to 50; tolerance >= 0, relative;
+    errors: of the shape of nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels; threads,
+    report as in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted never:
+    Ctrl-C is KeyboardInterrupt.
 
     A relation is a primitive k, its first entry that is not zero positive, with |k|_1 = sum |k_i| <= max_order and
 

@@ -27,7 +27,7 @@ ARRAYS = 32
 
 
 @dataclass(frozen=True)
-class Grid:
+class EnergyGrid:
     """Initial conditions on the cells of a grid over two section coordinates.
 
     z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2): cells
@@ -60,7 +60,7 @@ class Grid:
 @recorded
 def energy_grid(
     body: Any, *, energy: float, section: Any, axes: Sequence[Any], p_eta: float = 0.0, p_gamma: float = 0.0
-) -> Grid:
+) -> EnergyGrid:
     """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
 
     Parameters: body; energy; section: a value of `fastaff.models.sections`; axes: two arrays of coordinates, (beta,
@@ -90,7 +90,7 @@ def energy_grid(
             f"[{second.min():.6g}, {second.max():.6g}] on {section!r}: it is below the minimum there, or the section "
             "is elsewhere"
         )
-    return Grid(
+    return EnergyGrid(
         np.ascontiguousarray(z[:, found]),
         np.flatnonzero(found),
         ~found.reshape(first.size, second.size),

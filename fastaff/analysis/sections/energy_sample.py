@@ -30,7 +30,7 @@ class Edge(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sample:
+class EnergySample:
     """Random points on a section of an energy surface.
 
     z0 (2n, orbits); points (2, orbits): the section's coordinate and its momentum, of the names given; energy.
@@ -56,7 +56,7 @@ def energy_sample(
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
     axes: Any = None,
-) -> Sample:
+) -> EnergySample:
     """Draw random points of a section of an energy surface, uniform in the measure that the section's return map keeps.
 
     Parameters: energy, section, p_eta, p_gamma: as in `energy_grid`; orbits: how many; seed: of
@@ -116,7 +116,7 @@ def _draw(
     sheets: int,
     count: int,
     random: Any,
-) -> tuple[Sample, int]:
+) -> tuple[EnergySample, int]:
     """Return so many points, each drawn from one of the boxes by their areas, and of `sheets` sheets one; and the most
     sheets met.
 
@@ -149,9 +149,9 @@ def _draw(
                 f"energy {energy} reaches less than a thousandth of the ranges {boxes!r} on {section!r}: narrow them"
             )
     if most > sheets:
-        return Sample(np.zeros((0, 0)), np.zeros((2, 0)), names, energy), most
+        return EnergySample(np.zeros((0, 0)), np.zeros((2, 0)), names, energy), most
     z0, points = (np.concatenate(part, axis=1)[:, :count] for part in zip(*found_parts, strict=True))
-    return Sample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy), most
+    return EnergySample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy), most
 
 
 def _area_lift(

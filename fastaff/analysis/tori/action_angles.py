@@ -25,7 +25,7 @@ LARGEST_ACTION = 1e150
 
 
 @dataclass(frozen=True, repr=False)
-class Tori:
+class ActionAngles:
     """Action-angle description of states of a separable body; arrays over orbits last, rows as `names`.
 
     names: the two coordinates of the chart, then phi, psi (eta, gamma where an angle has a potential); J (4, orbits),
@@ -57,7 +57,7 @@ class Tori:
     regular_turning_points: np.ndarray
 
     def __repr__(self) -> str:
-        return f"<Tori of {self.status.size} states, {', '.join(self.names)}: {self.summary()}>"
+        return f"<ActionAngles of {self.status.size} states, {', '.join(self.names)}: {self.summary()}>"
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
@@ -95,15 +95,15 @@ class Tori:
 
 
 @recorded
-def tori(
+def action_angles(
     body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None
-) -> Tori:
+) -> ActionAngles:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 
     Parameters: body: Body (or StackelBody) whose potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop,
     SeparableAlphaBeta, SeparableRVartheta, SeparableElliptic, or any with a property alpha_beta, r_vartheta or
     elliptic; z0 (8,) or (8, orbits); chart: which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA,
-    ELLIPTIC; default the first of these); threads, report as in `integrate`. Returns Tori. Raises TypeError or
+    ELLIPTIC; default the first of these); threads, report as in `integrate`. Returns ActionAngles. Raises TypeError or
     ValueError for wrong input and for bodies that do not separate. Status, never an exception, for orbits: UNBOUND (J,
     nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the limit of all that has one, NaN for the angle of
     a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0, or an equilibrium
@@ -140,7 +140,7 @@ def tori(
             _to_spin(rows, factor)
         theta[2:] -= np.floor(theta[2:])
     energy = constants[0] + constants[1] if separated.family.code == 0 else constants[0]
-    return Tori(
+    return ActionAngles(
         separated.names,
         J,
         nu,
@@ -196,7 +196,7 @@ def _to_spin(rows: np.ndarray, factor: float) -> None:
     rows[2], rows[3] = total, difference
 
 
-def from_action_angle(
+def from_action_angles(
     body: Any,
     J: ArrayLike,
     theta: ArrayLike,
@@ -205,16 +205,17 @@ def from_action_angle(
     near: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Find the phase points of given actions and angles on the tori of a separable body: the inverse of `tori`.
+    """Find the phase points of given actions and angles on the tori of a separable body: the inverse of
+    `action_angles`.
 
     Parameters: body: doubly isotropic and separable in (alpha, beta) or (r, vartheta); J (4,) or (4, orbits), J >= 0 of
     the two coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number
-    of the other; chart as in `tori`; near: phase point (8,), or one for each orbit, in the well that is meant, where
-    the effective potentials have several; threads as in `integrate`. Returns z (8, orbits), (8,) for single ones.
+    of the other; chart as in `action_angles`; near: phase point (8,), or one for each orbit, in the well that is meant,
+    where the effective potentials have several; threads as in `integrate`. Returns z (8, orbits), (8,) for single ones.
     Raises ValueError or TypeError for wrong input, and where no torus has these actions. Formulas: the constants by
     Newton's method on J, from the bottom of the effective potential; the phases by Newton's method on theta = dS/dJ.
-    J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `tori` agree to 1e-11 or better. Source:
-    Martens & Slawianowski, section 4 (the inverse is derived).
+    J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles` agree to 1e-11 or
+    better. Source: Martens & Slawianowski, section 4 (the inverse is derived).
     """
     actions, angles, single = _rows("J", J), _rows("theta", theta), np.ndim(J) == np.ndim(theta) == 1
     n = max(actions.shape[1], angles.shape[1])
@@ -255,8 +256,8 @@ def energy_of_actions(
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
-    Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angle`. Returns EnergyOfActions; at
-    J_eta = 0 or J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the
+    Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angles`. Returns EnergyOfActions;
+    at J_eta = 0 or J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the
     status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there. Formulas: closed for the
     oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures. Source:
     Martens & Slawianowski, section 4.
@@ -434,7 +435,7 @@ def _invert(
         raise ValueError(
             f"near must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a "
             "phase point in the "
-            "one that is meant (`tori` of it gives its turning points)"
+            "one that is meant (`action_angles` of it gives its turning points)"
         )
     _to_spin(nu, 0.5)
     return energy, nu, status

@@ -21,7 +21,7 @@ from ...flows.flow import Flow, mark_drift
 from ...flows.motion import motion
 from ...flows.trials import make_flow
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
-from ..chaos.chaos_map import chaos
+from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, first_basis, inverse, quotient, relations
 from .fit_series import Samples, Series, fit, grow, weights, window
 from .fit_signals import signals
@@ -195,11 +195,11 @@ def fit_torus(
     ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
     periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
     (bench/test_torus_fit.py). nu_error: what unequal parts of the window, and half the step, change. "Not a torus" is
-    an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos`, over the same time; of a body that
-    has `tangent_force`): weak chaos below `tolerance` passes. Cost: 16 flops per sample, term and signal for each of
-    some 20 passes: 0.2 to 10 s an orbit. Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533,
-    134 (lines); Percival 1974, J. Phys. A 7, 794 (Fourier tori, their actions and invariance equation); Das, Saiki,
-    Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
+    an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time; of a body
+    that has `tangent_force`): weak chaos below `tolerance` passes. Cost: 16 flops per sample, term and signal for each
+    of some 20 passes: 0.2 to 10 s an orbit. Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C
+    533, 134 (lines); Percival 1974, J. Phys. A 7, 794 (Fourier tori, their actions and invariance equation); Das,
+    Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
     z = phase_points("z0", z0, checked_model(body))
@@ -345,7 +345,7 @@ def _doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
     """Return a fit that is not good enough with the verdict that chaos gives, or that there is none to be seen."""
     evidence, verdict = {**found.evidence, "longer": 4 * time}, Verdict.UNDECIDED
     if hasattr(found.body, "tangent_force"):
-        seen = chaos(found.body, z, time=1.5 * time)
+        seen = chaos_map(found.body, z, time=1.5 * time)
         evidence |= {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
         verdict = Verdict.NOT_A_TORUS if seen.chaotic[0] else verdict
     return replace(

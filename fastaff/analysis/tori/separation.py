@@ -125,7 +125,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     wanted = getattr(chart, "name", chart)
     if chart is not None and not isinstance(wanted, str):
         raise TypeError(
-            f"chart must be a chart such as fastaff.ALPHA_BETA, or its name, got {shown(chart)} "
+            f"chart must be a chart such as fastaff.charts.ALPHA_BETA, or its name, got {shown(chart)} "
             f"({type(chart).__name__})"
         )
     chosen = [family for family in possible if chart is None or family.chart == wanted]

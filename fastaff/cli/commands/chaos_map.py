@@ -107,7 +107,7 @@ def chaos_map(
         few, how = z[:, :64], {"scheme": scheme, "step": run.step or 0.02, "threads": run.threads}
 
         def smallest() -> None:
-            fastaff.chaos(one, few, time=1.0, **fixed, **how)
+            fastaff.chaos_map(one, few, time=1.0, **fixed, **how)
             if time is None:
                 _period(one, few[:, :2], section, run.threads)
 
@@ -149,7 +149,7 @@ def chaos_map(
 
     result = watched(
         Progress("chaos", z0.shape[1]),
-        lambda report: fastaff.chaos(body, z0, report=report, **fixed, **choices),
+        lambda report: fastaff.chaos_map(body, z0, report=report, **fixed, **choices),
         lambda partial: kept(partial, lambda: save(partial)),
     )
     say(f"chaotic fraction {result.fraction:.3f}; {finished(result, clock.perf_counter() - start)}")

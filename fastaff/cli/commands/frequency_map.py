@@ -52,7 +52,7 @@ def frequencies(
     fixed: dict[str, Any] = {"time": positive("time", time), "method": method}
 
     def smallest() -> None:
-        scheme = fastaff.scheme_named(run.scheme.replace("-", "_"))
+        scheme = fastaff.schemes.scheme_named(run.scheme.replace("-", "_"))
         few: dict[str, Any] = {"scheme": scheme, "step": run.step or 0.02, "threads": run.threads}
         fastaff.frequency_map(body, z0[:, :1], **{**fixed, "time": 5.0}, **few)
         if method == "birkhoff":

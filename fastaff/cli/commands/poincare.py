@@ -55,7 +55,7 @@ def poincare(
     span: dict[str, Any] = {} if no_diffusion else {"method": "naff"}
 
     def smallest() -> None:
-        scheme, step = fastaff.scheme_named(run.scheme.replace("-", "_")), run.step or 0.02
+        scheme, step = fastaff.schemes.scheme_named(run.scheme.replace("-", "_")), run.step or 0.02
         few: dict[str, Any] = {"scheme": scheme, "step": step, "threads": run.threads}
         fastaff.poincare_map(body, z0[:, :1], section=section, crossings=1, max_time=max_time or 20.0, **few)
         if span:

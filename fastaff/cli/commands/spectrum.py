@@ -195,7 +195,7 @@ def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], wat
     whole("levels", levels, 1)
     asked: dict[str, Any] = {"count": levels} if below is None else {"below": below}
     return watch(
-        lambda report: fastaff.all_levels(body, **asked, **how, report=report),
+        lambda report: fastaff.quantum.all_levels(body, **asked, **how, report=report),
         "complete below E = {complete_below:.6g}",
     )
 
@@ -218,7 +218,7 @@ def _scanned(
         )
 
     return watch(
-        lambda report: fastaff.level_diagram(
+        lambda report: fastaff.quantum.level_diagram(
             make, axis.values, m=m, l=l, levels=levels, name=axis.name, report=report, **how
         ),
         "the others are NaN",
@@ -236,13 +236,13 @@ def _some(
     def compute(report: Progress) -> Any:
         try:
             for number, (m, l) in enumerate(classes):
-                found.append(fastaff.spectrum(body, m=m, l=l, levels=levels, **how))
+                found.append(fastaff.quantum.spectrum(body, m=m, l=l, levels=levels, **how))
                 report((number + 1) / len(classes))
         except KeyboardInterrupt:
             stopped = fastaff.Interrupted("spectrum")
-            stopped.partial = fastaff.level_list(found) if found else None
+            stopped.partial = fastaff.quantum.level_list(found) if found else None
             raise stopped from None
-        return fastaff.level_list(found)
+        return fastaff.quantum.level_list(found)
 
     return found, watch(compute, "of the first classes")
 
