@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fastaff import KAHAN_LI8, AlphaTurning, BetaTurning, Body, Hyperelastic
+from fastaff import AlphaTurning, BetaTurning, Body, Hyperelastic
 from fastaff.analysis.sections.poincare_map import start_crossings
 from fastaff.flows import observers
-from fastaff.flows.trials import make_flow
+from fastaff.flows.plan import Options, plan
 from fastaff.kernels.crossings import RECORD
 
 BODY, ORBITS, TIME, WANTED = Body(Hyperelastic()), 150, 60.0, 6
@@ -21,7 +21,7 @@ def z0():
 
 
 def run(observer, memory, columns, z0):
-    flow, _ = make_flow(BODY, z0, KAHAN_LI8, 0.1, 1e-12, 1e-12, None)
+    flow = plan(BODY, z0, Options(step=0.1)).flow
     ensemble, out = flow.ensemble(z0.copy()), np.zeros((z0.shape[1], columns))
     flow.advance(ensemble, observer, memory, out, time=TIME, refill=True)
     return ensemble, out
@@ -30,7 +30,7 @@ def run(observer, memory, columns, z0):
 def section_memory(section, z0):
     observer = observers.crossings(section, WANTED, 4)
     memory = np.zeros((observer.rows, ORBITS))
-    flow, z = make_flow(BODY, z0, KAHAN_LI8, 0.1, 1e-12, 1e-12, None)
+    flow, z, _ = plan(BODY, z0, Options(step=0.1))
     start_crossings(flow, memory, section, flow.ensemble(z))
     return observer, memory
 

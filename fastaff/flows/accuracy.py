@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.numbers import positive, shown
-from ..schemes.automatic import Automatic
-from ..schemes.catalogue import RungeKutta, Splitting
 from .flow import Flow
-from .motion import Motion, motion
+from .motion import Motion
 from .time_transformed import TransformedFlow
-from .trials import SPAN, chosen_steps
-
-ACCURACY = 1e-10
-"""Accuracy where neither a step nor an accuracy is asked for."""
+from .trials import SPAN, chosen_steps, on_ladder
 
 SHARE = 0.25
 """Share of the accuracy that the error expected from the trial may take."""
@@ -34,9 +27,9 @@ NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
 
 
-class Plan(NamedTuple):
+class Steps(NamedTuple):
     """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN
-    radians, the scales.
+    radians (NaN where not known), the scales.
     """
 
     step: np.ndarray
@@ -44,63 +37,31 @@ class Plan(NamedTuple):
     motion: Motion
 
 
-def wants_accuracy(scheme: Any, step: Any, accuracy: Any, default: float = ACCURACY) -> float | None:
-    """Return the accuracy to reach by halving, or the default; None where a step or a scheme that controls its steps
-    was chosen instead.
+def planned(
+    flow: Flow | TransformedFlow,
+    z: np.ndarray,
+    found: Motion,
+    time: np.ndarray | float,
+    accuracy: float,
+    *,
+    run: float,
+    parts: int,
+) -> Steps:
+    """Return steps whose errors, growing in proportion to `time` as on regular orbits, stay below a share of the
+    accuracy, and of which a multiple of `parts` is the whole `run`.
 
-    Raises ValueError where both were, TypeError or ValueError for an accuracy that is no number between 0 and 1.
+    Where others chose one step, or tolerances, for all orbits, it is that step (1 for tolerances).
     """
-    fixed = isinstance(scheme, (Splitting, Automatic)) or (isinstance(scheme, RungeKutta) and not scheme.adaptive)
-    if accuracy is None:
-        return default if step is None and fixed else None
-    value = positive("accuracy", accuracy)
-    if value >= 1:
-        raise ValueError(f"accuracy must be below 1, relative to the amplitudes of the motion, got {accuracy!r}")
-    if step is not None:
-        raise ValueError(
-            f"accuracy and step exclude one another: give one of them, got accuracy={accuracy!r} and step={step!r}"
-        )
-    if not fixed:
-        name = getattr(scheme, "name", shown(scheme))
-        raise ValueError(
-            f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has tolerances of its own, or is no "
-            "scheme"
-        )
-    return value
-
-
-def refined(flow: Flow | TransformedFlow, step: np.ndarray) -> Flow | TransformedFlow:
-    """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances by
-    its order.
-    """
-    if isinstance(flow, TransformedFlow):
-        return replace(flow, flow=replace(flow.flow, step=float(step[0])))
-    if flow.adaptive:
-        factor = float(step[0]) ** flow.scheme.order
-        return replace(flow, rtol=flow.rtol * factor, atol=flow.atol * factor)
-    return replace(flow, step=step)
-
-
-def planned_alike(flow: Flow | TransformedFlow, model: Any, z: np.ndarray, threads: int) -> Plan:
-    """Return one step for all orbits, that of the flow (1 for an adaptive one): a plan for schemes that others
-    chose.
-    """
-    found = motion(model, z, threads)
-    step = 1.0 if flow.adaptive else float(np.max(flow.step))
-    return Plan(np.full(z.shape[1], step), np.full(z.shape[1], np.nan), found)
-
-
-def planned(flow: Flow, z: np.ndarray, found: Motion, time: np.ndarray | float, accuracy: float) -> Plan:
-    """Return steps whose errors, growing in proportion to time as on regular orbits, stay below a share of the
-    accuracy.
-    """
+    if flow.alike:
+        one = 1.0 if flow.adaptive else float(np.max(flow.step))
+        return Steps(np.full(z.shape[1], one), np.full(z.shape[1], np.nan), found)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
-    step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)
-    return Plan(step, local, found)
+    step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
+    return Steps(on_ladder(step, run, parts), local, found)
 
 
 def estimated(
-    flow: Flow | TransformedFlow, plan: Plan, apart: np.ndarray, phase: np.ndarray
+    flow: Flow | TransformedFlow, plan: Steps, apart: np.ndarray, phase: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and
     rounding's share.
@@ -114,7 +75,7 @@ def estimated(
     order = flow.scheme.order
     spans = np.maximum(phase / SPAN, 1.0)
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
-    noise = NOISE * (2.0 * np.ones_like(kicks) if getattr(flow, "precise", False) else np.sqrt(kicks))
+    noise = NOISE * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
     local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
     share = noise * np.sqrt(spans) / np.maximum(local * 2.0**order, 1e-300)
     with np.errstate(all="ignore"):
@@ -128,7 +89,7 @@ def estimated(
 
 def halved(
     flow: Flow | TransformedFlow,
-    plan: Plan,
+    plan: Steps,
     accuracy: float,
     run: Callable[[np.ndarray, np.ndarray], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
@@ -148,7 +109,7 @@ def halved(
         fine = run(orbits, step)
         apart, phase, weight = compare(fine, coarse, orbits)
         error, rounding = (
-            weight * part for part in estimated(flow, Plan(step, local, plan.motion.of(orbits)), apart, phase)
+            weight * part for part in estimated(flow, Steps(step, local, plan.motion.of(orbits)), apart, phase)
         )
         worst = error.max(axis=0)
         again = (worst > accuracy) & (worst <= accuracy * 2.0**order) & (rounding.max(axis=0) < 0.5 * worst)

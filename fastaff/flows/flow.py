@@ -13,7 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from ..base.numbers import number_of_steps, whole
+from ..base.numbers import fits, number_of_steps, whole
 from ..base.status import Status
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES, loop_over_units
@@ -181,7 +181,12 @@ class Flow:
     @property
     def adaptive(self) -> bool:
         """Whether the scheme controls its step."""
-        return isinstance(self.scheme, RungeKutta) and self.scheme.adaptive
+        return self.scheme.adaptive
+
+    @property
+    def alike(self) -> bool:
+        """Whether all orbits have one step or one pair of tolerances, that others chose."""
+        return self.adaptive
 
     @property
     def precise(self) -> bool:
@@ -234,8 +239,19 @@ class Flow:
         return np.maximum(1, number_of_steps(time, self.step)).astype(np.int64)
 
     def fitted(self, time: float | np.ndarray, parts: int = 1) -> Flow:
-        """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`."""
-        return replace(self, step=time / (parts * self.steps(time / parts)))
+        """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`; itself if
+        adaptive.
+        """
+        return self if self.adaptive else replace(self, step=time / (parts * self.steps(time / parts)))
+
+    def sized(self, step: np.ndarray) -> Flow:
+        """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with
+        tolerances by its order.
+        """
+        if self.adaptive:
+            factor = float(step[0]) ** self.scheme.order
+            return replace(self, rtol=self.rtol * factor, atol=self.atol * factor)
+        return replace(self, step=step)
 
     def finer(self) -> Flow:
         """Return the flow with half its step, or with a hundredth of its tolerances."""
@@ -273,6 +289,31 @@ class Flow:
         """
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, report)
+
+    def states(self, z: np.ndarray) -> np.ndarray:
+        """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves."""
+        return z
+
+    def section(self, section: Any) -> Any:
+        """Return a section of the model as one of the flow's states: itself."""
+        return section
+
+    def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+        """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and
+        whether interrupted.
+        """
+        rows, orbits = ensemble.z.shape
+        fits("samples", orbits, count, rows)
+        states, interrupted = np.full((orbits, count, rows), np.nan), False
+        try:
+            if count:
+                self.sampled(ensemble, count, time=time, states=states, report=report)
+            else:
+                nothing = observers.nothing()
+                self.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, report=report)
+        except KeyboardInterrupt:
+            interrupted = True
+        return states.transpose(1, 2, 0), interrupted
 
     def sampled(
         self,

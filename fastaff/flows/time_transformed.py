@@ -9,19 +9,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.numbers import fits, positive
+from ..base.numbers import fits
 from ..base.status import Status
 from ..kernels import time_levels as kernels
 from ..kernels.crossings import LOCATED, NOTHING, RECORD
 from ..models.sections import Linear
-from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
+from ..schemes.automatic import TRIAL_ORBITS, spread, trial_rounds
 from ..schemes.catalogue import DOP853
-from ..schemes.time_transformed import Algebraic, Logistic, TimeTransformed, lifted, transformed_model
-from .checks import checked_model, energies, energy_drift, phase_points
-from .flow import Ensemble, Flow, Report, checked_threads
+from ..schemes.time_transformed import (
+    Algebraic,
+    Logistic,
+    TimeTransformed,
+    lifted,
+    lowered,
+    transformed_model,
+    transformed_section,
+)
+from .checks import energies, energy_drift
+from .flow import Ensemble, Flow, Report
 from .motion import typical_rate
 from .observers import Observer
-from .trials import ERROR, following_step, make_flow, staying, trial_step, trials_in_time, unset_step
+from .trials import following_step, staying, trial_step
 
 PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
@@ -61,27 +69,31 @@ def _levels(row: int, count: int, rows: int) -> Observer:
 
 @dataclass(frozen=True)
 class TransformedFlow:
-    """A flow in the fictitious time s of a transformed model up to `time`; `pace` is about dt/ds, to expect numbers of
-    steps by.
+    """A model's flow by a `TimeTransformed` scheme up to `time`: it stands in for `Flow`.
 
-    It stands in for `Flow` where states are those of the transformed model (see `lifted`); an ensemble's `time` is the
-    orbits' time.
+    The ensemble's states are those of the transformed model (see `lifted`), its `time` is the orbits' time; `states`
+    and `section` translate. `pace` is about dt/ds, to expect numbers of steps by.
     """
 
+    original: Any
     flow: Flow
     scheme: TimeTransformed
     pace: float
     patience: int = PATIENCE
 
-    @property
-    def adaptive(self) -> bool:
-        """Whether the scheme controls its step in s: no."""
-        return False
+    adaptive = False
+    precise = False
+    alike = True
 
     @property
     def model(self) -> Any:
         """The transformed model."""
         return self.flow.model
+
+    @property
+    def threads(self) -> int:
+        """The number of threads."""
+        return self.flow.threads
 
     @property
     def step(self) -> float:
@@ -97,11 +109,25 @@ class TransformedFlow:
         """Return the most steps that an orbit may take to reach `time`."""
         return self.patience * math.ceil(time / (self.step * self.pace))
 
+    def fitted(self, time: float, parts: int = 1) -> TransformedFlow:
+        """Return the flow itself: its steps divide no time."""
+        return self
+
+    def sized(self, step: np.ndarray) -> TransformedFlow:
+        """Return the flow with a step in s of that size, the first of (orbits,)."""
+        return replace(self, flow=replace(self.flow, step=float(step[0])))
+
+    def states(self, z: np.ndarray) -> np.ndarray:
+        """Return the model's phase points (2n, ...) of rows z of an ensemble."""
+        return lowered(z)
+
+    def section(self, section: Any) -> Any:
+        """Return a section of the model as one of the flow's states."""
+        return transformed_section(section, self.row)
+
     def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
-        """Start orbits from transformed states z0 (2n + 2, orbits), which is taken over; radius: those of the orbits in
-        the model.
-        """
-        started = self.flow.ensemble(z0, radius=radius)
+        """Start orbits from phase points z0 (2n, orbits) of the model; radius: see `Flow.ensemble`."""
+        started = self.flow.ensemble(lifted(z0, energies(self.original, z0)), radius=radius)
         started.radius = np.hypot(started.radius, OVERSHOOT)
         return started
 
@@ -142,12 +168,13 @@ class TransformedFlow:
         """Return the states one step later or earlier; see `Flow.shifted`."""
         return self.flow.shifted(z, steps)
 
-    def sample(self, ensemble: Ensemble, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
-        """Run to the end; return states (count, 2n + 2, orbits) at equidistant times, NaN where not reached, and
-        whether interrupted.
+    def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
+        """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and whether
+        interrupted.
 
         Orbits that finish end at the last of them.
         """
+        wanted, count = count, max(count, 1)
         rows, orbits = ensemble.z.shape
         width = RECORD + rows
         fits("samples", orbits, count, width)
@@ -173,44 +200,7 @@ class TransformedFlow:
         whole = (passed == count) & np.isfinite(states[-1]).all(axis=0)
         ensemble.z[:, whole] = states[-1][:, whole]
         ensemble.time[:] = np.where(whole, self.model.time, ensemble.z[self.row] * self.model.time)
-        return states, interrupted
-
-
-def flow_over(
-    time: float,
-    model: Any,
-    z0: Any,
-    scheme: Any,
-    step: Any,
-    rtol: Any,
-    atol: Any,
-    threads: Any,
-    *,
-    error: float | None = ERROR,
-) -> tuple[Flow | TransformedFlow, np.ndarray]:
-    """Return the flow of any scheme for a run over `time`, and z0 as a fresh array of its states; see `make_flow`."""
-    if isinstance(scheme, Automatic):
-        chosen = chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads)
-        scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
-    if not isinstance(scheme, TimeTransformed):
-        return make_flow(model, z0, scheme, step, rtol, atol, threads, time=time, error=error)
-    z = phase_points("z0", z0, checked_model(model))
-    size = None if step is None else positive("step", step)
-    positive("rtol", rtol), positive("atol", atol)
-    flow = prepared(time, model, z, scheme, size, checked_threads(threads))[0]
-    return flow, lifted(z, energies(model, z))
-
-
-def chosen_scheme(time, model, z0, scheme, step, rtol, atol, threads) -> Trial:
-    """Return what an automatic scheme chooses for a run over `time`."""
-    unset_step(step)
-    z, count = phase_points("z0", z0, checked_model(model)), checked_threads(threads)
-    tried = trials_in_time(model, z, scheme, rtol, atol, count, time)
-    for candidate in scheme.candidates:
-        if isinstance(candidate, TimeTransformed):
-            flow, error, cost = prepared(time, model, z, candidate, None, count, scheme.bound)
-            tried.append(Trial(flow.scheme, flow.step, error, cost))
-    return scheme.choose(tried)
+        return np.array([lowered(state) for state in states[:wanted]]).reshape(wanted, rows - 2, orbits), interrupted
 
 
 def prepared(
@@ -283,7 +273,8 @@ def _flow(
     """Return the flow of a scheme whose rate and step are known."""
     extended = transformed_model(model, scheme.rate, time)
     step = min(step, time / pace)  # tau = t/time must not overshoot 1 by orders of magnitude
-    return TransformedFlow(Flow(extended, scheme.splitting, step, 1e-12, 1e-12, threads), scheme, pace, patience)
+    flow = Flow(extended, scheme.splitting, step, 1e-12, 1e-12, threads)
+    return TransformedFlow(model, flow, scheme, pace, patience)
 
 
 def _tried(
@@ -293,11 +284,11 @@ def _tried(
     unit time.
     """
     flow = _flow(span * rounds, model, scheme, step, 1.0, threads, 100)
-    ensemble = flow.ensemble(lifted(sample, energies(model, sample)))
-    states, _ = flow.sample(ensemble, rounds, None)
+    ensemble = flow.ensemble(sample)
+    states, _ = flow.trajectory(ensemble, span * rounds, rounds, None)
     if np.any(ensemble.status != Status.OK):
         return flow, math.inf, math.inf
-    worst = max(float(energy_drift(flow.model, state, ensemble.energy, ensemble.scale).max()) for state in states)
+    worst = max(float(energy_drift(flow.model.model, state, ensemble.energy, ensemble.scale).max()) for state in states)
     pace = float(ensemble.time.sum() / (ensemble.count.sum() * step))
     return replace(flow, pace=pace, patience=PATIENCE), worst, scheme.stages / (step * pace)
 

@@ -1,4 +1,4 @@
-"""Flows for what a user asks: schemes and steps chosen by trial, for each orbit by itself."""
+"""Trials: steps for each orbit by itself, and what the candidates of a choice of schemes do on a sample."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..base.numbers import numbers, positive, shown
 from ..base.status import Status
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from ..schemes.catalogue import DOP853, RungeKutta, Splitting
 from . import observers
-from .checks import checked_model, checked_scheme, energies, energy_drift, phase_points
-from .flow import Flow, checked_threads, no_memory
-from .motion import Motion, motion, typical_rate
+from .checks import energies, energy_drift
+from .flow import Flow, no_memory
+from .motion import Motion, typical_rate
 
 SPAN, SAMPLES = 16.0, 4
 """Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
@@ -37,41 +36,6 @@ STEPS = 14
 
 TRIALS = 8
 """Steps that are tried for an orbit at most."""
-
-
-def make_flow(
-    model: Any,
-    z0: Any,
-    scheme: Any,
-    step: Any,
-    rtol: Any,
-    atol: Any,
-    threads: Any,
-    *,
-    time: float | None = None,
-    error: float | None = ERROR,
-) -> tuple[Flow, np.ndarray]:
-    """Check what every computation takes; return the flow and z0 as a fresh array (2n, orbits).
-
-    A missing fixed step is chosen for each orbit by `chosen_steps`, for that `error`, as a fraction of `time` where it
-    is known; for no error it is left to the caller, as inf.
-    """
-    checked_model(model)
-    count = checked_threads(threads)
-    if isinstance(scheme, Automatic):
-        unset_step(step)
-        z = phase_points("z0", z0, model)
-        chosen = scheme.in_time.choose(trials_in_time(model, z, scheme.in_time, rtol, atol, count))
-        scheme, step = chosen.scheme, chosen.step if math.isfinite(chosen.step) else None
-    checked_scheme(scheme)
-    z = phase_points("z0", z0, model)
-    size = math.inf if step is None else checked_step(step, z.shape[1])
-    flow = Flow(model, scheme, size, positive("rtol", rtol), positive("atol", atol), count)
-    if flow.adaptive or step is not None or error is None:
-        return flow, z
-    found = motion(model, z, count)
-    chosen_step, _ = chosen_steps(flow, z, found, np.full(z.shape[1], error))
-    return replace(flow, step=chosen_step if time is None else on_ladder(chosen_step, time)), z
 
 
 def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
@@ -128,30 +92,8 @@ def _states(flow: Flow, z: np.ndarray, time: np.ndarray, radius: np.ndarray) -> 
     return flow.sampled(flow.ensemble(np.array(z), radius=radius), SAMPLES, time=time).transpose(1, 2, 0)
 
 
-def checked_step(step: Any, orbits: int) -> float | np.ndarray:
-    """Return `step` as a positive number, or as a fresh array of one for each orbit."""
-    if not isinstance(step, (list, tuple, np.ndarray)) or (isinstance(step, np.ndarray) and step.ndim == 0):
-        return positive("step", step)
-    try:
-        steps = np.array(numbers("step", step))
-    except (TypeError, ValueError):
-        raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
-    if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
-        raise ValueError(
-            f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape "
-            f"{steps.shape}"
-        )
-    return steps
-
-
-def unset_step(step: Any) -> None:
-    """Raise ValueError unless the step is left to an automatic scheme."""
-    if step is not None:
-        raise ValueError(f"step must be None with an automatic scheme, which chooses it; got {step!r}")
-
-
 def trials_in_time(
-    model: Any, z: np.ndarray, scheme: Automatic, rtol: Any, atol: Any, threads: int, time: float | None = None
+    model: Any, z: np.ndarray, scheme: Automatic, rtol: float, atol: float, threads: int, time: float | None = None
 ) -> list[Trial]:
     """Try the candidates that step in time itself on a sample of orbits, for 60/omega at a time.
 
@@ -164,7 +106,7 @@ def trials_in_time(
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
-        flow = Flow(model, candidate, math.inf, positive("rtol", rtol), positive("atol", atol), threads)
+        flow = Flow(model, candidate, math.inf, rtol, atol, threads)
         if flow.adaptive:
             worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
             worst *= max(1.0, (time or span) / (span * rounds))

@@ -37,11 +37,6 @@ class Trial:
     error: float
     cost: float
 
-    @property
-    def symplectic(self) -> bool:
-        """Whether the scheme is symplectic with equal steps."""
-        return not isinstance(self.scheme, RungeKutta)
-
 
 @dataclass(frozen=True)
 class Automatic:
@@ -52,8 +47,9 @@ class Automatic:
     is taken to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
     every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred; where none meets the
     bound the one of least error is taken, an adaptive one where none keeps the sample in the domain. Orbits that leave
-    the domain have no say beside others. A result's `.scheme` and `.step` say what was chosen. `integrate` and
-    `poincare_map` try all candidates, other functions the splittings and Runge-Kutta schemes among them. Raises
+    the domain have no say beside others. A result's `.scheme` and `.step` say what was chosen. The scheme belongs
+    to the set of orbits, the steps to each orbit alone, as without a choice (but one step in s of a `TimeTransformed`).
+    `integrate` and `poincare_map` try all candidates, other functions those that step in time itself. Raises
     TypeError or ValueError for candidates that are no schemes.
     """
 
@@ -97,7 +93,7 @@ class Automatic:
         if not good:
             return min(tried, key=lambda trial: (trial.error, math.isfinite(trial.step)))
         bound = PREFERENCE * min(trial.cost for trial in good)
-        return min(good, key=lambda trial: (not (trial.symplectic and trial.cost <= bound), trial.cost))
+        return min(good, key=lambda trial: (not (trial.scheme.symplectic and trial.cost <= bound), trial.cost))
 
 
 AUTO = Automatic()

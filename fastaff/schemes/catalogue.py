@@ -20,12 +20,12 @@ from fractions import Fraction
 from itertools import chain
 from math import isfinite
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
-from ..base.numbers import flag, reals, shown, text, whole
+from ..base.numbers import flag, reals, text, whole
 from . import _dop853, _verner98
+from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
 
 __all__ = [
     "BLANES_MOAN6",
@@ -45,33 +45,10 @@ __all__ = [
     "triple_jump",
 ]
 
-MOST_ORDER = 40
-"""An order beyond all that there is; its quadrature conditions are still well posed."""
-
-Weights = tuple[float, ...]
-Rows = tuple[Weights, ...]
-
-
-def _require(condition: bool, scheme: str, fault: str) -> None:
-    if not condition:
-        raise ValueError(f"scheme {scheme}: {fault}")
-
-
-def _agree(found: float | np.ndarray, expected: float | np.ndarray, weights: Weights) -> bool:
-    """Whether sums over `weights` agree with what is expected up to rounding."""
-    return bool(np.all(np.abs(found - expected) <= 1e-14 * max(1.0, sum(map(abs, weights)))))
-
 
 def _label(scheme: "Splitting | RungeKutta") -> None:
     """Check what a scheme says of itself."""
     text("name", scheme.name), text("source", scheme.source), whole("order", scheme.order, 1, MOST_ORDER)
-
-
-def _rows(name: str, value: Any) -> Rows:
-    """Return a tuple of rows of numbers."""
-    if not isinstance(value, (tuple, list)):
-        raise TypeError(f"{name} must be a tuple of rows of numbers, got {shown(value)} ({type(value).__name__})")
-    return tuple(reals(f"{name}[{k}]", row) for k, row in enumerate(value))
 
 
 def _shown(scheme: "Splitting | RungeKutta") -> str:
@@ -79,11 +56,6 @@ def _shown(scheme: "Splitting | RungeKutta") -> str:
     if SCHEMES.get(scheme.name) == scheme:
         return scheme.name
     return f"{type(scheme).__name__}(name={scheme.name!r}, order={scheme.order}, stages={scheme.stages})"
-
-
-def _moments(weights: Weights, nodes: np.ndarray, order: int) -> np.ndarray:
-    """Sums of weights * nodes**k for k = 0 ... order - 1."""
-    return np.vander(nodes, order, increasing=True).T @ np.array(weights)
 
 
 @dataclass(frozen=True)
@@ -115,16 +87,16 @@ class Splitting:
         flag("nystrom", self.nystrom)
         for what in ("drift", "kick"):
             object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
-        _require(
+        require(
             len(self.drift) == len(self.kick) + 1 >= 2,
             self.name,
             f"needs one drift more than kicks, got {len(self.drift)} drifts and {len(self.kick)} kicks",
         )
-        _require(all(map(isfinite, (*self.drift, *self.kick))), self.name, "coefficients must be finite")
+        require(all(map(isfinite, (*self.drift, *self.kick))), self.name, "coefficients must be finite")
         for what, weights in (("drift", self.drift), ("kick", self.kick)):
-            _require(weights == weights[::-1], self.name, f"{what} coefficients must be palindromic")
-            _require(
-                _agree(sum(weights), 1.0, weights),
+            require(weights == weights[::-1], self.name, f"{what} coefficients must be palindromic")
+            require(
+                agree(sum(weights), 1.0, weights),
                 self.name,
                 f"{what} coefficients must sum to 1, got {sum(weights)!r}",
             )
@@ -133,12 +105,22 @@ class Splitting:
             ("kick", self.kick, self.drift[:-1], self.order),
             ("drift", self.drift, (0.0, *self.kick), min(self.order, 3) if self.nystrom else self.order),
         ):
-            moments = _moments(weights, np.cumsum(other), degree)
-            _require(
-                _agree(moments, 1 / np.arange(1, degree + 1), weights),
+            found = moments(weights, np.cumsum(other), degree)
+            require(
+                agree(found, 1 / np.arange(1, degree + 1), weights),
                 self.name,
                 f"{what} coefficients contradict the order {self.order}",
             )
+
+    @property
+    def symplectic(self) -> bool:
+        """Whether it is symplectic and reversible with equal steps: yes."""
+        return True
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether it can control its step size: no."""
+        return False
 
     @property
     def stages(self) -> int:
@@ -237,7 +219,7 @@ class RungeKutta:
         for what in ("b", "c", "extra_c"):
             object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
         for what in ("a", "errors", "extra_a", "dense"):
-            object.__setattr__(self, what, _rows(f"scheme {self.name}: {what}", getattr(self, what)))
+            object.__setattr__(self, what, tableau(f"scheme {self.name}: {what}", getattr(self, what)))
         orders = reals("error_orders", self.error_orders)
         object.__setattr__(self, "error_orders", tuple(whole("error_orders", int(p), 1, MOST_ORDER) for p in orders))
         whole("dense_order", self.dense_order, 0, MOST_ORDER)
@@ -253,20 +235,20 @@ class RungeKutta:
             (self.dense_order <= len(self.dense), "dense must have at least as many rows as its order"),
             (all(map(isfinite, chain(*rows, self.b, *self.errors, *self.dense))), "coefficients must be finite"),
         ):
-            _require(condition, self.name, fault)
-        _require(not self.errors or self.fsal, self.name, "errors need a last row of a that is b, with b[-1] = 0")
+            require(condition, self.name, fault)
+        require(not self.errors or self.fsal, self.name, "errors need a last row of a that is b, with b[-1] = 0")
         nodes = self.c_array
         for i, row in enumerate(rows):
-            _require(_agree(sum(row), nodes[i], row), self.name, f"row {i} of a must sum to c[{i}] = {nodes[i]!r}")
-        targets = np.array([_nested(k, len(self.dense)) for k in range(1, self.dense_order + 1)]).T
+            require(agree(sum(row), nodes[i], row), self.name, f"row {i} of a must sum to c[{i}] = {nodes[i]!r}")
+        targets = np.array([nested(k, len(self.dense)) for k in range(1, self.dense_order + 1)]).T
         for what, weights, target in (
             ("b", self.b, 1 / np.arange(1, self.order + 1)),
             *((f"errors[{r}]", row, np.zeros(p)) for r, (row, p) in enumerate(zip(self.errors, self.error_orders))),
             *((f"dense[{r}]", row, targets[r]) for r, row in enumerate(self.dense)),
         ):
-            moments = _moments(weights, nodes[: len(weights)], len(target))
-            _require(_agree(moments, target, weights), self.name, f"{what} contradicts the order {len(target)}")
-        _require(
+            found = moments(weights, nodes[: len(weights)], len(target))
+            require(agree(found, target, weights), self.name, f"{what} contradicts the order {len(target)}")
+        require(
             not self.dense or self.dense[0] == (*self.b, *[0.0] * len(self.extra_c)), self.name, "dense[0] must be b"
         )
 
@@ -284,6 +266,11 @@ class RungeKutta:
     def evaluations(self) -> int:
         """Slopes to compute per step after the first step."""
         return self.stages - self.fsal
+
+    @property
+    def symplectic(self) -> bool:
+        """Whether it is symplectic and reversible with equal steps: no."""
+        return False
 
     @property
     def adaptive(self) -> bool:
@@ -315,15 +302,6 @@ class RungeKutta:
     def dense_array(self) -> np.ndarray:
         """A fresh float64 array (rows of dense, stages + extra)."""
         return np.array(self.dense, dtype=np.float64).reshape(-1, self.stages + len(self.extra_c))
-
-
-def _nested(k: int, rows: int) -> list[float]:
-    """Coefficients of x**k / k in the nesting x (F_0 + (1-x) (F_1 + x (F_2 + ...))); it has degree `rows`."""
-    rest, coefficients = np.polynomial.Polynomial.basis(k) / k // [0, 1], []
-    for r in range(rows):
-        coefficients.append(float(rest(1.0 if r % 2 == 0 else 0.0)))
-        rest = (rest - coefficients[-1]) // ([1, -1] if r % 2 == 0 else [0, 1])
-    return coefficients
 
 
 def _mirrored(half: Sequence[str], *, central: bool) -> Weights:

@@ -117,6 +117,11 @@ class TimeTransformed:
         return f"TimeTransformed({self.splitting.name})"
 
     @property
+    def symplectic(self) -> bool:
+        """Whether it is symplectic and reversible with equal steps: yes, in extended phase space."""
+        return True
+
+    @property
     def order(self) -> int:
         """Order of the splitting."""
         return self.splitting.order

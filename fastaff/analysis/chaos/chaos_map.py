@@ -16,11 +16,11 @@ from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...flows.checks import checked_model
 from ...flows.flow import Flow, Interrupted, Report, energy_error, mark_drift
-from ...flows.trials import make_flow
+from ...flows.plan import Options, plan
 from ...kernels.deviations import LN10
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..frequencies.frequency_map import checked_angles
-from ..orbits.tangent_map import tangent_flow
+from ..orbits.tangent_map import stable_plan
 from .indicators import (
     GALI,
     MEGNO,
@@ -158,13 +158,13 @@ def chaos_map(
     (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history. Source: Skokos & Manos
     2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
-    time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
+    time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
     chosen = _checked(indicators, checked_model(body))
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if isinstance(entry, TangentIndicator)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
-    flow, z = (tangent_flow if tangent else make_flow)(body, z0, scheme, step, rtol, atol, threads)
+    flow, z, _ = (stable_plan if tangent else plan)(body, z0, options)
     _check_scheme(chosen, flow)
     work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
     passes: list[Callable[[Report | None], None]] = [work.stream] if work.streams else []
@@ -178,7 +178,7 @@ def chaos_map(
             run(None if report is None else functools.partial(_portion, report, number, len(passes)))
     except KeyboardInterrupt:
         interrupted = True
-    result = _result(work, tolerance, interrupted)
+    result = _result(work, options.energy_tolerance, interrupted)
     if interrupted:
         stopped = Interrupted("chaos_map")
         stopped.partial = result
@@ -225,7 +225,7 @@ def _check_scheme(chosen: tuple[Indicator, ...], flow: Flow) -> None:
     for entry in chosen:
         if isinstance(entry, BirkhoffDigits) and flow.adaptive:
             raise ValueError(f"BirkhoffDigits needs a scheme of fixed steps, got {flow.scheme.name}")
-        if isinstance(entry, ReversibilityError) and not isinstance(flow.scheme, Splitting):
+        if isinstance(entry, ReversibilityError) and not flow.scheme.symplectic:
             raise ValueError(f"ReversibilityError needs a splitting, which is reversible, got {flow.scheme.name}")
 
 

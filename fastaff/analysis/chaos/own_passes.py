@@ -13,7 +13,7 @@ from ...flows import observers
 from ...flows.flow import Flow, Report, launch, no_memory
 from ...flows.motion import motion
 from ...kernels import zero_one as kernels
-from ..frequencies.frequency_map import frequency_map
+from ..frequencies.frequency_map import FALLBACK, FrequencyWork, checked_angles
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 
 ANGLES = 100
@@ -27,20 +27,9 @@ def frequency_diffusion(
     indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
-    step = None if flow.adaptive else flow.step
-    found = frequency_map(
-        flow.model,
-        z0,
-        time=time,
-        angles=indicator.angles,
-        step=step,
-        scheme=flow.scheme,
-        rtol=flow.rtol,
-        atol=flow.atol,
-        energy_tolerance=1e300,
-        threads=flow.threads,
-        report=report,
-    )
+    work = FrequencyWork(flow, checked_angles(indicator.angles, flow.model), z0, time, None, FALLBACK, report)
+    work.run()
+    found = work.result()
     value = found.diffusion - np.log10(rates / (2 * math.pi))
     return np.where(found.status == Status.OK, value, np.nan), found.status
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -13,11 +14,11 @@ from ...base.numbers import fits, positive
 from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...compile.jit import LANES
-from ...flows.accuracy import HALVINGS, wants_accuracy
+from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
 from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from ...flows.motion import natural_rates
-from ...flows.trials import make_flow
+from ...flows.plan import Options, plan
 from ...models import Body
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .angle_loops import Layout, Plain
@@ -162,8 +163,9 @@ def frequency_map(
     686 (independent lines); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); the paper's nu
     = dE/dJ.
     """
-    time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
-    goal = wants_accuracy(scheme, step, accuracy, ACCURACY)
+    time = positive("time", time)
+    options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    goal = options.goal(ACCURACY)
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
     if fallback is None:
@@ -171,14 +173,14 @@ def frequency_map(
     if not (isinstance(fallback, float) and fallback == np.inf):
         fallback = positive("fallback", fallback)
     angles = checked_angles(angles, checked_model(body))
-    flow, z = make_flow(body, z0, scheme, step, rtol, atol, threads, time=time, error=goal or ACCURACY)
-    work = _Work(flow, angles, z, time, goal, 0.0 if method == "naff" else fallback, report)
+    flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
+    work = FrequencyWork(flow, angles, z, time, goal, 0.0 if method == "naff" else fallback, report)
     interrupted = False
     try:
-        work.run(tolerance)
+        work.run(options.energy_tolerance)
     except KeyboardInterrupt:
         interrupted = True
-    result = work.result(tolerance)
+    result = work.result(options.energy_tolerance)
     if interrupted:
         stopped = Interrupted("frequency_map")
         stopped.partial = result
@@ -213,7 +215,7 @@ def _share(steps: np.ndarray) -> np.ndarray:
     return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))
 
 
-class _Work:
+class FrequencyWork:
     """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
 
     def __init__(
@@ -241,7 +243,7 @@ class _Work:
         self.used = np.full(self.orbits, np.nan)
         self.done = 0
 
-    def run(self, tolerance: float) -> None:
+    def run(self, tolerance: float = math.inf) -> None:
         """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves
         more.
         """
@@ -320,7 +322,7 @@ class _Work:
             interval = self.time * int(d) / steps
             start = np.ascontiguousarray(pilot[own[kept], int(d) - 1 :: int(d)])
             if kept.size:
-                order = self.flow.scheme.order if isinstance(self.flow.scheme, Splitting) else 0
+                order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
                 self._adopt(part[kept], Samples(samples[kept], start, interval, order))
             self.done += own.size
             if self.report is not None:
@@ -340,14 +342,14 @@ class _Work:
         self.basis[:, :, orbits], self.rank[orbits] = found.basis.transpose(1, 2, 0), found.rank
         self.reached[orbits] = True
 
-    def result(self, tolerance: float) -> FrequencyMap:
+    def result(self, tolerance: float = math.inf) -> FrequencyMap:
         """Assemble the map, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for a body."""
         ensemble = self.ensemble
         energy = energy_error(self.flow.model, ensemble)
         mark_drift(ensemble, energy, tolerance)
         ensemble.status[(ensemble.status == Status.OK) & ~self.reached] = Status.INTERRUPTED
         names, nu, error, halves, method = self.angles.names, self.nu, self.error, self.halves, self.method
-        if not isinstance(self.flow.scheme, Splitting):  # whose energy drifts, and frequencies with it
+        if not self.flow.scheme.symplectic:  # whose energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
         leading, leading_error, basis = self.leading, self.leading_error, self.basis
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.

@@ -9,19 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.display import screen
-from ...base.numbers import fits, positive, whole
+from ...base.numbers import positive, whole
 from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
-from ...flows import observers
-from ...flows.accuracy import halved, planned, planned_alike, refined, until, wants_accuracy
+from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
-from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift, no_memory
+from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from ...flows.motion import motion
-from ...flows.time_transformed import TransformedFlow, chosen_scheme, flow_over
-from ...flows.trials import on_ladder
+from ...flows.plan import Options, plan
+from ...flows.time_transformed import TransformedFlow
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
-from ...schemes.time_transformed import TimeTransformed, lowered
+from ...schemes.time_transformed import TimeTransformed
 
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
@@ -105,12 +104,9 @@ def integrate(
     """
     time = positive("time", time)
     count = whole("samples", samples, 0)
-    tolerance = positive("energy_tolerance", energy_tolerance)
-    goal = wants_accuracy(scheme, step, accuracy)
-    if isinstance(scheme, Automatic):
-        chosen = chosen_scheme(time, body, z0, scheme, step, rtol, atol, threads)
-        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
-    flow, z = flow_over(time, body, z0, scheme, step, rtol, atol, threads, error=None)
+    options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
+    goal = options.goal()
     work: Any = (
         _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
     )
@@ -119,7 +115,7 @@ def integrate(
         work.run()
     except KeyboardInterrupt:
         interrupted = True
-    result = work.result(body, tolerance, interrupted)
+    result = work.result(body, options.energy_tolerance, interrupted)
     if interrupted:
         stopped = Interrupted("integrate")
         stopped.partial = result
@@ -131,28 +127,21 @@ class _Plain:
     """Orbits that are run once, with steps or tolerances that the user chose."""
 
     def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
-        if isinstance(flow, Flow) and not flow.adaptive:
-            flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
+        flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
         self.flow, self.time, self.count, self.report = flow, time, count, report
         self.ensemble = flow.ensemble(z)
         self.samples = np.zeros((0, *z.shape))
 
     def run(self) -> None:
         """Run to the end, as far as Ctrl-C lets it."""
-        if isinstance(self.flow, Flow):
-            self.samples, interrupted = sampled(self.flow, self.ensemble, self.time, self.count, self.report)
-        else:
-            states, interrupted = self.flow.sample(self.ensemble, max(self.count, 1), self.report)
-            self.ensemble.z = lowered(self.ensemble.z)
-            self.samples = np.array([lowered(state) for state in states[: self.count]]).reshape(
-                self.count, *self.ensemble.z.shape
-            )
+        self.samples, interrupted = self.flow.trajectory(self.ensemble, self.time, self.count, self.report)
         if interrupted:
             raise KeyboardInterrupt
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, without estimates of errors."""
         unknown = (None, None, None)
+        self.ensemble.z = self.flow.states(self.ensemble.z)
         return _assembled(
             body, self.flow, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, self.flow.step
         )
@@ -196,12 +185,11 @@ class _Accurate:
         )
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
-        self.start = lowered(z) if isinstance(flow, TransformedFlow) else z
         self.ensemble = flow.ensemble(z.copy())
-        self.ensemble.z = self.start.copy()
+        self.ensemble.z = z.copy()
         self.step = np.full(z.shape[1], np.inf)
-        self.samples = np.full((count, *self.start.shape), np.nan)
-        self.error = np.full(self.start.shape, np.inf)
+        self.samples = np.full((count, *z.shape), np.nan)
+        self.error = np.full(z.shape, np.inf)
         self.sample_error = np.full(self.samples.shape, np.inf)
         self.until = np.zeros(z.shape[1])
         self.done = 0
@@ -211,24 +199,18 @@ class _Accurate:
         orbits = self.z.shape[1]
         for start in range(0, orbits, CHUNK):
             self.chunk = np.arange(start, min(start + CHUNK, orbits))
-            z = np.ascontiguousarray(self.start[:, self.chunk])
-            if isinstance(self.flow, TransformedFlow) or self.flow.adaptive:
-                self.plan = planned_alike(self.flow, self.body, z, 1)
-            else:
-                plan = planned(self.flow, z, motion(self.flow.model, z, self.flow.threads), self.time, self.accuracy)
-                self.plan = plan._replace(step=on_ladder(plan.step, self.time, 2 * self.parts))
-            halved(self.flow, self.plan, self.accuracy, self._run, self._compare, self._keep)
+            z = np.ascontiguousarray(self.z[:, self.chunk])
+            found = motion(self.body, z, self.flow.threads)
+            self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
+            halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep)
             self.done += len(self.chunk)
 
     def _run(self, orbits: np.ndarray, step: np.ndarray) -> _Run:
-        flow = refined(self.flow, step)
+        flow = self.flow.sized(step)
         where = self.chunk[orbits]
-        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.plan.motion.radius[orbits])
-        if isinstance(flow, TransformedFlow):
-            states, interrupted = flow.sample(ensemble, self.parts, self._report)
-            states, ensemble.z = np.array([lowered(state) for state in states]), lowered(ensemble.z)
-        else:
-            states, interrupted = sampled(flow, ensemble, self.time, self.parts, self._report)
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.steps.motion.radius[orbits])
+        states, interrupted = flow.trajectory(ensemble, self.time, self.parts, self._report)
+        ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
             ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = (
@@ -245,14 +227,14 @@ class _Accurate:
 
     def _compare(self, fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         with np.errstate(all="ignore"):
-            apart = self.plan.motion.of(orbits).distance(fine.states - coarse.states)
-        return apart, self.times[:, None] * self.plan.motion.rate[orbits], 1.0
+            apart = self.steps.motion.of(orbits).distance(fine.states - coarse.states)
+        return apart, self.times[:, None] * self.steps.motion.rate[orbits], 1.0
 
     def _keep(self, orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
         self.ensemble.take(where, run.ensemble)
         self.step[where] = run.step
-        size = np.concatenate([self.plan.motion.position, self.plan.motion.momentum])[:, orbits[chosen]]
+        size = np.concatenate([self.steps.motion.position, self.steps.motion.momentum])[:, orbits[chosen]]
         self.error[:, where] = error[-1] * size
         every = self.parts // self.count if self.count else 1
         self.samples[..., where] = run.states[every - 1 :: every][: self.count]
@@ -292,18 +274,3 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
         flow.scheme,
         step,
     )
-
-
-def sampled(flow: Flow, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
-    """Run to the end; return the samples (count, 2n, orbits), NaN where not reached, and whether it was interrupted."""
-    rows, orbits = ensemble.z.shape
-    fits("samples", orbits, count, rows)
-    states, interrupted = np.full((orbits, count, rows), np.nan), False
-    try:
-        if count:
-            flow.sampled(ensemble, count, time=time, states=states, report=report)
-        else:
-            flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
-    except KeyboardInterrupt:
-        interrupted = True
-    return states.transpose(1, 2, 0), interrupted

@@ -13,8 +13,8 @@ from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...flows import observers
 from ...flows.checks import checked_tangent_model
-from ...flows.flow import Flow, Interrupted, Report, energy_error, mark_drift, no_memory
-from ...flows.trials import make_flow
+from ...flows.flow import Interrupted, Report, energy_error, mark_drift, no_memory
+from ...flows.plan import Options, Plan, plan
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 
 
@@ -80,8 +80,8 @@ def tangent_map(
     less what orbit and vectors share. Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of
     splittings).
     """
-    time, tolerance = positive("time", time), positive("energy_tolerance", energy_tolerance)
-    flow, z = tangent_flow(body, z0, scheme, step, rtol, atol, threads)
+    time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
+    flow, z, _ = stable_plan(body, z0, options)
     start = checked_deviations(deviations, z)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
@@ -92,7 +92,7 @@ def tangent_map(
         interrupted = True
         ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
     error = energy_error(body, ensemble)
-    mark_drift(ensemble, error, tolerance)
+    mark_drift(ensemble, error, options.energy_tolerance)
     result = TangentMap(
         ensemble.points, ensemble.deviations, ensemble.time, error, ensemble.status, flow.scheme, flow.step
     )
@@ -103,19 +103,16 @@ def tangent_map(
     return result
 
 
-def tangent_flow(
-    body: Any, z0: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
-) -> tuple[Flow, np.ndarray]:
-    """Check what functions of tangent vectors take; return the flow, as yet without vectors, and z0 as a fresh array
-    (2n, orbits).
+def stable_plan(body: Any, z0: Any, options: Options) -> Plan:
+    """Return the plan of a run with tangent vectors, its flow as yet without them.
 
-    A step that is chosen by trial is made stable for vectors in all directions, also those in which the orbits don't
-    move.
+    A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
     """
-    flow, z = make_flow(checked_tangent_model(body), z0, scheme, step, rtol, atol, threads)
-    if step is None and not flow.adaptive:
-        flow = replace(flow, step=np.minimum(flow.step, 1 / fastest_rates(body, z)))
-    return flow, z
+    found = plan(checked_tangent_model(body), z0, options)
+    if options.step is None and not found.flow.adaptive:
+        steps = np.minimum(found.flow.step, 1 / fastest_rates(body, found.z))
+        found = found._replace(flow=replace(found.flow, step=steps))
+    return found
 
 
 def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from ...base.recipe import recorded
 from ...base.status import Status
 from ...flows.checks import checked_section, checked_tangent_model, energies
 from ...flows.flow import Flow
-from ...flows.trials import make_flow
+from ...flows.plan import Options, plan
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .bifurcations import Bifurcation, bifurcations, residue_products
 from .find_periodic_orbits import joined
@@ -154,15 +154,8 @@ def continuation(
     value = float(first.energy[0]) if parameter is None else parameter
     if not low <= value <= high:
         raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-    flow, _ = make_flow(
-        first_model,
-        first.z,
-        first.scheme,
-        None if np.isinf(first.step[0]) else float(first.step[0]),
-        rtol,
-        atol,
-        threads,
-    )
+    taken = None if np.isinf(first.step[0]) else float(first.step[0])
+    flow = plan(first_model, first.z, Options(first.scheme, taken, None, rtol, atol, threads=threads)).flow
     limit = None if max_time is None else positive("max_time", max_time)
     own = step is None and not flow.adaptive
     scale = orbit_scale(first_model, first.z, first.energy, flow.threads)

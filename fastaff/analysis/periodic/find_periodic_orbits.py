@@ -11,7 +11,7 @@ from ...base.numbers import positive, whole
 from ...base.recipe import recorded
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.motion import typical_rate
-from ...schemes.automatic import Automatic
+from ...flows.plan import Options
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..sections.poincare_map import SectionMap, poincare_map
 from .periodic_orbits import PER_ORBIT, WAIT, PeriodicOrbits, periodic_orbits
@@ -103,8 +103,8 @@ def find_periodic_orbits(
             f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {z0.points.shape[2]}"
         )
     starts = z0.points[:, 0].T[:, z0.counts > 0] if given else z0
-    flow, z, _ = checked_guesses(model, starts, None, scheme, step, rtol, atol, threads)
-    chosen = flow.step if isinstance(scheme, Automatic) and not flow.adaptive else step
+    options = Options(scheme, step, None, rtol, atol, threads=threads)
+    flow, z, _ = checked_guesses(model, starts, None, options)
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
     seen = z0
@@ -115,7 +115,7 @@ def find_periodic_orbits(
             section=section,
             crossings=count,
             max_time=wait * count,
-            step=chosen,
+            step=step,
             scheme=flow.scheme,
             rtol=rtol,
             atol=atol,

@@ -14,6 +14,7 @@ from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.flow import Flow, Interrupted
+from ...flows.plan import Options
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .return_map import (
     FINER,
@@ -257,7 +258,8 @@ def periodic_orbits(
     checked_section(section, checked_tangent_model(model, "model"))
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
-    flow, z, energy = checked_guesses(model, z0, energy, scheme, step, rtol, atol, threads)
+    options = Options(scheme, step, None, rtol, atol, threads=threads)
+    flow, z, energy = checked_guesses(model, z0, energy, options)
     end = None if max_time is None else positive("max_time", max_time)
     fits("period", *z.shape, period)
     search = _Search(flow, section, period, end, tolerance, iterations, step is None and not flow.adaptive)

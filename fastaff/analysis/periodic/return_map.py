@@ -19,9 +19,8 @@ from ...flows import observers
 from ...flows.checks import energies
 from ...flows.flow import Flow
 from ...flows.motion import inverse_masses, motion
-from ...flows.trials import make_flow, unset_step
+from ...flows.plan import Options, plan
 from ...kernels import crossings as kernels
-from ...schemes.automatic import Automatic
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 
 STEP_ERROR = 1e-13
@@ -37,18 +36,13 @@ FINER = 8.0
 """How many times shorter a step becomes at once."""
 
 
-def checked_guesses(
-    model: Any, z0: Any, energy: Any, scheme: Any, step: Any, rtol: Any, atol: Any, threads: Any
-) -> tuple[Flow, np.ndarray, np.ndarray]:
+def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
     if model.degrees_of_freedom < 2:
         raise ValueError(
             f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
         )
-    if isinstance(scheme, Automatic):
-        unset_step(step)
-        scheme = make_flow(model, z0, scheme, None, rtol, atol, threads)[0].scheme
-    flow, z = make_flow(model, z0, scheme, step, rtol, atol, threads, error=STEP_ERROR)
+    flow, z, _ = plan(model, z0, options, error=STEP_ERROR)
     given = energies(model, z) if energy is None else numbers("energy", energy)
     if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
         raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")

@@ -13,16 +13,16 @@ from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...charts import Chart
 from ...flows import observers
-from ...flows.accuracy import Plan, halved, planned, planned_alike, refined, wants_accuracy
+from ...flows.accuracy import Steps, halved, planned
 from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
 from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error
 from ...flows.motion import Motion, motion
-from ...flows.time_transformed import TransformedFlow, chosen_scheme, flow_over
-from ...flows.trials import on_ladder
+from ...flows.plan import Options, plan
+from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
-from ...schemes.time_transformed import TimeTransformed, lowered, transformed_section
+from ...schemes.time_transformed import TimeTransformed
 
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
@@ -142,13 +142,11 @@ def poincare_map(
     root finder).
     """
     wanted = whole("crossings", crossings, 1)
-    max_time, tolerance = positive("max_time", max_time), positive("energy_tolerance", energy_tolerance)
+    max_time = positive("max_time", max_time)
     checked_section(section, checked_model(body))
-    goal = wants_accuracy(scheme, step, accuracy)
-    if isinstance(scheme, Automatic):
-        chosen = chosen_scheme(max_time, body, z0, scheme, step, rtol, atol, threads)
-        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
-    flow, z = flow_over(max_time, body, z0, scheme, step, rtol, atol, threads, error=None)
+    options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
+    goal, tolerance = options.goal(), options.energy_tolerance
     if goal is not None:
         result, interrupted = _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
     else:
@@ -162,10 +160,9 @@ def poincare_map(
 
 def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) -> tuple[SectionMap, np.ndarray, bool]:
     """Follow the orbits once; return their crossings, the times that they reached, and whether it was interrupted."""
-    asked = section
-    if isinstance(flow, TransformedFlow):
-        section = transformed_section(section, flow.model.degrees_of_freedom - 1)
-    ensemble, (rows, orbits) = flow.ensemble(z, radius=radius), z.shape
+    asked, section = section, flow.section(section)
+    ensemble = flow.ensemble(z, radius=radius)
+    rows, orbits = ensemble.z.shape
     width, slots = kernels.RECORD + rows, wanted + SPARE
     fits("crossings", orbits, slots, width)
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
@@ -177,9 +174,8 @@ def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) 
     except KeyboardInterrupt:
         interrupted = True
     result = _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance)
-    if isinstance(flow, TransformedFlow):
-        points = np.moveaxis(lowered(np.moveaxis(result.points, -1, 0)), 0, -1)
-        result = replace(result, points=np.ascontiguousarray(points), section=asked)
+    points = np.moveaxis(flow.states(np.moveaxis(result.points, -1, 0)), 0, -1)
+    result = replace(result, points=np.ascontiguousarray(points), section=asked)
     if interrupted:
         result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
     return result, ensemble.time, interrupted
@@ -222,22 +218,18 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
         return np.maximum(np.sqrt(change) / np.abs(passing), 1.0)
 
 
-def _plan(flow, body, z, wanted, max_time, accuracy) -> Plan:
+def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
     """Return the steps to begin with: for as long as the crossings may take, fractions of max_time."""
-    if isinstance(flow, TransformedFlow):
-        return planned_alike(flow, body, lowered(z), 1)
-    if flow.adaptive:
-        return planned_alike(flow, body, z, flow.threads)
     found = motion(body, z, flow.threads)
-    plan = planned(flow, z, found, np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate), accuracy)
-    return plan._replace(step=on_ladder(plan.step, max_time, 2))
+    lasting = np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate)
+    return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
 
 
 def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
     """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was
     interrupted.
     """
-    plan = _plan(flow, body, z, wanted, max_time, accuracy)
+    steps = _steps(flow, body, z, wanted, max_time, accuracy)
     rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
     result = SectionMap(
         np.full((orbits, wanted, rows), np.nan),
@@ -261,23 +253,23 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
 
     def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
         part, reached, interrupted = _mapped(
-            refined(flow, step),
+            flow.sized(step),
             np.ascontiguousarray(z[:, orbits]),
             section,
             wanted,
             max_time,
             tolerance,
             report,
-            plan.motion.radius[orbits],
+            steps.motion.radius[orbits],
         )
         part = replace(part, step=np.full(len(step), np.inf) if flow.adaptive else step)
         if interrupted:
             take(orbits, part)
             raise KeyboardInterrupt
-        return _Crossings(part, reached, slants(body, section, part.points, plan.motion.of(orbits)))
+        return _Crossings(part, reached, slants(body, section, part.points, steps.motion.of(orbits)))
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        scales = plan.motion.of(orbits)
+        scales = steps.motion.of(orbits)
         with np.errstate(all="ignore"):
             late = np.abs(fine.found.times - coarse.found.times) * scales.rate[:, None]
             apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 2, 0))
@@ -295,7 +287,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
         where, part = orbits[chosen], fine.of(chosen)
         error = error[:, chosen].T
-        scales = plan.motion.of(where)
+        scales = steps.motion.of(where)
         there = np.isfinite(part.found.times)
         late = np.where(there, error / scales.rate[:, None], np.nan)
         apart = np.where(
@@ -310,7 +302,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         take(where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
 
     try:
-        halved(flow, plan, accuracy, run, compare, keep)
+        halved(flow, steps, accuracy, run, compare, keep)
     except KeyboardInterrupt:
         return result, True
     return result, False

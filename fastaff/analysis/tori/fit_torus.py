@@ -19,7 +19,7 @@ from ...base.status import Status
 from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points
 from ...flows.flow import Flow, mark_drift
 from ...flows.motion import motion
-from ...flows.trials import make_flow
+from ...flows.plan import Options, plan
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, first_basis, inverse, quotient, relations
@@ -205,7 +205,7 @@ def fit_torus(
     z = phase_points("z0", z0, checked_model(body))
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
-    flow, z = make_flow(body, z, scheme, step, rtol, atol, None)
+    flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol))
     energy, own = float(energies(body, z)[0]), motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0
@@ -222,9 +222,7 @@ def fit_torus(
         )
     if _resting(path):
         return _point(body, path, energy, evidence)
-    taken = (
-        flow if flow.adaptive else flow.fitted(1.5 * time / (len(times) - 1))
-    )  # the steps that it took between samples
+    taken = flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
     finer, state = _path(taken.finer(), z, time, inside)
     finer = finer if state["status"] == Status.OK else path
     found = _fitted(body, times, path, finer, inside, energy, evidence)

@@ -1,0 +1,174 @@
+"""From options to a running flow: checked once, scheme and step chosen where they are left open, and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.numbers import numbers, positive, shown
+from ..schemes.automatic import Automatic, Trial
+from ..schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ..schemes.time_transformed import TimeTransformed
+from .checks import checked_model, checked_scheme, phase_points
+from .flow import Flow, Report, checked_threads
+from .motion import motion
+from .time_transformed import prepared
+from .trials import chosen_steps, on_ladder, trials_in_time
+
+ACCURACY = 1e-10
+"""Accuracy of states where neither a step nor an accuracy is asked for."""
+
+STEP_ERROR = 1e-10
+"""Error of states over 16 radians of the motion, in its amplitudes, for which steps are chosen by functions without an
+accuracy of their own.
+"""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How orbits are run: the keywords that all functions of orbits share, checked together.
+
+    scheme: one of the package or your own, or AUTO; accuracy: error that the function's results may have, or step: the
+    longest fixed step, one for all or (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an
+    adaptive scheme; energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status
+    is ENERGY_DRIFT; threads: None for all; report(fraction): called about ten times a second. Raises ValueError or
+    TypeError for wrong input.
+    """
+
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8
+    step: float | np.ndarray | None = None
+    accuracy: float | None = None
+    rtol: float = 1e-12
+    atol: float = 1e-12
+    energy_tolerance: float = 1e-6
+    threads: int | None = None
+    report: Report | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("rtol", "atol", "energy_tolerance"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        object.__setattr__(self, "threads", checked_threads(self.threads))
+        if isinstance(self.scheme, Automatic):
+            if self.step is not None:
+                raise ValueError(
+                    f"step must be None with an automatic scheme, which chooses it; got {shown(self.step)}"
+                )
+        elif not isinstance(self.scheme, TimeTransformed):
+            checked_scheme(self.scheme)
+        if self.accuracy is not None:
+            object.__setattr__(self, "accuracy", self._checked_accuracy())
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the scheme takes equal steps in time, whose length may follow from an accuracy."""
+        return not isinstance(self.scheme, TimeTransformed) and not getattr(self.scheme, "adaptive", False)
+
+    def _checked_accuracy(self) -> float:
+        value = positive("accuracy", self.accuracy)
+        if value >= 1:
+            raise ValueError(
+                f"accuracy must be below 1, relative to the amplitudes of the motion, got {self.accuracy!r}"
+            )
+        if self.step is not None:
+            raise ValueError(
+                "accuracy and step exclude one another: give one of them, got "
+                f"accuracy={self.accuracy!r} and step={shown(self.step)}"
+            )
+        if not self.fixed:
+            raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {self.scheme.name} has none")
+        return value
+
+    def goal(self, default: float = ACCURACY) -> float | None:
+        """Return the accuracy to reach by halving steps; None where a step, or a scheme that controls its steps, was
+        chosen instead.
+        """
+        if self.accuracy is None:
+            return default if self.step is None and self.fixed else None
+        return self.accuracy
+
+
+class Plan(NamedTuple):
+    """What is to be run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and steps."""
+
+    flow: Any
+    z: np.ndarray
+    why: str
+
+
+def plan(
+    model: Any,
+    z0: Any,
+    options: Options,
+    *,
+    time: float | None = None,
+    error: float | None = STEP_ERROR,
+    transformed: bool = False,
+) -> Plan:
+    """Check the starts, choose scheme and steps where the options leave them open, and return the flow.
+
+    time: of the run, which chosen steps divide and which the choice of a scheme knows; error: of states over 16 radians
+    for which each orbit's step is chosen, None to leave steps (inf) to the caller; transformed: whether the run takes a
+    flow in a fictitious time, then with its `time`. Raises ValueError or TypeError for wrong input.
+
+    The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of the orbits, some 64
+    evenly from their order: they belong to the set. A step in time belongs to its orbit alone.
+    """
+    z = phase_points("z0", z0, checked_model(model))
+    scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
+    span = math.inf if time is None else time
+    if isinstance(scheme, Automatic):
+        chosen = _chosen(model, z, scheme if transformed else scheme.in_time, options, time)
+        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+        why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
+    if transformed and isinstance(scheme, TimeTransformed):
+        size = None if step is None else positive("step", step)
+        found, worst, _ = prepared(span, model, z, scheme, size, threads)
+        why.append(
+            f"step {found.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
+        )
+        return Plan(found, z, "; ".join(why))
+    fixed = math.inf if step is None else checked_step(step, z.shape[1])
+    flow = Flow(model, checked_scheme(scheme), fixed, options.rtol, options.atol, threads)
+    if flow.adaptive:
+        why.append(f"steps controlled by rtol {flow.rtol:g}, atol {flow.atol:g}")
+    elif step is not None:
+        why.append("the step given")
+    elif error is None:
+        why.append("each orbit's own step, for the accuracy")
+    else:
+        steps, _ = chosen_steps(flow, z, motion(model, z, flow.threads), np.full(z.shape[1], error))
+        flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
+        why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
+    return Plan(flow, z, "; ".join(why))
+
+
+def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, time: float | None) -> Trial:
+    """Return what an automatic scheme chooses for a run over `time`."""
+    threads = checked_threads(options.threads)
+    tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
+    for candidate in scheme.candidates:
+        if isinstance(candidate, TimeTransformed):
+            flow, error, cost = prepared(
+                math.inf if time is None else time, model, z, candidate, None, threads, scheme.bound
+            )
+            tried.append(Trial(flow.scheme, flow.step, error, cost))
+    return scheme.choose(tried)
+
+
+def checked_step(step: Any, orbits: int) -> float | np.ndarray:
+    """Return `step` as a positive number, or as a fresh array of one for each orbit."""
+    if not isinstance(step, (list, tuple, np.ndarray)) or (isinstance(step, np.ndarray) and step.ndim == 0):
+        return positive("step", step)
+    try:
+        steps = np.array(numbers("step", step))
+    except (TypeError, ValueError):
+        raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
+    if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
+        raise ValueError(
+            f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape "
+            f"{steps.shape}"
+        )
+    return steps

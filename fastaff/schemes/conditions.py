@@ -1,0 +1,48 @@
+"""The conditions that coefficients of a scheme must meet: sums, orders of quadratures, rows of numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.numbers import reals, shown
+
+Weights = tuple[float, ...]
+Rows = tuple[Weights, ...]
+
+
+MOST_ORDER = 40
+"""An order beyond all that there is; its quadrature conditions are still well posed."""
+
+
+def require(condition: bool, scheme: str, fault: str) -> None:
+    """Raise ValueError with the fault of a scheme unless the condition holds."""
+    if not condition:
+        raise ValueError(f"scheme {scheme}: {fault}")
+
+
+def agree(found: float | np.ndarray, expected: float | np.ndarray, weights: Weights) -> bool:
+    """Whether sums over `weights` agree with what is expected up to rounding."""
+    return bool(np.all(np.abs(found - expected) <= 1e-14 * max(1.0, sum(map(abs, weights)))))
+
+
+def tableau(name: str, value: Any) -> Rows:
+    """Return a tuple of rows of numbers."""
+    if not isinstance(value, (tuple, list)):
+        raise TypeError(f"{name} must be a tuple of rows of numbers, got {shown(value)} ({type(value).__name__})")
+    return tuple(reals(f"{name}[{k}]", row) for k, row in enumerate(value))
+
+
+def moments(weights: Weights, nodes: np.ndarray, order: int) -> np.ndarray:
+    """Sums of weights * nodes**k for k = 0 ... order - 1."""
+    return np.vander(nodes, order, increasing=True).T @ np.array(weights)
+
+
+def nested(k: int, rows: int) -> list[float]:
+    """Coefficients of x**k / k in the nesting x (F_0 + (1-x) (F_1 + x (F_2 + ...))); it has degree `rows`."""
+    rest, coefficients = np.polynomial.Polynomial.basis(k) / k // [0, 1], []
+    for r in range(rows):
+        coefficients.append(float(rest(1.0 if r % 2 == 0 else 0.0)))
+        rest = (rest - coefficients[-1]) // ([1, -1] if r % 2 == 0 else [0, 1])
+    return coefficients
