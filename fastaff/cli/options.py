@@ -11,6 +11,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..models.contracts import isotropic
+
 try:
     import cyclopts
     import rich
@@ -169,7 +171,7 @@ class Surface:
 
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
-        plane = not isinstance(body, fastaff.Body)
+        plane = not isotropic(body)
         if plane and body.degrees_of_freedom != 2:
             raise Wrong(
                 "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system "

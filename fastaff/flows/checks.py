@@ -9,12 +9,9 @@ import numpy as np
 from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
-from ..models import Body, ReducedBody, StackelBody
+from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, quadratic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
-
-_METHODS = ("velocity", "force", "kinetic_energy", "potential_energy", "margin")
-
 
 LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
@@ -27,13 +24,18 @@ def checked_model(model: Any, name: str = "body") -> Any:
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {model!r} "
             f"({type(model).__name__})"
         )
-    missing = [m for m in ("degrees_of_freedom", *_METHODS) if not hasattr(model, m)]
+    missing = lacking(model, Model)
     if missing:
-        hint = " (a potential? wrap it: Body(potential))" if hasattr(model, "slopes") else ""
+        hint = " (a potential? wrap it: Body(potential))" if isinstance(model, Potential) else ""
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{hint}")
-    if isinstance(model, (Body, StackelBody)) and not is_value(model.potential):
+    kind = getattr(model, "kind", Kind.SEPARABLE)
+    if kind is not Kind.SEPARABLE:
+        what = kind.value if isinstance(kind, Kind) else shown(kind)
+        raise TypeError(f"{name} {type(model).__name__} is {what}; what runs is {Kind.SEPARABLE.value}")
+    body = hasattr(model, "potential") and hasattr(model, "isotropic")
+    if body and not is_value(model.potential):
         raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
-    if isinstance(model, (Body, StackelBody)) and not hasattr(model.potential, "slopes"):
+    if body and lacking(model.potential, Potential):
         raise TypeError(
             f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}"
         )
@@ -42,10 +44,16 @@ def checked_model(model: Any, name: str = "body") -> Any:
         raise ValueError(f"{name} has a parameter that is not finite: {model!r}")
     if np.any(np.abs(flat) > LARGEST):
         raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
-    if isinstance(model, (Body, ReducedBody, StackelBody)) and not model.mu > 0:
+    if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
     _evaluated(name, model)
     return model
+
+
+def lacking(value: Any, contract: Any) -> list[str]:
+    """Return what a value lacks of a contract, by name in the contract's order."""
+    wanted = [entry for entry in vars(contract) if isinstance(vars(contract)[entry], property)]
+    return [entry for entry in wanted if not hasattr(value, entry)]
 
 
 def _evaluated(name: str, model: Any) -> None:
@@ -90,9 +98,7 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
             "tangent_force(q..., dq...) of a "
             "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
         ) from None
-    p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
-    linear = np.array(model.velocity(*(p + d))) - np.array(model.velocity(*p)) - np.array(model.velocity(*d))
-    if not np.abs(linear).max() <= 1e-12 * np.abs(model.velocity(*p)).max():
+    if not quadratic(model):
         raise ValueError(
             f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent "
             "vectors"
@@ -112,6 +118,16 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
         raise TypeError(
             f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
             f"by name: scheme_named(...) of {', '.join(SCHEMES)}"
+        )
+    return scheme
+
+
+def suited_scheme(scheme: Any, model: Any, name: str = "body") -> Any:
+    """Return `scheme` if its order holds for the model."""
+    if getattr(scheme, "nystrom", False) and not quadratic(model):
+        raise ValueError(
+            f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
+            f"{name} {type(model).__name__} is not: take KAHAN_LI8"
         )
     return scheme
 
@@ -148,7 +164,7 @@ def checked_chart(chart: Any) -> Chart:
 
 def checked_section(section: Any, model: Any) -> Any:
     """Return `section` if it is a section that suits the model."""
-    if not is_value(section) or not hasattr(section, "value") or not hasattr(section, "direction"):
+    if not is_value(section) or lacking(section, Section):
         raise TypeError(
             f"section must be a section such as AlphaTurning(direction=+1), got {section!r} ({type(section).__name__})"
         )
@@ -181,7 +197,7 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
-            f"{', '.join(model.coordinates)} and their momenta; got shape {z.shape}"
+            f"{', '.join(coordinate_names(model))} and their momenta; got shape {z.shape}"
         )
     z = z.reshape(rows, -1)
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))

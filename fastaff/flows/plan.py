@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import numbers, positive, shown
+from ..models.contracts import quadratic
 from ..schemes.automatic import Automatic, Trial
 from ..schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
-from .checks import checked_model, checked_scheme, phase_points
+from .checks import checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow, Report, checked_threads
 from .motion import motion
 from .time_transformed import prepared
@@ -131,7 +132,7 @@ def plan(
         )
         return Plan(found, z, "; ".join(why))
     fixed = math.inf if step is None else checked_step(step, z.shape[1])
-    flow = Flow(model, checked_scheme(scheme), fixed, options.rtol, options.atol, threads)
+    flow = Flow(model, suited_scheme(checked_scheme(scheme), model), fixed, options.rtol, options.atol, threads)
     if flow.adaptive:
         why.append(f"steps controlled by rtol {flow.rtol:g}, atol {flow.atol:g}")
     elif step is not None:
@@ -148,6 +149,7 @@ def plan(
 def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, time: float | None) -> Trial:
     """Return what an automatic scheme chooses for a run over `time`."""
     threads = checked_threads(options.threads)
+    scheme = scheme.suited(quadratic(model))
     tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
     for candidate in scheme.candidates:
         if isinstance(candidate, TimeTransformed):

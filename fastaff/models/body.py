@@ -55,6 +55,11 @@ class Body(NamedTuple):
     mu: float = 1.0
 
     @property
+    def isotropic(self) -> bool:
+        """Whether p_eta and p_gamma are conserved: yes."""
+        return True
+
+    @property
     def angles(self) -> Any:
         """Angle variables natural to the potential: its own `angles`, else loops in area and trace."""
         return getattr(self.potential, "angles", AreaTrace())

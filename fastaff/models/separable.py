@@ -204,6 +204,11 @@ class StackelBody(NamedTuple):
     V_gamma: Any
     mu: float = 1.0
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether p_eta and p_gamma are conserved: no."""
+        return False
+
     def force(self, a1, a2, b1, b2):
         """Return dp/dt = -grad V."""
         A, B = a1 * a1 + a2 * a2 + TINY, b1 * b1 + b2 * b2 + TINY

@@ -86,6 +86,13 @@ class Automatic:
             )
         return replace(self, candidates=kept)
 
+    def suited(self, quadratic: bool) -> Automatic:
+        """Return itself with the candidates whose order holds: for T `quadratic` in the momenta all of them."""
+        kept = tuple(c for c in self.candidates if quadratic or not getattr(c, "nystrom", False))
+        if not kept:
+            raise ValueError(f"scheme {self.name} takes T quadratic in the momenta, which it is not")
+        return replace(self, candidates=kept)
+
     def choose(self, trials: Iterable[Trial]) -> Trial:
         """Return the best of `trials`."""
         tried = list(trials)

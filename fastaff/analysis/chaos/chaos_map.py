@@ -18,6 +18,7 @@ from ...flows.checks import checked_model
 from ...flows.flow import Flow, Interrupted, Report, energy_error, mark_drift
 from ...flows.plan import Options, plan
 from ...kernels.deviations import LN10
+from ...models.contracts import Model
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
@@ -122,7 +123,7 @@ class ChaosMap:
 
 @recorded
 def chaos_map(
-    body: Any,
+    body: Model,
     z0: Any,
     *,
     time: float,

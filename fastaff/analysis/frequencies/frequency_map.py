@@ -19,7 +19,7 @@ from ...flows.checks import checked_model
 from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from ...flows.motion import natural_rates
 from ...flows.plan import Options, plan
-from ...models import Body
+from ...models.contracts import Angles, Model, coordinate_names, isotropic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .angle_loops import Layout, Plain
 from .fundamental import fastest
@@ -117,13 +117,13 @@ class FrequencyMap:
 
 @recorded
 def frequency_map(
-    body: Any,
+    body: Model,
     z0: Any,
     *,
     time: float,
     accuracy: float | None = None,
     method: str = "birkhoff",
-    angles: Any = None,
+    angles: Angles | None = None,
     fallback: float | None = None,
     step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta = KAHAN_LI8,
@@ -191,8 +191,8 @@ def frequency_map(
 def checked_angles(angles: Any, body: Any) -> Any:
     """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
     chosen: Any = getattr(body, "angles", None) if angles is None else angles
-    if angles is None and (chosen is None or (any(chosen.planes) and not isinstance(body, Body))):
-        return Plain(_coordinates(body))  # without the symmetry the planes' angles are coordinates like others
+    if angles is None and (chosen is None or (any(chosen.planes) and not isotropic(body))):
+        return Plain(coordinate_names(body))  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
             f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
@@ -201,12 +201,6 @@ def checked_angles(angles: Any, body: Any) -> Any:
     if len(chosen.names) != body.degrees_of_freedom:
         raise ValueError(f"angles must have {body.degrees_of_freedom} angles for {type(body).__name__}, got {chosen!r}")
     return chosen
-
-
-def _coordinates(body: Any) -> tuple[str, ...]:
-    """Return names of the coordinates: the model's own, or q1 to qn."""
-    n = body.degrees_of_freedom
-    return tuple(getattr(body, "coordinates", [f"q{i + 1}" for i in range(n)]))
 
 
 def _share(steps: np.ndarray) -> np.ndarray:

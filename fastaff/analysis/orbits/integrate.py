@@ -18,6 +18,7 @@ from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mar
 from ...flows.motion import motion
 from ...flows.plan import Options, plan
 from ...flows.time_transformed import TransformedFlow
+from ...models.contracts import Model
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ...schemes.time_transformed import TimeTransformed
@@ -68,7 +69,7 @@ class Orbits:
 
 @recorded
 def integrate(
-    body: Any,
+    body: Model,
     z0: Any,
     *,
     time: float,

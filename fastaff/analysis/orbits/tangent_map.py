@@ -15,6 +15,7 @@ from ...flows import observers
 from ...flows.checks import checked_tangent_model
 from ...flows.flow import Interrupted, Report, energy_error, mark_drift, no_memory
 from ...flows.plan import Options, Plan, plan
+from ...models.contracts import Model
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 
 
@@ -55,7 +56,7 @@ class TangentMap:
 
 @recorded
 def tangent_map(
-    body: Any,
+    body: Model,
     z0: Any,
     *,
     time: float,

@@ -16,6 +16,7 @@ from ...base.status import Status
 from ...flows.checks import checked_section, checked_tangent_model, energies
 from ...flows.flow import Flow
 from ...flows.plan import Options, plan
+from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .bifurcations import Bifurcation, bifurcations, residue_products
 from .find_periodic_orbits import joined
@@ -83,10 +84,10 @@ class Branch:
 
 @recorded
 def continuation(
-    model: Any,
+    model: Model,
     z0: Any,
     *,
-    section: Any,
+    section: Section,
     period: int = 1,
     parameter: float | None = None,
     energy: float | None = None,

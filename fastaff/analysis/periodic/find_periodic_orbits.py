@@ -12,6 +12,7 @@ from ...base.recipe import recorded
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.motion import typical_rate
 from ...flows.plan import Options
+from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..sections.poincare_map import SectionMap, poincare_map
 from .periodic_orbits import PER_ORBIT, WAIT, PeriodicOrbits, periodic_orbits
@@ -62,10 +63,10 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 
 @recorded
 def find_periodic_orbits(
-    model: Any,
+    model: Model,
     z0: Any,
     *,
-    section: Any,
+    section: Section,
     max_period: int,
     energy: float | None = None,
     most: int = 100,

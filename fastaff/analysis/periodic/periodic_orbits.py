@@ -15,6 +15,7 @@ from ...base.status import Status, describe, raise_if_failed
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.flow import Flow, Interrupted
 from ...flows.plan import Options
+from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .return_map import (
     FINER,
@@ -216,10 +217,10 @@ PER_ORBIT = (
 
 @recorded
 def periodic_orbits(
-    model: Any,
+    model: Model,
     z0: Any,
     *,
-    section: Any,
+    section: Section,
     period: int = 1,
     energy: Any = None,
     max_time: float | None = None,
@@ -437,7 +438,7 @@ class _Search:
 
 def packed(
     flow: Flow,
-    section: Any,
+    section: Section,
     z: np.ndarray,
     energy: np.ndarray,
     found: Returns,

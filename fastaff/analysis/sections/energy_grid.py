@@ -13,7 +13,7 @@ from ...base.display import screen
 from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...flows.checks import checked_model, checked_section, energies
-from ...models import Body
+from ...models.contracts import isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
 
@@ -107,7 +107,7 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
         raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
-    if not isinstance(body, Body) and (p_eta or p_gamma):
+    if not isotropic(body) and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}")
     return energy, p_eta, p_gamma
 

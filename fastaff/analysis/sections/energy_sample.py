@@ -10,7 +10,7 @@ import numpy as np
 from ...base.display import screen
 from ...base.numbers import entries, fits, shown, span, whole
 from ...base.recipe import recorded
-from ...models import Body
+from ...models.contracts import Model, Section, isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, NotReached, checked_surface, lift_sheets, planes, radial, room
@@ -47,10 +47,10 @@ class EnergySample:
 
 @recorded
 def energy_sample(
-    body: Any,
+    body: Model,
     *,
     energy: float,
-    section: Any,
+    section: Section,
     orbits: int,
     seed: Any = 0,
     p_eta: float = 0.0,
@@ -107,8 +107,8 @@ def _steepest(section: AreaEquals, u0: float, u1: float) -> float:
 
 
 def _draw(
-    body: Any,
-    section: Any,
+    body: Model,
+    section: Section,
     energy: float,
     p_eta: float,
     p_gamma: float,
@@ -204,7 +204,7 @@ def edge(
 def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[_Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     rest = _rest(body, section, energy, p_eta, p_gamma)
-    nodes = radii() if isinstance(body, Body) else line()
+    nodes = radii() if isotropic(body) else line()
     found = intervals(rest, nodes)
     if not found:
         raise NotReached(f"energy {energy} does not reach {section!r}: it is below the minimum there")
@@ -233,7 +233,7 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
             return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
 
         return left
-    if not isinstance(body, Body):
+    if not isotropic(body):
         raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
     surface = body, energy, p_eta, p_gamma
     if isinstance(section, (AlphaTurning, BetaTurning)):

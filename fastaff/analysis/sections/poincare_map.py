@@ -20,6 +20,7 @@ from ...flows.motion import Motion, motion
 from ...flows.plan import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
+from ...models.contracts import Model, Section
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ...schemes.time_transformed import TimeTransformed
@@ -107,10 +108,10 @@ class SectionMap:
 
 @recorded
 def poincare_map(
-    body: Any,
+    body: Model,
     z0: Any,
     *,
-    section: Any,
+    section: Section,
     crossings: int,
     max_time: float,
     accuracy: float | None = None,

@@ -17,6 +17,7 @@ from ...flows.checks import phase_points
 from ...flows.flow import Report, checked_threads, launch
 from ...kernels import tori_closed, tori_inverse, tori_quadrature
 from ...models import Barriers, Oscillator, Spring, Zero
+from ...models.contracts import Model
 from .separation import Separated, separate
 
 TURN = 2 * np.pi
@@ -197,7 +198,7 @@ def _to_spin(rows: np.ndarray, factor: float) -> None:
 
 
 def from_action_angles(
-    body: Any,
+    body: Model,
     J: ArrayLike,
     theta: ArrayLike,
     *,
@@ -397,7 +398,7 @@ def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray)
 
 
 def _invert(
-    body: Any,
+    body: Model,
     separated: Separated,
     J: np.ndarray,
     theta: np.ndarray,

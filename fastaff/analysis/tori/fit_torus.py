@@ -20,6 +20,7 @@ from ...flows.checks import checked_model, energies, energy_drift, kinetic_energ
 from ...flows.flow import Flow, mark_drift
 from ...flows.motion import motion
 from ...flows.plan import Options, plan
+from ...models.contracts import Model
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, first_basis, inverse, quotient, relations
@@ -165,7 +166,7 @@ class TorusFit:
 
 @recorded
 def fit_torus(
-    body: Any,
+    body: Model,
     z0: Any,
     *,
     time: float,
@@ -441,7 +442,7 @@ def _residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
 
 
 def _distance(
-    body: Any,
+    body: Model,
     times: np.ndarray,
     path: np.ndarray,
     k: np.ndarray,

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from ...base.numbers import shown
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
-from ...models import Body, SeparableElliptic, StackelBody, Zero
+from ...models import SeparableElliptic, Zero
+from ...models.contracts import isotropic
 from .narrow_features import knots
 
 
@@ -112,7 +113,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     in any. Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
     checked_model(body)
-    if not isinstance(body, (Body, StackelBody)):
+    if not hasattr(body, "potential") or not hasattr(body, "isotropic"):
         raise TypeError(f"body must be a Body or a StackelBody, got {type(body).__name__}")
     name = type(body.potential).__name__
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
@@ -137,7 +138,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     member = getattr(body.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
         checked_function(field, function)
-    angular = (body.V_eta, body.V_gamma) if isinstance(body, StackelBody) else (Zero(), Zero())
+    angular = (Zero(), Zero()) if isotropic(body) else (body.V_eta, body.V_gamma)
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 

@@ -69,10 +69,10 @@ def titled(body: Any, without: tuple[str, ...] = ()) -> str:
 
 def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:
     """Name the energy surface in a title, without what is scanned."""
-    from ...models import Body
+    from ...models.contracts import isotropic
 
     parts = {"energy": f"E = {surface.energy:g}"}
-    if isinstance(body, Body):
+    if isotropic(body):
         parts |= {"p_eta": rf"$p_\eta$ = {surface.p_eta:g}", "p_gamma": rf"$p_\gamma$ = {surface.p_gamma:g}"}
     return ", ".join(text for name, text in parts.items() if name not in without)
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.numbers import whole
+from ...models.contracts import isotropic
 from ..options import HOW, Model, Output, Parameter, Run, Starts, Surface, enough_time, return_times
 from ..progress import Progress, begun, compiled, counted, drawing, finished, kept, say, watched
 from .captions import figure_of, finish, stated
@@ -104,7 +105,7 @@ def poincare(
             values = extra.get("diffusion")
             norm = None if values is None else plot.diffusion_scale(values)
             drawn = plot.plot_section(result, ax=ax, values=values, boundary=edge, norm=norm)
-            if not isinstance(body, fastaff.Body):  # a system of one's own names its coordinates
+            if not isotropic(body):  # a system of one's own names its coordinates
                 ax.set(xlabel=f"${plot.symbol(where.names[0])}$", ylabel=f"${plot.symbol(where.names[1])}$")
             finish(
                 figure, ax, body, surface, section, f"{counted(result.status)}; {drawn.missing} not drawn", stem, facts

@@ -55,9 +55,9 @@ def _parsed(text: str) -> Scanned:
 
 def check(axes: list[Scanned], body: Any) -> None:
     """Refuse names that are no parameter of the body or its energy surface."""
-    from ...models import Body
+    from ...models.contracts import isotropic
 
-    planar = isinstance(body, Body)
+    planar = isotropic(body)
     names = (
         "energy",
         *(PLANES if planar else ()),

@@ -1,0 +1,143 @@
+"""What a model, a potential, a function of one variable, a section and a set of angles must have.
+
+Whatever has these methods is one: a NamedTuple of floats (or of such NamedTuples) whose methods are arithmetic of
+scalars, which kernels compile, and of arrays. `fastaff.flows.checks` refuses what lacks something, by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+Arithmetic = Callable[..., Any]
+"""A function of numbers or arrays."""
+
+
+class Kind(Enum):
+    """What a model's motion is made of. A model without `kind` is SEPARABLE."""
+
+    SEPARABLE = "H = T(p) + V(q)"
+    DRIVEN = "H = T(p) + V(q, t)"
+    ROTATING = "H = T(p) + V(q) with a linear flow, as of a rotating frame or a uniform magnetic field"
+    GENERAL = "H(q, p, t)"
+    MAP = "z -> M(z)"
+
+
+@runtime_checkable
+class Model(Protocol):
+    """A system H = T(p) + V(q) of n degrees of freedom. Its phase points have 2n rows: coordinates, then momenta.
+
+    velocity(p...) = dT/dp and force(q...) = -dV/dq, n numbers each; kinetic_energy(p...), potential_energy(q...);
+    margin(q...): positive where the potential lives. Optional: coordinates (n names); angles (see `Angles`); for
+    tangent vectors tangent_force(q..., dq...), the change of the force along dq, and T quadratic; isotropic: whether
+    p_eta and p_gamma of a body in the two planes a and b are conserved; kind, a `Kind`.
+    """
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number n of coordinates."""
+
+    @property
+    def velocity(self) -> Arithmetic:
+        """The function dT/dp of n momenta."""
+
+    @property
+    def force(self) -> Arithmetic:
+        """The function -dV/dq of n coordinates."""
+
+    @property
+    def kinetic_energy(self) -> Arithmetic:
+        """The function T of n momenta."""
+
+    @property
+    def potential_energy(self) -> Arithmetic:
+        """The function V of n coordinates."""
+
+    @property
+    def margin(self) -> Arithmetic:
+        """A function of n coordinates that is positive where the potential lives."""
+
+
+@runtime_checkable
+class Potential(Protocol):
+    """A doubly isotropic potential V(A, B) of A = alpha^2, B = beta^2. Optional: curvatures(A, B) = V_AA, V_AB,
+    V_BB.
+    """
+
+    @property
+    def value(self) -> Arithmetic:
+        """V(A, B)."""
+
+    @property
+    def slopes(self) -> Arithmetic:
+        """V_A, V_B."""
+
+    @property
+    def margin(self) -> Arithmetic:
+        """Positive where the potential lives."""
+
+
+@runtime_checkable
+class OneVariable(Protocol):
+    """A function of one variable, value(x) and slope(x) = d value/dx. Optional: curvature(x)."""
+
+    @property
+    def value(self) -> Arithmetic:
+        """The function."""
+
+    @property
+    def slope(self) -> Arithmetic:
+        """Its derivative."""
+
+
+@runtime_checkable
+class Section(Protocol):
+    """A surface of section value(z...) = 0, crossed upwards (direction +1), downwards (-1) or either way (0)."""
+
+    @property
+    def direction(self) -> int:
+        """+1, -1 or 0."""
+
+    @property
+    def value(self) -> Arithmetic:
+        """The section function of 2n numbers."""
+
+
+@runtime_checkable
+class Angles(Protocol):
+    """Loops whose turning rates are the frequencies; see `fastaff.models.angles`."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the n angles."""
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which of them are those of a plane."""
+
+    @property
+    def signals(self) -> Arithmetic:
+        """Re Q, Im Q, Re P, Im P of each angle at a phase point."""
+
+
+def isotropic(model: Any) -> bool:
+    """Tell whether a model is a body in the planes a and b whose angular momenta p_eta and p_gamma are conserved."""
+    return bool(getattr(model, "isotropic", False))
+
+
+def coordinate_names(model: Any) -> tuple[str, ...]:
+    """Return the names of a model's coordinates: its own, or q1 to qn."""
+    return tuple(getattr(model, "coordinates", [f"q{i + 1}" for i in range(model.degrees_of_freedom)]))
+
+
+def quadratic(model: Any) -> bool:
+    """Tell whether the kinetic energy of a model is quadratic in the momenta: its velocity is linear in them."""
+    n = model.degrees_of_freedom
+    p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
+    with np.errstate(all="ignore"):
+        v = np.array(model.velocity(*p))
+        rest = np.array(model.velocity(*(p + d))) - v - np.array(model.velocity(*d))
+    return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
