@@ -146,7 +146,7 @@ def test_a_body_of_another_class_is_a_body():
 
 def test_a_step_belongs_to_its_orbit_and_a_chosen_scheme_to_the_set():
     """Both halves of what plans promise: alone or in company the same step; AUTO's scheme is that of the sample."""
-    from fastaff.flows.plan import Options, plan
+    from fastaff.flows.options import Options, plan
 
     body, rng = fa.HenonHeiles(), np.random.default_rng(12)
     z = rng.uniform(-0.2, 0.2, (4, 30)) * rng.choice([1.0, 1e-3], 30)

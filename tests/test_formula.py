@@ -889,9 +889,9 @@ def test_without_a_folder_classes_live_in_memory(tmp_path):
     (tmp_path / "file").write_text("")
     code = (
         "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff.compile.blocks import "
-        "class_fingerprint\n"
+        "fingerprint\n"
         f"b = formula({HYPERELASTIC!r}, C=1.5)\nprint(*b.potential.slopes(2.0, 0.5), "
-        "class_fingerprint((type(b.potential),)))"
+        "fingerprint((type(b.potential),)))"
     )
     V_A, V_B, fingerprint = run(code, FASTAFF_CACHE_DIR=str(tmp_path / "file" / "below")).split()
     assert fingerprint == "None"

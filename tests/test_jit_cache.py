@@ -29,6 +29,8 @@ from fastaff import (
     poincare_map,
 )
 from fastaff.compile import jit as _jit
+from fastaff.compile import source
+from fastaff.compile.texts import TEXTS
 from fastaff.flows import flow as engine
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
@@ -83,6 +85,7 @@ def contents(cache):
 
 
 BUILTIN = """
+import fastaff
 from fastaff import *
 z = integrate(HenonHeiles(LAM), [0.1, 0.2, 0.3, 0.1], time=1.0, step=0.1, scheme=LEAPFROG, energy_tolerance=1.0).z
 print([float(x).hex() for x in z[:, 0]])
@@ -289,12 +292,105 @@ def test_a_model_redefined_in_one_session(cache):
     assert [float(x) for x in out.split()] == [cos(2), cos(3)]
 
 
+OBSERVERS = """
+from typing import NamedTuple
+from fastaff.kernels.readings import stretch
+from fastaff.compile.jit import LANES
+HEADER
+
+class Scale(NamedTuple):
+    factor: float
+
+def own(growth, i, factor):
+    return FACTOR*factor*stretch(growth, 0, i)
+
+def highest(value, lanes, orbit, fresh, t, z, memory, out, done):
+    for i in range(lanes):
+        memory[i] = max(memory[i], FACTOR*value.factor*abs(z[i]))
+    return 0
+"""
+OBSERVE = """
+import warnings, numpy as np
+warnings.simplefilter("ignore")
+import watchers
+import fastaff
+from fastaff import *
+from fastaff.flows.observers import Observer
+from fastaff.flows import Options, plan
+model, z0 = HenonHeiles(), np.array([[0.1, 0.2], [0.2, 0.1], [0.3, 0.1], [0.1, 0.3]])
+mine = fastaff.analysis.TangentIndicator("mine", watchers.own, limit=5.0, parameters=(SCALE,))
+found = chaos_map(model, z0, time=20.0, step=0.1, indicators=(LyapunovSpectrum(), mine))
+flow, z, _ = plan(model, z0, Options(step=0.1))
+_, memory, _ = flow.observed(z, Observer(watchers.highest, 1, watchers.Scale(SCALE)), time=20.0)
+reached = np.abs(integrate(model, z0, time=20.0, step=0.1, samples=200).samples[:, 0]).max(axis=0)
+print(*(found.mine/(found.largest*20.0)), *(memory[0]/reached))
+"""
+
+
+@pytest.mark.parametrize(
+    ("header", "factor", "other"),
+    [("", "NUMBER", ""), ("from constants import rate", "rate(1.0)", "def rate(x):\n    return NUMBER*x")],
+    ids=["edited", "edited elsewhere"],
+)
+def test_indicators_and_observers_of_ones_own_are_compiled_once_for_each_content(
+    cache, tmp_path, header, factor, other
+):
+    """From outside the package, in fresh processes: never a stale kernel, and nothing compiled for another value."""
+    folder = tmp_path / "user"
+    folder.mkdir()
+
+    def factors(number, scale):
+        (folder / "watchers.py").write_text(
+            OBSERVERS.replace("HEADER", header).replace("FACTOR", factor.replace("NUMBER", number))
+        )
+        (folder / "constants.py").write_text(
+            other.replace("NUMBER", number).replace("def", "import numba\n@numba.njit\ndef")
+        )
+        return [float(x) for x in python(OBSERVE.replace("SCALE", scale), cache, path=[folder])[0].split()]
+
+    assert factors("3.0", "0.5") == pytest.approx([1.5] * 4, rel=1e-12)
+    before = contents(cache)
+    assert factors("3.0", "0.5") == pytest.approx([1.5] * 4, rel=1e-12)
+    assert factors("3.0", "4.0") == pytest.approx([12.0] * 4, rel=1e-12)
+    assert contents(cache) == before
+    assert factors("5.0", "0.5") == pytest.approx([2.5] * 4, rel=1e-12)
+    assert factors("3.0", "0.5") == pytest.approx([1.5] * 4, rel=1e-12)
+
+
+def test_the_source_is_what_is_compiled(seed):
+    """Every kind of block: Python text, and that of a block in the cache where one was compiled."""
+    model = HenonHeiles()
+    for kind in TEXTS:
+        value, n = (Linear((1, 0, 0, 0)), 2) if kind == "value" else (model, None)
+        text = source(value, kind, n)
+        assert text.startswith(f"# {kind} of {type(value).__name__}\ndef {kind}(params, ")
+        compile(text, "block", "exec")
+    kept = {path.read_text() for path in seed.glob("blocks/*.py")}
+    assert {source(model, "stage"), source(model, "check"), source(Linear((1, 0, 0, 0)), "value", 2)} <= kept
+    assert source(HenonHeiles(0.3), "stage") == source(model, "stage")
+    assert "tangent_force" in source(model, "stage", vectors=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ((HenonHeiles(), "step"), ValueError, "kind must be one of 'stage', .*got 'step'"),
+        ((3.0, "stage"), TypeError, "value must be a model or section"),
+        ((Linear((1, 0, 0, 0)), "value"), TypeError, "degrees_of_freedom must be given for Linear"),
+    ],
+)
+def test_a_source_that_is_none_is_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        source(*arguments)
+
+
 VARIETY = """
 import warnings
 warnings.simplefilter("ignore")
 import numpy as np
 from variety import *
 from naive import energy, march, scheme_crossings
+import fastaff
 from fastaff import *
 
 def check(model, z0, section=None):
@@ -512,6 +608,7 @@ def test_an_edited_package_gives_new_numbers(tmp_path):
 UNCOMPILED = """
 import numpy as np
 from naive import states
+import fastaff
 from fastaff import *
 body = Body(Hyperelastic(1.1), 0.8)
 z0 = states(body, 5)

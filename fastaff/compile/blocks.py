@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
+import itertools
 import os
 import sys
 import types as python_types
@@ -25,7 +26,8 @@ from numba.extending import lower_builtin
 
 from . import jit
 from .jit import JIT_DISABLED, SIGNATURES
-from .texts import ARGUMENTS, TEXTS, Rows
+from .pointers import Calls
+from .texts import ARGUMENTS, TEXTS, Rows, observed, read
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
@@ -91,6 +93,12 @@ def _compilable(cls: type) -> type:
     return twin
 
 
+def _built(value: Any) -> tuple[str, tuple]:
+    """Return the line of text that makes `value` of params, and its classes with their names there."""
+    classes: dict[type, str] = {}
+    return f"    value = {_walk(value, [], classes)}\n", tuple(classes.items())
+
+
 def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
     """Return the compiled block function `kind` of a model or section; a state is an orbit with so many tangent
     vectors.
@@ -98,21 +106,37 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    classes: dict[type, str] = {}
-    constructor = _walk(value, [], classes)
-    return _compiled(kind, constructor, tuple(classes.items()), TEXTS[kind](Rows(degrees_of_freedom, vectors)), ())
+    line, classes = _built(value)
+    return _compiled(kind, line + TEXTS[kind](Rows(degrees_of_freedom, vectors)), classes, ())
+
+
+def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
+    """Return the text that is compiled for `kind` of a model or section: the loop over lanes around its scalar methods.
+
+    kind: "stage", "precise_stage" (with carried rounding errors), "march" (one orbit), "derivative", "check", "inside",
+    "kinetic", "along" (the flow) of a model, "value" of a section, for which degrees_of_freedom must be given; vectors:
+    tangent vectors that a state carries. Raises ValueError for an unknown kind, TypeError for what is no such value.
+    """
+    if kind not in TEXTS:
+        raise ValueError(f"kind must be one of {', '.join(map(repr, TEXTS))}, got {kind!r}")
+    if not is_value(value):
+        raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {value!r}")
+    n = getattr(value, "degrees_of_freedom", None) if degrees_of_freedom is None else degrees_of_freedom
+    if n is None:
+        raise TypeError(f"degrees_of_freedom must be given for {type(value).__name__}, which has none of its own")
+    line, classes = _built(value)
+    return _text(kind, line + TEXTS[kind](Rows(n, vectors)), classes)
 
 
 def function_block(function: Any, variable: str) -> Any:
     """Return the compiled block of a function of one variable: its `regular(s)`, or value(x) with the text `variable`
     for x(s).
     """
-    classes: dict[type, str] = {}
-    constructor = _walk(function, [], classes)
+    line, classes = _built(function)
     term = "regular(z[i])" if hasattr(function, "regular") else f"value({variable.format('z[i]')})"
     body = f"    for i in range(lanes):\n        result[i] = value.{term}\n"
     try:
-        return _compiled("value", constructor, tuple(classes.items()), body, (("np", np),))
+        return _compiled("value", line + body, classes, (("np", np),))
     except numba.core.errors.NumbaError as problem:
         raise TypeError(
             f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python "
@@ -123,26 +147,39 @@ def function_block(function: Any, variable: str) -> Any:
 
 def idle_block(kind: str) -> Any:
     """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
-    return _compiled(kind, "0.0", (), "    return 0\n" if kind == "march" else "    return\n", ())
+    return _compiled(kind, "    return 0\n" if kind == "march" else "    return\n", (), ())
 
 
-def observer_block(value: Any, body: str, namespace: tuple[tuple[str, Any], ...]) -> Any:
-    """Return an observer whose text `body` may use `value` (built from params) and the package names of `namespace`."""
-    classes: dict[type, str] = {}
-    constructor = _walk(value, [], classes)
-    return _compiled("observe", constructor, tuple(classes.items()), body, namespace)
+def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls: bool) -> Any:
+    """Return the compiled observer function(value, [calls,] *sizes, lanes, ...); `value` is built from params."""
+    line, classes = _built(value)
+    names = ("keep", _compiled_function(function)), *([("Calls", Calls)] if calls else [])
+    return _compiled("observe", line + observed(sizes, calls), classes, names)
+
+
+def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
+    """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
+    names = ("read", _compiled_function(function)), ("view", view)
+    return _compiled("reading", read(parameters), (), names)
+
+
+def _text(kind: str, body: str, classes: tuple) -> str:
+    return (
+        f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, _ in classes)])}\n"
+        f"def {kind}({ARGUMENTS[kind]}):\n{body}"
+    )
+
+
+_NUMBERS = itertools.count()
 
 
 @functools.cache
-def _compiled(kind: str, constructor: str, classes: tuple, body: str, namespace: tuple) -> Any:
+def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     """Write, execute and compile the text of a block function; once per process for each value type."""
-    text = (
-        f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, _ in classes)])}\n"
-        f"def {kind}({ARGUMENTS[kind]}):\n    value = {constructor}\n{body}"
-    )
-    identity = class_fingerprint(tuple(cls for cls, _ in classes))
+    text = _text(kind, body, classes)
+    identity = fingerprint(tuple(cls for cls, _ in classes), tuple(entry for _, entry in namespace if entry is not np))
     folder = None if identity is None or JIT_DISABLED else jit.cache_directory()
-    filename, module = "<fastaff block>", f"fastaff_block_{kind}_{id(classes)}"
+    filename, module = "<fastaff block>", f"fastaff_block_{kind}_{next(_NUMBERS)}"
     if folder is not None:
         key = hashlib.sha256(f"{identity}\n{text}".encode()).hexdigest()[:20]
         filename = str(_write_once(folder / "blocks" / f"{kind}_{key}.py", text))
@@ -166,29 +203,33 @@ def _write_once(path: Path, text: str) -> Path:
     return path
 
 
-def class_fingerprint(classes: tuple[type, ...]) -> str | None:
-    """Content key of the code of `classes`: what their methods do, call and read; None where that can't be known.
+def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ()) -> str | None:
+    """Content key of the code of classes and functions: what they do, call and read; None where that can't be known.
 
     Numba stamps a cached function with its own file only, so an edited model in another file would return old numbers.
-    A class without a source file (typed at a prompt) is compiled but never cached.
+    What has no source file (typed at a prompt) is compiled but never cached.
     """
     digest = hashlib.sha256()
-    for cls in classes:
-        if cls.__module__.partition(".")[0] == __package__.partition(".")[0]:
-            digest.update(f"{cls.__module__}.{cls.__qualname__}".encode())  # the package hash covers it
+    for entry in (*classes, *(getattr(function, "py_func", function) for function in functions)):
+        if _ours(entry):
+            digest.update(f"{entry.__module__}.{entry.__qualname__}".encode())  # the package hash covers it
             continue
         try:
-            source = inspect.getsourcefile(cls)
+            source_file = inspect.getsourcefile(entry)
         except (TypeError, OSError):
             return None
-        if source is None or not Path(source).is_file():
+        if source_file is None or not Path(source_file).is_file():
             return None
-        digest.update(Path(source).read_bytes())
-        for name, method in _methods(cls):
+        digest.update(Path(source_file).read_bytes())
+        for name, code in _methods(entry) if isinstance(entry, type) else [(entry.__qualname__, entry)]:
             digest.update(name.encode())
-            if not _fingerprint(method, digest, set()):
+            if not _fingerprint(code, digest, set()):
                 return None
     return digest.hexdigest()
+
+
+def _ours(entry: Any) -> bool:
+    return (entry.__module__ or "").partition(".")[0] == __package__.partition(".")[0]
 
 
 def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
@@ -197,6 +238,9 @@ def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
     if id(function) in seen:
         return True
     seen.add(id(function))
+    if _ours(function) and not function.__closure__:
+        digest.update(f"{function.__module__}.{function.__qualname__}".encode())
+        return True
     for cell in function.__closure__ or ():
         entry = cell.cell_contents
         if isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):
@@ -219,7 +263,7 @@ def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
         digest.update(repr(code.co_names).encode())
         for name in code.co_names:
             entry = function.__globals__.get(name)
-            if isinstance(entry, (int, float, complex, str, np.generic)):
+            if isinstance(entry, (int, float, complex, str, np.generic)) or _numbers(entry):
                 digest.update(repr(entry).encode())
             elif isinstance(entry, python_types.ModuleType):
                 digest.update(f"{entry.__name__} {getattr(entry, '__version__', '')}".encode())
@@ -231,6 +275,10 @@ def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
             elif entry is not None and not isinstance(entry, (type, python_types.BuiltinFunctionType, np.ufunc)):
                 return False
     return True
+
+
+def _numbers(entry: Any) -> bool:
+    return isinstance(entry, tuple) and all(map(_is_number, entry))
 
 
 def _methods(cls: type) -> list[tuple[str, Callable]]:
@@ -280,6 +328,11 @@ def _register(name: str) -> None:
         function = context.get_function(compiled, compiled.get_call_type(context.typing_context, signature.args, {}))
         context.add_linking_libs(function.libs)
         return function(builder, arguments)
+
+
+def _compiled_function(function: Callable) -> Callable:
+    """Return a kernel of the package as it is, another function compiled as methods of models are."""
+    return function if _ours(function) else _compiled_method(getattr(function, "py_func", function))
 
 
 @functools.cache

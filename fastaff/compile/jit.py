@@ -117,19 +117,23 @@ def _private_cache(folder: Path | None) -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-def jit(function: Callable | None = None, *, parallel: bool = False, constants: bool = False) -> Callable:
+def jit(
+    function: Callable | None = None, *, parallel: bool = False, constants: bool = False, inline: bool = False
+) -> Callable:
     """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
 
     With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes,
-    which that makes up to a third faster. Else one code serves all numbers.
+    which that makes up to a third faster. Else one code serves all numbers. With `inline` the code becomes part of the
+    caller, which alone is compiled: for what one function calls, and no other.
     """
     if function is None:
-        return functools.partial(jit, parallel=parallel, constants=constants)
+        return functools.partial(jit, parallel=parallel, constants=constants, inline=inline)
     if JIT_DISABLED:
         return function
     with _private_cache(cache_directory()) as cache:
-        kernel = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy")
-    return kernel if constants else _for_all_numbers(kernel)
+        how: Any = "always" if inline else "never"
+        kernel = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy", inline=how)
+    return kernel if constants or inline else _for_all_numbers(kernel)
 
 
 def _for_all_numbers(kernel: Any) -> Any:
@@ -262,10 +266,23 @@ SIGNATURES = {
     "derivative": types.void(_vector, _i8, _vector, _vector),
     "inside": types.void(_vector, _i8, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),
+    "kinetic": types.void(_vector, _i8, _vector, _vector),
+    "along": types.void(_vector, _i8, _vector, _vector),
     # (params, lanes, escape radii, z, status, largest kinetic energy so far)
     "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
-    # (params, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
+    # (params, lanes, n, k, m, due, memory, result)
+    "reading": types.void(_vector, _i8, _i8, _i8, _i8, _vector, _vector, _vector),
+    # (params, calls, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
     "observe": _i8(
-        _vector, _i8, types.Array(_i8, 1, "C"), _vector, _vector, _vector, _vector, types.Array(_f8, 2, "C"), _vector
+        _vector,
+        types.Array(_i8, 2, "C"),
+        _i8,
+        types.Array(_i8, 1, "C"),
+        _vector,
+        _vector,
+        _vector,
+        _vector,
+        types.Array(_f8, 2, "A"),  # of two observers each has some of the columns
+        _vector,
     ),
 }

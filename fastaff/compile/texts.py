@@ -181,6 +181,35 @@ def _value(rows: Rows) -> str:
     return _loop(f"result[i] = value.value({', '.join(map(_at, rows.orbit))})\n", 1)
 
 
+def _kinetic(rows: Rows) -> str:
+    return _loop(f"result[i] = value.kinetic_energy({', '.join(map(_at, rows.orbit[rows.n :]))})\n", 1)
+
+
+def _along(rows: Rows) -> str:
+    """The direction of the flow: velocities and forces of the orbit alone."""
+    n, orbit = rows.n, rows.orbit
+    body = "".join(f"q{r} = {_at(orbit[r])}\np{r} = {_at(orbit[n + r])}\n" for r in range(n))
+    body += rows.velocities(range(n)) + rows.forces(range(n))
+    return _loop(
+        body + "".join(f"result[{r * LANES} + i] = v{r}\nresult[{(n + r) * LANES} + i] = f{r}\n" for r in range(n)), 1
+    )
+
+
+def observed(sizes: tuple[int, ...], calls: bool) -> str:
+    """Text of an observer: the call of its function `keep` with the constants `sizes` and, where it has some, its
+    calls.
+    """
+    given = "".join(f"{entry}, " for entry in ["value", *(["Calls(calls, params)"] if calls else []), *sizes])
+    return f"    return keep({given}lanes, orbit, fresh, t, z, memory, out, done)\n"
+
+
+def read(parameters: int) -> str:
+    """Text of the reading of an indicator: its function `read` over the lanes that are due."""
+    given = "".join(f", params[{j}]" for j in range(parameters))
+    body = f"if due[i] > 0.0:\n    result[i] = read(growth, i{given})\n"
+    return "    growth = view(n, k, m, memory)\n" + _loop(body, 1)
+
+
 TEXTS: dict[str, Callable[[Rows], str]] = {
     "stage": _stage,
     "precise_stage": _precise_stage,
@@ -189,6 +218,8 @@ TEXTS: dict[str, Callable[[Rows], str]] = {
     "check": _check,
     "inside": _inside,
     "value": _value,
+    "kinetic": _kinetic,
+    "along": _along,
 }
 ARGUMENTS = {
     "stage": "params, lanes, drift, kick, step, z",
@@ -198,5 +229,8 @@ ARGUMENTS = {
     "inside": "params, lanes, z, result",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
-    "observe": "params, lanes, orbit, fresh, t, z, memory, out, done",
+    "kinetic": "params, lanes, z, result",
+    "along": "params, lanes, z, result",
+    "reading": "params, lanes, n, k, m, due, memory, result",
+    "observe": "params, calls, lanes, orbit, fresh, t, z, memory, out, done",
 }

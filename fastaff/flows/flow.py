@@ -337,10 +337,29 @@ class Flow:
         self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
         return states
 
+    def observed(
+        self,
+        z0: np.ndarray,
+        observer: Observer,
+        *,
+        time: float,
+        columns: int = 1,
+        observations: int = 0,
+        report: Report | None = None,
+    ) -> tuple[Ensemble, np.ndarray, np.ndarray]:
+        """Run orbits from z0 (2n, orbits) to `time` under an observer, as in `advance`; return the ensemble, the
+        observer's memory (rows, orbits), which is zero at the start, and what it wrote (orbits, columns), else NaN.
+        """
+        ensemble, orbits = self.ensemble(np.array(z0, dtype=np.float64, order="C")), z0.shape[1]
+        memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, columns), np.nan)
+        self.advance(ensemble, observer, memory, out, time=time, observations=observations, report=report)
+        return ensemble, memory, out
+
     def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance with step control; lanes are always refilled, so `refill` changes nothing."""
         stop, derivative, check = np.zeros(1, np.int64), self._block("derivative"), self._block("check")
         _, _, a, b = self._tables()
+        watcher, numbers, calls = observer.bound
         orbits = ensemble.z.shape[1]
         unit = self._unit(orbits)
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
@@ -348,9 +367,10 @@ class Flow:
         arguments = (
             derivative,
             check,
-            observer.function,
+            watcher,
             parameters(self.model),
-            observer.parameters,
+            numbers,
+            calls,
             a,
             b,
             errors,
@@ -378,6 +398,7 @@ class Flow:
         """Advance each orbit with equal steps; `count` of the ensemble is the number of steps done."""
         stop, check = np.zeros(1, np.int64), self._block("check")
         drift, kick, a, b = self._tables()
+        watcher, numbers, calls = observer.bound
         orbits = ensemble.z.shape[1]
         every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
         if observations:
@@ -399,9 +420,10 @@ class Flow:
             derivative,
             self._block("inside"),
             check,
-            observer.function,
+            watcher,
             parameters(self.model),
-            observer.parameters,
+            numbers,
+            calls,
             drift,
             kick,
             a,

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..base.numbers import fits
 from ..base.status import Status
-from ..kernels import time_levels as kernels
 from ..kernels.crossings import LOCATED, NOTHING, RECORD
+from ..kernels.time_levels import ROWS
 from ..models.sections import Linear
 from ..schemes.automatic import TRIAL_ORBITS, spread, trial_rounds
 from ..schemes.catalogue import DOP853
@@ -25,6 +25,7 @@ from ..schemes.time_transformed import (
     transformed_model,
     transformed_section,
 )
+from . import observers
 from .checks import energies, energy_drift
 from .flow import Ensemble, Flow, Report
 from .motion import typical_rate
@@ -40,31 +41,6 @@ LOOKS = 40
 
 OVERSHOOT = 1e3
 """More than tau = t/time ever is: it is a coordinate and must not count as one that has escaped."""
-
-
-class _Until(NamedTuple):
-    first: Any
-    limit: float
-
-
-def _until(observer: Observer, row: int, limit: float) -> Observer:
-    """Return the observer with which an orbit is also done when row `row` of its state has reached `limit`."""
-    text = "    def part(value, lanes, orbit, fresh, t, z, memory, out, done):\n"
-    text += "".join(f"    {line}\n" for line in observer.text.splitlines())
-    text += "    ended = part(value.first, lanes, orbit, fresh, t, z, memory, out, done)\n"
-    text += f"    return ended + stop_beyond({row}, value.limit, lanes, fresh, z, done)\n"
-    names = dict(observer.names) | {"stop_beyond": kernels.stop_beyond}
-    return Observer(_Until(observer.value, limit), text, tuple(names.items()), observer.rows)
-
-
-class _Levels(NamedTuple):
-    levels: float
-
-
-def _levels(row: int, count: int, rows: int) -> Observer:
-    """Return the observer that records the passages of row `row` through 1/count, 2/count ... 1."""
-    text = f"    return pass_levels({row}, int(value.levels), {rows}, lanes, orbit, fresh, t, z, memory, out, done)\n"
-    return Observer(_Levels(float(count)), text, (("pass_levels", kernels.pass_levels),), kernels.MEMORY + rows)
 
 
 @dataclass(frozen=True)
@@ -147,7 +123,7 @@ class TransformedFlow:
         """
         most = self.steps(time)
         running = (ensemble.status == Status.OK) & (ensemble.count < most)
-        watcher = _until(observer, self.row, 1.0)
+        watcher = observers.either(observer, observers.beyond(self.row, 1.0))
         expected = None if report is None else lambda fraction: report(min(1.0, self.patience * fraction))
         try:
             self.flow.advance(ensemble, watcher, memory, out, time=most * self.step, refill=True, report=expected)
@@ -178,16 +154,16 @@ class TransformedFlow:
         rows, orbits = ensemble.z.shape
         width = RECORD + rows
         fits("samples", orbits, count, width)
-        observer = _levels(self.row, count, rows)
+        observer = observers.levels(self.row, count, rows)
         memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * width), np.nan)
-        memory[kernels.MEMORY :] = ensemble.z
+        memory[ROWS.state :] = ensemble.z
         interrupted = False
         try:
             self.advance(ensemble, observer, memory, out, time=self.model.time, report=report)
         except KeyboardInterrupt:
             interrupted = True
         records = out.reshape(-1, width)
-        passed = memory[0].astype(np.int64)
+        passed = memory[ROWS.passed].astype(np.int64)
         where = np.flatnonzero(np.arange(count) < passed[:, None])
         normal = (0.0,) * self.row + (1.0,) + (0.0,) * (rows - self.row - 1)
         try:

@@ -1,10 +1,13 @@
-"""Weighted averages and samples along running orbits."""
+"""Weighted averages along running orbits."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from ..compile.jit import LANES, jit
+from ..compile.pointers import call_value
+from .stepping import row
 
 SHARPNESS = 30.0
 """beta of the weight exp(beta (sqrt(1 - x^2) - 1)) on -1 < x < 1 (Barnett, Magland & af Klinteberg 2019, SIAM J. Sci.
@@ -31,26 +34,33 @@ def weight(x):
     return e if inside else 0.0
 
 
-@jit(constants=True)
-def sample(rows, lanes, orbit, fresh, block, memory, out):
-    """Write the rows of block as the next sample of each orbit; row `rows` of memory counts the samples."""
-    for i in range(lanes):
-        taken = int(memory[rows * LANES + i])
-        if fresh[i] > 0.0 and (taken + 1) * rows <= out.shape[1]:
-            for r in range(rows):
-                out[orbit[i], taken * rows + r] = block[r * LANES + i]
-            memory[rows * LANES + i] += 1.0
+class Rows(NamedTuple):
+    """Rows of observer memory: the value now; sums of weights and of weighted values over the first and second half."""
+
+    value: int = 0
+    early_weight: int = 1
+    early: int = 2
+    late_weight: int = 3
+    late: int = 4
+    end: int = 5
 
 
-@jit
-def average(time, lanes, fresh, t, memory):
-    """Add row 0 of memory to its weighted sums over both halves of `time`: rows 1 and 3 the weights, 2 and 4 the
-    weighted values.
+ROWS = Rows()
+
+
+@jit(inline=True)
+def average(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: add the square of the kinetic energy, which the call gives, to its weighted sums over both halves of
+    value.time.
     """
+    call_value(calls, 0, lanes, z, row(memory, ROWS.value))
     for i in range(lanes):
-        x = 2.0 * t[i] / time - 1.0
+        memory[ROWS.value * LANES + i] *= memory[ROWS.value * LANES + i]
+    for i in range(lanes):
+        x, now = 2.0 * t[i] / value.time - 1.0, memory[ROWS.value * LANES + i]
         w1, w2 = fresh[i] * weight(2.0 * x + 1.0), fresh[i] * weight(2.0 * x - 1.0)
-        memory[LANES + i] += w1
-        memory[2 * LANES + i] += w1 * memory[i] if w1 > 0.0 else 0.0
-        memory[3 * LANES + i] += w2
-        memory[4 * LANES + i] += w2 * memory[i] if w2 > 0.0 else 0.0
+        memory[ROWS.early_weight * LANES + i] += w1
+        memory[ROWS.early * LANES + i] += w1 * now if w1 > 0.0 else 0.0
+        memory[ROWS.late_weight * LANES + i] += w2
+        memory[ROWS.late * LANES + i] += w2 * now if w2 > 0.0 else 0.0
+    return 0

@@ -7,10 +7,13 @@ state.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..compile.jit import LANES, jit, read_now, write_now
-from .stepping import advance, load_lane, store_lane
+from ..compile.pointers import call_value
+from .stepping import advance, load_lane, row, store_lane
 
 RECORD = 4
 """Numbers before the state in a record: time, kind, lower and upper fractional step."""
@@ -24,9 +27,23 @@ BARELY = 5e-324
 start.
 """
 
-MEMORY = 7
-"""Rows of observer memory before the state: section function now, one and two steps ago; times one and two steps ago;
-records written, certain crossings among them."""
+
+class Rows(NamedTuple):
+    """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
+    written, certain crossings among them; the first one of the state a step ago.
+    """
+
+    now: int = 0
+    before: int = 1
+    earlier: int = 2
+    time_before: int = 3
+    time_earlier: int = 4
+    written: int = 5
+    certain: int = 6
+    state: int = 7
+
+
+ROWS = Rows()
 
 
 @jit
@@ -43,25 +60,28 @@ def dips(earlier, before, now, first, second):
     return 4.0 * abs(before) <= abs(bend) * max(first, second) ** 2
 
 
-@jit(constants=True)
-def detect(direction, wanted, rows, lanes, orbit, fresh, t, z, memory, out, done):
-    """Record sign changes of the section function, and extrema near zero; memory (MEMORY + rows)*LANES.
+@jit(inline=True)
+def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: record sign changes of the section function, which the call gives, and extrema near zero.
 
-    Row 0 of memory holds the section function of z. Returns how many lanes became done.
+    memory (ROWS.state + rows)*LANES. An orbit is done when value.wanted certain crossings are found or the record is
+    full. Returns how many lanes became done.
     """
+    call_value(calls, 0, lanes, z, row(memory, ROWS.now))
     width = RECORD + rows
     slots = out.shape[1] // width
     ended = 0
     for i in range(lanes):
         if fresh[i] == 0.0:
             continue
-        now, before, earlier = memory[i], memory[LANES + i], memory[2 * LANES + i]
+        now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
+        earlier = memory[ROWS.earlier * LANES + i]
         rises, falls = before < 0.0 and now >= 0.0, before > 0.0 and now <= 0.0
-        crossed = (rises and direction >= 0.0) or (falls and direction <= 0.0)
-        t1, t2 = memory[3 * LANES + i], memory[4 * LANES + i]
+        crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
+        t1, t2 = memory[ROWS.time_before * LANES + i], memory[ROWS.time_earlier * LANES + i]
         paired = dips(earlier, before, now, t1 - t2, t[i] - t1)
         if crossed or paired:
-            slot = int(memory[5 * LANES + i])
+            slot = int(memory[ROWS.written * LANES + i])
             o = orbit[i]
             first, last = (1, 1) if crossed else (2, 3)
             if crossed and abs(before) == BARELY:
@@ -72,18 +92,18 @@ def detect(direction, wanted, rows, lanes, orbit, fresh, t, z, memory, out, done
                 out[o, c + 2] = 0.0 if crossed else t2 - t1
                 out[o, c + 3] = t[i] - t1
                 for r in range(rows):
-                    out[o, c + RECORD + r] = memory[(MEMORY + r) * LANES + i]
+                    out[o, c + RECORD + r] = memory[(ROWS.state + r) * LANES + i]
                 slot += 1
-            memory[5 * LANES + i] = slot
+            memory[ROWS.written * LANES + i] = slot
             if crossed:
-                memory[6 * LANES + i] += 1.0
-            if memory[6 * LANES + i] >= wanted or slot + 2 > slots:
+                memory[ROWS.certain * LANES + i] += 1.0
+            if memory[ROWS.certain * LANES + i] >= value.wanted or slot + 2 > slots:
                 done[i] = 1.0
                 ended += 1
-        memory[2 * LANES + i], memory[LANES + i] = before, now
-        memory[4 * LANES + i], memory[3 * LANES + i] = memory[3 * LANES + i], t[i]
+        memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i] = before, now
+        memory[ROWS.time_earlier * LANES + i], memory[ROWS.time_before * LANES + i] = t1, t[i]
         for r in range(rows):
-            memory[(MEMORY + r) * LANES + i] = z[r * LANES + i]
+            memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
     return ended
 
 
@@ -374,23 +394,7 @@ def locate(
             f1,
         )
     fractional(
-        stage,
-        derivative,
-        section,
-        params,
-        section_params,
-        drift,
-        kick,
-        a,
-        b,
-        rows,
-        lanes,
-        start,
-        x2,
-        z,
-        k,
-        work,
-        f2,
+        stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, x2, z, k, work, f2
     )
     for i in range(lanes):
         if kind[i] > CERTAIN and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
@@ -441,23 +445,7 @@ def locate(
     for i in range(lanes):
         tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
     fractional(
-        stage,
-        derivative,
-        section,
-        params,
-        section_params,
-        drift,
-        kick,
-        a,
-        b,
-        rows,
-        lanes,
-        start,
-        tau,
-        z,
-        k,
-        work,
-        f,
+        stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, tau, z, k, work, f
     )
     for i in range(lanes):
         o = where[first + i]

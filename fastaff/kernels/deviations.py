@@ -9,114 +9,185 @@ not be told apart.
 Lengths and angles are those of each orbit's own metric sum_r g_r w_r^2, which makes one of positions and momenta: a
 plain sum of their squares would change with the units, and see growth where a long position only turns into a short
 momentum.
-
-Observer memory, in rows of LANES, for k vectors of 2n rows and m indicators: SHARED rows (see the constants), then S
-(k), S at half time (k), L (k), columns (k*k), factor R (k*k), readings (m), readings at half time (m), limits (m),
-times of detection (m), metric (2n).
 """
 
 from __future__ import annotations
 
+import itertools
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..compile.jit import LANES, jit
-
-SHARED = 13
-SEEN, STRIDE, DUE, LAST, HALF, WEIGHTED, AREA, MEGNO_NOW, LARGEST, LARGEST_ACROSS, RECORDED, PEAK, PEAK_ACROSS = range(
-    SHARED
-)
-"""Steps seen; how many steps apart the orbit's vectors are renormalised; whether this one is such; time of the last
-one; time of the half-time values; sum of t dL for MEGNO; integral of MEGNO over time; MEGNO; largest L_0; largest log
-of the part of w_0 across the flow; history slots written; largest square of the first vector since it was renormalised,
-and of its part across the flow."""
+from ..compile.pointers import call_reading, call_value
+from .stepping import row
 
 LONGEST = 1e8
 """Square of the first vector's growth at which it is renormalised before its time."""
 
 
-@jit
-def place(k, m, what):
-    """Return the first row of S (0), S at half time (1), L (2), columns (3), factor (4), readings (5), those at half
-    time (6), ...
+class Rows(NamedTuple):
+    """Rows of observer memory. The caller sets the stride.
 
-    ... limits (7), detections (8), metric (9). The number m of readings only counts for what follows them.
+    seen: steps seen; stride: how many steps apart the orbit's vectors are renormalised; due: whether this one is such;
+    last: time of the last one; half: time of the half-time values; weighted: sum of t dL for MEGNO; area: integral of
+    MEGNO over time; megno; largest: largest L_0; largest_across: largest log of the part of w_0 across the flow;
+    recorded: history slots written; peak, peak_across: largest square of the first vector since it was renormalised,
+    and of its part across the flow; end: the first row of the `Parts`.
     """
-    rows = SHARED + k * min(what, 3)
-    rows += k * k * max(0, min(what - 3, 2))
-    return rows + m * max(0, what - 5)
+
+    seen: int = 0
+    stride: int = 1
+    due: int = 2
+    last: int = 3
+    half: int = 4
+    weighted: int = 5
+    area: int = 6
+    megno: int = 7
+    largest: int = 8
+    largest_across: int = 9
+    recorded: int = 10
+    peak: int = 11
+    peak_across: int = 12
+    end: int = 13
+
+
+ROWS = Rows()
+
+
+class Parts(NamedTuple):
+    """First rows of what is kept for k vectors of 2n rows and m readings, in their order; see `parts_of`. The caller
+    sets columns, metric, limits and signs.
+
+    sums (k): S; half_sums (k): S at half time; lengths (k): L; columns, factor (k*k): of the true vectors, and R;
+    metric (2n); readings, half_readings, limits (m); signs (m): 1 where chaos is above the limit, -1 below; detected
+    (m): times of detection, 0 before.
+    """
+
+    sums: Any
+    half_sums: Any
+    lengths: Any
+    columns: Any
+    factor: Any
+    metric: Any
+    readings: Any
+    half_readings: Any
+    limits: Any
+    signs: Any
+    detected: Any
+    end: Any
+
+    def of(self, memory: Any) -> Parts:
+        """Return views of memory (rows, orbits) by the same names, and of what is behind it as `end`."""
+        return Parts(*(memory[first:last] for first, last in itertools.pairwise((*self, None))))
+
+
+@jit
+def parts_of(n, k, m):
+    """Return the parts of the memory for k vectors of 2n rows and m readings; m only counts for what follows the
+    readings.
+    """
+    sums = ROWS.end
+    columns = sums + 3 * k
+    metric = columns + 2 * k * k
+    readings = metric + 2 * n
+    limits, detected = readings + 2 * m, readings + 4 * m
+    return Parts(
+        sums,
+        sums + k,
+        sums + 2 * k,
+        columns,
+        columns + k * k,
+        metric,
+        readings,
+        readings + m,
+        limits,
+        limits + m,
+        detected,
+        detected + m,
+    )
 
 
 @jit(constants=True)
-def peak(n, k, metric, lanes, fresh, z, memory):
+def peak(n, k, lanes, fresh, z, memory):
     """Keep the largest square of the first vector since the last renormalisation."""
-    half = n * (1 + k)
+    half, at = n * (1 + k), parts_of(n, k, 0)
     for i in range(lanes):
         square = 0.0
         for r in range(2 * n):
             w = z[((n + r) if r < n else (half + r)) * LANES + i]
-            square += memory[(metric + r) * LANES + i] * w * w
-        largest = memory[PEAK * LANES + i]
-        memory[PEAK * LANES + i] = square if fresh[i] > 0.0 and square > largest else largest
+            square += memory[(at.metric + r) * LANES + i] * w * w
+        largest = memory[ROWS.peak * LANES + i]
+        memory[ROWS.peak * LANES + i] = square if fresh[i] > 0.0 and square > largest else largest
 
 
-@jit
-def peak_across(i, square, along, size, memory):
-    """Keep the largest square of the first vector's part across the flow, of its square, product with the flow, the
-    flow's square.
-    """
-    across = square - along * along / size if size > 0.0 else square
-    memory[PEAK_ACROSS * LANES + i] = max(memory[PEAK_ACROSS * LANES + i], across)
+@jit(constants=True)
+def peak_across(n, k, lanes, fresh, flow, z, memory):
+    """Keep the largest square of the first vector's part across the direction `flow` (2n rows) of the orbit."""
+    half, at = n * (1 + k), parts_of(n, k, 0)
+    for i in range(lanes):
+        square, along, size = 0.0, 0.0, 0.0
+        for r in range(2 * n):
+            w, f = z[((n + r) if r < n else (half + r)) * LANES + i], flow[r * LANES + i]
+            g = memory[(at.metric + r) * LANES + i]
+            square += g * w * w
+            along += g * f * w
+            size += g * f * f
+        across = square - along * along / size if size > 0.0 else square
+        largest = memory[ROWS.peak_across * LANES + i]
+        memory[ROWS.peak_across * LANES + i] = max(largest, across) if fresh[i] > 0.0 else largest
 
 
 @jit
 def wait(time, slots, lanes, fresh, t, memory):
     """Mark the lanes whose vectors are due at this step; return how many.
 
-    Every STRIDE-th step of an orbit, its first one past half time, past the next record of the history and at the end,
+    Every stride-th step of an orbit, its first one past half time, past the next record of the history and at the end,
     and where the first vector has grown long.
     """
     due = 0.0
     for i in range(lanes):
-        seen = memory[SEEN * LANES + i] + fresh[i]
-        stride, recorded, now = memory[STRIDE * LANES + i], memory[RECORDED * LANES + i], t[i] * (1.0 + 1e-12)
-        on = seen - stride * math.floor(seen / stride) == 0.0 or now >= time or memory[PEAK * LANES + i] > LONGEST
-        on = on or (memory[HALF * LANES + i] == 0.0 and now >= 0.5 * time)
+        seen = memory[ROWS.seen * LANES + i] + fresh[i]
+        stride, recorded, now = memory[ROWS.stride * LANES + i], memory[ROWS.recorded * LANES + i], t[i] * (1.0 + 1e-12)
+        on = seen - stride * math.floor(seen / stride) == 0.0 or now >= time or memory[ROWS.peak * LANES + i] > LONGEST
+        on = on or (memory[ROWS.half * LANES + i] == 0.0 and now >= 0.5 * time)
         on = on or (recorded < slots and now * slots >= (recorded + 1.0) * time)
         on = on and fresh[i] > 0.0
-        memory[SEEN * LANES + i] = seen
-        memory[DUE * LANES + i] = 1.0 if on else 0.0
-        due += memory[DUE * LANES + i]
+        memory[ROWS.seen * LANES + i] = seen
+        memory[ROWS.due * LANES + i] = 1.0 if on else 0.0
+        due += memory[ROWS.due * LANES + i]
     return due
 
 
 @jit(constants=True)
-def orthonormalise(n, k, metric, lanes, z, memory):
+def orthonormalise(n, k, lanes, z, memory):
     """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into
     memory, S summed.
 
     z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which
     vectors drop).
     """
-    half, sums, factor = n * (1 + k), place(k, 0, 0), place(k, 0, 4)
+    half, at = n * (1 + k), parts_of(n, k, 0)
     for j in range(k):
         for b in range(j + 1):
-            entry = (factor + b * k + j) * LANES
+            entry = (at.factor + b * k + j) * LANES
             for i in range(lanes):
                 memory[entry + i] = 0.0
             for r in range(2 * n):
                 first = (r if r < n else half + r - n) * LANES
                 u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
-                g = (metric + r) * LANES
+                g = (at.metric + r) * LANES
                 for i in range(lanes):
                     memory[entry + i] += memory[g + i] * z[u + i] * z[w + i]
             if b == j:
                 for i in range(lanes):
-                    memory[entry + i] = math.sqrt(memory[entry + i]) if memory[DUE * LANES + i] > 0.0 else 1.0
+                    memory[entry + i] = math.sqrt(memory[entry + i]) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
                 for i in range(lanes):
-                    memory[(sums + j) * LANES + i] += math.log(memory[entry + i])
+                    memory[(at.sums + j) * LANES + i] += math.log(memory[entry + i])
             else:
                 for i in range(lanes):
-                    memory[entry + i] = memory[entry + i] if memory[DUE * LANES + i] > 0.0 else 0.0
+                    memory[entry + i] = memory[entry + i] if memory[ROWS.due * LANES + i] > 0.0 else 0.0
             for r in range(2 * n):
                 first = (r if r < n else half + r - n) * LANES
                 u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
@@ -133,115 +204,118 @@ def orthonormalise(n, k, metric, lanes, z, memory):
 
 
 @jit(constants=True)
-def follow(k, lanes, memory):
+def follow(n, k, lanes, memory):
     """Carry the true vectors along: columns = R columns, each normalised, the logarithm of its length added to L."""
-    lengths, columns, factor = place(k, 0, 2), place(k, 0, 3), place(k, 0, 4)
+    at = parts_of(n, k, 0)
     for j in range(k):
         for b in range(j + 1):
-            entry = (columns + b * k + j) * LANES
+            entry = (at.columns + b * k + j) * LANES
             for i in range(lanes):
-                memory[entry + i] *= memory[(factor + b * k + b) * LANES + i]
+                memory[entry + i] *= memory[(at.factor + b * k + b) * LANES + i]
             for c in range(b + 1, j + 1):
                 for i in range(lanes):
                     memory[entry + i] += (
-                        memory[(factor + b * k + c) * LANES + i] * memory[(columns + c * k + j) * LANES + i]
+                        memory[(at.factor + b * k + c) * LANES + i] * memory[(at.columns + c * k + j) * LANES + i]
                     )
         for i in range(lanes):
             square = 0.0
             for b in range(j + 1):
-                entry = (columns + b * k + j) * LANES + i
+                entry = (at.columns + b * k + j) * LANES + i
                 square += memory[entry] * memory[entry]
-            length = math.sqrt(square) if memory[DUE * LANES + i] > 0.0 else 1.0
-            memory[(lengths + j) * LANES + i] += math.log(length)
+            length = math.sqrt(square) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
+            memory[(at.lengths + j) * LANES + i] += math.log(length)
             for b in range(j + 1):
-                memory[(columns + b * k + j) * LANES + i] /= length
+                memory[(at.columns + b * k + j) * LANES + i] /= length
 
 
 @jit(constants=True)
-def grow(k, lanes, t, memory):
+def grow(n, k, lanes, t, memory):
     """Update what the growth L_0 of the first vector gives, before and after `follow`: the largest L_0, MEGNO and its
     mean.
 
     MEGNO is Y = (2/t) int s dL(s), Cincotta & Simo 2000, with s of the middle of each interval; its mean by the
     trapezoidal rule.
     """
-    lengths, factor = place(k, 0, 2), place(k, 0, 4)
+    at = parts_of(n, k, 0)
     for i in range(lanes):
-        on = memory[DUE * LANES + i] > 0.0
-        last, now = memory[LAST * LANES + i], t[i]
-        gained = math.log(memory[factor * LANES + i])
-        weighted = memory[WEIGHTED * LANES + i] + 0.5 * (last + now) * gained
+        on = memory[ROWS.due * LANES + i] > 0.0
+        last, now = memory[ROWS.last * LANES + i], t[i]
+        gained = math.log(memory[at.factor * LANES + i])
+        weighted = memory[ROWS.weighted * LANES + i] + 0.5 * (last + now) * gained
         megno = 2.0 * weighted / now
-        memory[AREA * LANES + i] += 0.5 * (megno + memory[MEGNO_NOW * LANES + i]) * (now - last) if on else 0.0
-        memory[WEIGHTED * LANES + i] = weighted if on else memory[WEIGHTED * LANES + i]
-        memory[MEGNO_NOW * LANES + i] = megno if on else memory[MEGNO_NOW * LANES + i]
-        memory[LAST * LANES + i] = now if on else last
+        memory[ROWS.area * LANES + i] += 0.5 * (megno + memory[ROWS.megno * LANES + i]) * (now - last) if on else 0.0
+        memory[ROWS.weighted * LANES + i] = weighted if on else memory[ROWS.weighted * LANES + i]
+        memory[ROWS.megno * LANES + i] = megno if on else memory[ROWS.megno * LANES + i]
+        memory[ROWS.last * LANES + i] = now if on else last
         # The peaks are those since the last time: on top of the length that the vector had then.
-        for row, largest in ((PEAK, LARGEST), (PEAK_ACROSS, LARGEST_ACROSS)):
+        for square, largest in ((ROWS.peak, ROWS.largest), (ROWS.peak_across, ROWS.largest_across)):
             if on:
-                growth = memory[lengths * LANES + i] + 0.5 * math.log(max(memory[row * LANES + i], 1e-300))
+                growth = memory[at.lengths * LANES + i] + 0.5 * math.log(max(memory[square * LANES + i], 1e-300))
                 memory[largest * LANES + i] = max(memory[largest * LANES + i], growth)
-                memory[row * LANES + i] = 0.0
-
-
-LN10 = math.log(10.0)
-
-
-@jit(constants=True)
-def volume(count, k, i, memory):
-    """Return the logarithm of the volume of the first `count` normalised true vectors of lane i."""
-    total = 0.0
-    for j in range(count):
-        total += memory[(place(k, 0, 0) + j) * LANES + i] - memory[(place(k, 0, 2) + j) * LANES + i]
-    return min(total, 0.0)
-
-
-@jit(constants=True)
-def alignment(k, i, memory):
-    """Return log10 of SALI of lane i: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their
-    area.
-    """
-    area = volume(2, k, i, memory)
-    if area < -18.0:
-        return area / LN10
-    return math.log10(2.0 * math.sin(0.5 * math.asin(math.exp(area))))
+                memory[square * LANES + i] = 0.0
 
 
 @jit
-def judge(k, m, signs, early_stop, slots, time, lanes, orbit, t, memory, out, done):
+def judge(value, n, k, lanes, orbit, t, memory, out, done):
     """Keep the values at half time, note when each reading first passes its limit, write the history; return the lanes
     that are done.
     """
-    readings, middle, limits, detections = place(k, m, 5), place(k, m, 6), place(k, m, 7), place(k, m, 8)
-    sums, before = place(k, m, 0), place(k, m, 1)
-    ended = 0
+    m, slots, time = int(value.readings), value.slots, value.time
+    ended, at = 0, parts_of(n, k, m)
     for i in range(lanes):
-        if memory[DUE * LANES + i] == 0.0:
+        if memory[ROWS.due * LANES + i] == 0.0:
             continue
         now = t[i] * (1.0 + 1e-12)
-        if memory[HALF * LANES + i] == 0.0 and now >= 0.5 * time:
-            memory[HALF * LANES + i] = t[i]
+        if memory[ROWS.half * LANES + i] == 0.0 and now >= 0.5 * time:
+            memory[ROWS.half * LANES + i] = t[i]
             for j in range(k):
-                memory[(before + j) * LANES + i] = memory[(sums + j) * LANES + i]
+                memory[(at.half_sums + j) * LANES + i] = memory[(at.sums + j) * LANES + i]
             for j in range(m):
-                memory[(middle + j) * LANES + i] = memory[(readings + j) * LANES + i]
+                memory[(at.half_readings + j) * LANES + i] = memory[(at.readings + j) * LANES + i]
         passed = 0
         for j in range(m):
-            row = (detections + j) * LANES + i
-            if (
-                memory[row] == 0.0
-                and (memory[(readings + j) * LANES + i] - memory[(limits + j) * LANES + i]) * signs[j] > 0.0
-            ):
-                memory[row] = t[i]
-            passed += 1 if memory[row] > 0.0 else 0
-        slot = int(memory[RECORDED * LANES + i])
+            entry, sign = (at.detected + j) * LANES + i, memory[(at.signs + j) * LANES + i]
+            beyond = memory[(at.readings + j) * LANES + i] - memory[(at.limits + j) * LANES + i]
+            if memory[entry] == 0.0 and beyond * sign > 0.0:
+                memory[entry] = t[i]
+            passed += 1 if memory[entry] > 0.0 else 0
+        slot = int(memory[ROWS.recorded * LANES + i])
         if slot < slots and now * slots >= (slot + 1) * time:
             o, c = orbit[i], slot * (m + 1)
             out[o, c] = t[i]
             for j in range(m):
-                out[o, c + 1 + j] = memory[(readings + j) * LANES + i]
-            memory[RECORDED * LANES + i] = slot + 1.0
-        if early_stop > 0.0 and passed == m:
+                out[o, c + 1 + j] = memory[(at.readings + j) * LANES + i]
+            memory[ROWS.recorded * LANES + i] = slot + 1.0
+        if value.early_stop > 0.0 and passed == m:
             done[i] = 1.0
             ended += 1
     return ended
+
+
+@jit(inline=True)
+def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: keep growth and alignment of the k tangent vectors of n degrees of freedom at every step, and judge
+    orbits by readings of them.
+
+    The first calls are the value.readings readings. `out` holds value.slots records of the time and the readings.
+    """
+    peak(n, k, lanes, fresh, z, memory)
+    if wait(value.time, value.slots, lanes, fresh, t, memory) == 0.0:
+        return 0
+    orthonormalise(n, k, lanes, z, memory)
+    grow(n, k, lanes, t, memory)
+    follow(n, k, lanes, memory)
+    m = int(value.readings)
+    readings = parts_of(n, k, m).readings
+    for j in range(m):
+        call_reading(calls, j, n, k, m, lanes, row(memory, ROWS.due), memory, row(memory, readings + j))
+    return judge(value, n, k, lanes, orbit, t, memory, out, done)
+
+
+@jit(inline=True)
+def deviations_across(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: as `deviations`, also of the part across the flow, whose direction the last call gives."""
+    flow = np.empty(2 * n * LANES)
+    call_value(calls, int(value.readings), lanes, z, flow)
+    peak_across(n, k, lanes, fresh, flow, z, memory)
+    return deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done)

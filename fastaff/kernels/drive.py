@@ -61,6 +61,7 @@ def run_fixed(
     observe,
     params,
     observer,
+    calls,
     drift,
     kick,
     a,
@@ -161,7 +162,7 @@ def run_fixed(
                 for i in range(lanes):
                     seen[i] = fresh[i] if left[i] == 0 else 0.0
                     left[i] = every[orbit[i]] if left[i] == 0 else left[i]
-                ended += observe(observer, lanes, orbit, seen, t, z, memory, out, done)
+                ended += observe(observer, calls, lanes, orbit, seen, t, z, memory, out, done)
         write_now(progress, u, progress[u] + ran * lanes)
         i = 0
         while i < lanes:
@@ -232,7 +233,25 @@ def dense_state(rows, i, x, z, step, k, dense, target):
 
 @jit
 def observe_dense(
-    observe, observer, rows, lanes, cadence, orbit, fresh, ticks, z, t, h, k, dense, at, sample, memory, out, done
+    observe,
+    observer,
+    calls,
+    rows,
+    lanes,
+    cadence,
+    orbit,
+    fresh,
+    ticks,
+    z,
+    t,
+    h,
+    k,
+    dense,
+    at,
+    sample,
+    memory,
+    out,
+    done,
 ):
     """Call the observer at all multiples of `cadence` inside the accepted steps from t to t + h; return lanes done."""
     ended, pending = 0, 1
@@ -248,7 +267,7 @@ def observe_dense(
                 ticks[i] += 1
                 pending += 1
         if pending > 0:
-            ended += observe(observer, lanes, orbit, seen, at, sample, memory, out, done)
+            ended += observe(observer, calls, lanes, orbit, seen, at, sample, memory, out, done)
     return ended
 
 
@@ -261,6 +280,7 @@ def run_adaptive(
     observe,
     params,
     observer,
+    calls,
     a,
     b,
     errors,
@@ -363,6 +383,7 @@ def run_adaptive(
                 ended += observe_dense(
                     observe,
                     observer,
+                    calls,
                     rows,
                     lanes,
                     cadence,
@@ -387,7 +408,7 @@ def run_adaptive(
                 move_step(rows, i, size, stages, new, z, k)
             steps[orbit[i]] += 1
         if cadence == 0.0:
-            ended += observe(observer, lanes, orbit, fresh, t, z, memory, out, done)
+            ended += observe(observer, calls, lanes, orbit, fresh, t, z, memory, out, done)
             if renew:
                 derivative(params, lanes, z, k[:size])
         write_now(progress, u, following - u * unit - lanes)

@@ -102,3 +102,9 @@ def store_lane(block, lane, table, column):
     """Copy a lane into a column of table (rows, orbits)."""
     for r in range(table.shape[0]):
         table[r, column] = block[r * LANES + lane]
+
+
+@jit
+def row(block, number):
+    """Return the numbered row (LANES,) of a flat block."""
+    return block[number * LANES : (number + 1) * LANES]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..compile.jit import LANES, jit, read_now, write_now
+from ..compile.jit import jit, read_now, write_now
 
 
 @jit
@@ -37,15 +37,6 @@ def correlation(samples, c, lags, p, q):
     across = sums[3] - sums[0] * sums[1] / lags
     spread = (sums[2] - sums[0] * sums[0] / lags) * (sums[4] - sums[1] * sums[1] / lags)
     return across / math.sqrt(spread) if spread > 0.0 else 0.0
-
-
-@jit
-def thin(lanes, fresh, memory):
-    """Set row 4 of memory to 1 in the lanes whose sample this is: every n-th one of those in row 2, n in row 3."""
-    for i in range(lanes):
-        seen, stride = memory[2 * LANES + i] + fresh[i], memory[3 * LANES + i]
-        memory[2 * LANES + i] = seen
-        memory[4 * LANES + i] = fresh[i] if seen - stride * math.floor(seen / stride) == 0.0 else 0.0
 
 
 def zero_one(o, stop, progress, samples, counts, angles, result):

@@ -16,8 +16,8 @@ from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...flows.checks import checked_model
 from ...flows.flow import Flow, Interrupted, Report, energy_error, mark_drift
-from ...flows.plan import Options, plan
-from ...kernels.deviations import LN10
+from ...flows.options import Options, plan
+from ...kernels.readings import LN10
 from ...models.contracts import Model
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..frequencies.frequency_map import checked_angles
@@ -31,6 +31,7 @@ from .indicators import (
     FrequencyDiffusion,
     Indicator,
     ReversibilityError,
+    Streamed,
     TangentIndicator,
     ZeroOne,
     judged,
@@ -142,12 +143,12 @@ def chaos_map(
     """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
 
     Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values such as (MEGNO(),
-    SALI(limit=-10), GALI(4), LyapunovSpectrum()); history: records of the streamed indicators, equidistant in time (of
-    an adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it
-    chaotic (they must be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their
-    lengths don't matter; default: columns of a fixed random symplectic orthogonal matrix); the other options as in
-    `integrate`. Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    `.partial`.
+    SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own; history: records of the streamed
+    indicators, equidistant in time (of an adaptive scheme the first steps past such times); early_stop: end an orbit
+    when all indicators have called it chaotic (they must be streamed); deviations: tangent vectors at the start,
+    independent, as in `tangent_map` (their lengths don't matter; default: columns of a fixed random symplectic
+    orthogonal matrix); the other options as in `integrate`. Returns ChaosMap. Raises ValueError or TypeError for wrong
+    input; Interrupted on Ctrl-C, with `.partial`.
 
     All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the
     scheme and is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that
@@ -162,7 +163,7 @@ def chaos_map(
     time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
     chosen = _checked(indicators, checked_model(body))
     slots = whole("history", history, 0)
-    tangent = [entry for entry in chosen if isinstance(entry, TangentIndicator)]
+    tangent = [entry for entry in chosen if isinstance(entry, Streamed)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     flow, z, _ = (stable_plan if tangent else plan)(body, z0, options)
@@ -211,6 +212,8 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
             real(f"indicators[{k}], {type(entry).__name__}.limit", entry.limit)
         if isinstance(entry, GALI) and not 2 <= whole(f"indicators[{k}], GALI.count", entry.count, 2) <= 2 * n:
             raise ValueError(f"GALI.count must be 2 ... {2 * n} for {type(body).__name__}, got {entry.count}")
+        if isinstance(entry, TangentIndicator):
+            _check_own(f"indicators[{k}], TangentIndicator", entry, n)
         if isinstance(entry, FrequencyDiffusion):
             checked_angles(entry.angles, body)
         if isinstance(entry, ZeroOne) and entry.samples is not None:
@@ -219,6 +222,23 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
     if len(set(names)) < len(names):
         raise ValueError(f"indicators must differ, got {', '.join(names)}")
     return tuple(indicators)
+
+
+def _check_own(name: str, entry: TangentIndicator, n: int) -> None:
+    """Raise TypeError or ValueError unless the fields of an indicator of the user's own are what they should be."""
+    if not isinstance(entry.name, str) or not entry.name.isidentifier():
+        raise ValueError(f"{name}.name must be a name such as 'entropy', got {entry.name!r}")
+    if not callable(entry.reading):
+        raise TypeError(f"{name}.reading must be a function reading(growth, i, *parameters), got {entry.reading!r}")
+    if entry.judge is not None and not callable(entry.judge):
+        raise TypeError(f"{name}.judge must be a function or None, got {entry.judge!r}")
+    if whole(f"{name}.count", entry.count, 1) > 2 * n:
+        raise ValueError(f"{name}.count must be 1 ... {2 * n} here, got {entry.count}")
+    if not isinstance(entry.parameters, tuple):
+        raise TypeError(f"{name}.parameters must be a tuple of floats, got {entry.parameters!r}")
+    for j, number in enumerate(entry.parameters):
+        real(f"{name}.parameters[{j}]", number)
+    flag(f"{name}.above", entry.above), flag(f"{name}.across_flow", entry.across_flow)
 
 
 def _check_scheme(chosen: tuple[Indicator, ...], flow: Flow) -> None:

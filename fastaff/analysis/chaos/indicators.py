@@ -19,6 +19,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...kernels import readings
+
 MARGIN = 4.0
 
 SLACK = 0.75
@@ -81,7 +83,9 @@ class Lyapunov:
     name: ClassVar[str] = "lyapunov"
     above: ClassVar[bool] = True
     rate: ClassVar[bool] = True
-    reading: ClassVar[str] = "memory[lengths + i] / LN10"
+    reading: ClassVar[Callable] = staticmethod(readings.first_length)
+    parameters: ClassVar[tuple[float, ...]] = ()
+    across_flow: ClassVar[bool] = False
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
     default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
@@ -107,7 +111,9 @@ class LyapunovSpectrum:
     name: ClassVar[str] = "largest"
     above: ClassVar[bool] = True
     rate: ClassVar[bool] = True
-    reading: ClassVar[str] = "memory[sums + i] / LN10"
+    reading: ClassVar[Callable] = staticmethod(readings.first_stretch)
+    parameters: ClassVar[tuple[float, ...]] = ()
+    across_flow: ClassVar[bool] = False
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
     default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
@@ -130,7 +136,9 @@ class FLI:
     name: ClassVar[str] = "fli"
     above: ClassVar[bool] = True
     rate: ClassVar[bool] = False
-    reading: ClassVar[str] = "memory[LARGEST * LANES + i] / LN10"
+    reading: ClassVar[Callable] = staticmethod(readings.largest_length)
+    parameters: ClassVar[tuple[float, ...]] = ()
+    across_flow: ClassVar[bool] = False
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
     default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
@@ -154,7 +162,9 @@ class OFLI:
     name: ClassVar[str] = "ofli"
     above: ClassVar[bool] = True
     rate: ClassVar[bool] = False
-    reading: ClassVar[str] = "memory[LARGEST_ACROSS * LANES + i] / LN10"
+    reading: ClassVar[Callable] = staticmethod(readings.largest_across)
+    parameters: ClassVar[tuple[float, ...]] = ()
+    across_flow: ClassVar[bool] = True
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
     default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
@@ -177,7 +187,9 @@ class MEGNO:
     name: ClassVar[str] = "megno"
     above: ClassVar[bool] = True
     rate: ClassVar[bool] = False
-    reading: ClassVar[str] = "memory[AREA * LANES + i] / t[i]"
+    reading: ClassVar[Callable] = staticmethod(readings.mean_megno)
+    parameters: ClassVar[tuple[float, ...]] = ()
+    across_flow: ClassVar[bool] = False
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
 
@@ -218,7 +230,9 @@ class SALI:
     name: ClassVar[str] = "sali"
     above: ClassVar[bool] = False
     rate: ClassVar[bool] = False
-    reading: ClassVar[str] = "alignment(k, i, memory)"
+    reading: ClassVar[Callable] = staticmethod(readings.alignment)
+    parameters: ClassVar[tuple[float, ...]] = ()
+    across_flow: ClassVar[bool] = False
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
     calm = _falls_slowly
@@ -246,6 +260,8 @@ class GALI:
     limit: float | None = None
     above: ClassVar[bool] = False
     rate: ClassVar[bool] = False
+    reading: ClassVar[Callable] = staticmethod(readings.volume)
+    across_flow: ClassVar[bool] = False
     periods: ClassVar[float] = FEW
     least: ClassVar[float] = 0.0
     calm = _falls_slowly
@@ -256,9 +272,9 @@ class GALI:
         return f"gali_{self.count}"
 
     @property
-    def reading(self) -> str:
-        """Return the text of the reading."""
-        return f"volume({self.count}, k, i, memory) / LN10"
+    def parameters(self) -> tuple[float, ...]:
+        """Return what the reading takes beside the growth."""
+        return (float(self.count),)
 
     def vectors(self, n: int) -> int:
         """Return how many tangent vectors it needs."""
@@ -368,8 +384,47 @@ class ReversibilityError:
         return value < limit - 2.0
 
 
-TangentIndicator = Lyapunov | LyapunovSpectrum | FLI | OFLI | MEGNO | SALI | GALI
-Indicator = TangentIndicator | BirkhoffDigits | FrequencyDiffusion | ZeroOne | ReversibilityError
+@dataclass(frozen=True)
+class TangentIndicator:
+    """An indicator of your own: a reading of the growth of tangent vectors, beside the others in the same pass.
+
+    name: that of its row in `ChaosMap`; reading(growth, i, *parameters): a Python function that Numba compiles (or one
+    that it has compiled) and that returns the number for lane i of `fastaff.kernels.readings.Growth`; limit: chaotic
+    orbits are above it, or below it where `above` is False; count: how many tangent vectors it needs, 1 to 2n;
+    parameters: floats that the reading gets, another value compiles nothing; across_flow: whether it needs the part of
+    the first vector across the flow; judge(value, before, limit, n): which orbits (orbits,) look regular, from the
+    readings at the end and at half the time, called with arrays (default: those whose reading changed by less than
+    log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). Raises nothing itself: `chaos_map` checks it.
+    Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+    """
+
+    name: str
+    reading: Callable[..., float]
+    limit: float
+    above: bool = True
+    count: int = 1
+    parameters: tuple[float, ...] = ()
+    across_flow: bool = False
+    judge: Callable[..., np.ndarray] | None = None
+    rate: ClassVar[bool] = False
+    periods: ClassVar[float] = FEW
+    least: ClassVar[float] = 0.0
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return self.count
+
+    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+        """Tell which orbits look regular."""
+        if self.judge is not None:
+            return self.judge(value, before, limit, n)
+        return (value - before if self.above else before - value) < math.log10(2.0) + SLACK
+
+
+Streamed = Lyapunov | LyapunovSpectrum | FLI | OFLI | MEGNO | SALI | GALI | TangentIndicator
+"""Indicators that are readings of tangent vectors."""
+
+Indicator = Streamed | BirkhoffDigits | FrequencyDiffusion | ZeroOne | ReversibilityError
 
 
 def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:

@@ -13,6 +13,7 @@ from ...flows import observers
 from ...flows.flow import Flow, Report, launch, no_memory
 from ...flows.motion import motion
 from ...kernels import zero_one as kernels
+from ...kernels.samples import ROWS
 from ..frequencies.frequency_map import FALLBACK, FrequencyWork, checked_angles
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 
@@ -52,7 +53,7 @@ def zero_one(
     fits("ZeroOne.samples", orbits, int(counts.max()))
     ensemble, observer = flow.ensemble(z0.copy()), observers.kinetic_samples(flow.model)
     memory, out = np.zeros((observer.rows, orbits)), np.zeros((orbits, counts.max()))
-    memory[3] = stride
+    memory[ROWS.stride] = stride
     flow.advance(
         ensemble, observer, memory, out, time=time, observations=int(seen) if flow.adaptive else 0, report=report
     )

@@ -13,9 +13,10 @@ from ...base.status import Status
 from ...flows import observers
 from ...flows.flow import Ensemble, Flow, Report
 from ...flows.motion import inverse_masses, natural_rates
-from ...kernels.deviations import HALF, LAST, STRIDE, place
+from ...kernels import birkhoff
+from ...kernels.deviations import ROWS, parts_of
 from ..orbits.tangent_map import checked_deviations
-from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, TangentIndicator, limit_of
+from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, limit_of
 
 DEPENDENT = 1e-10
 """Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.
@@ -92,7 +93,7 @@ class ChaosRun:
         self.rates = own_rates(flow.model, z0, time, flow.threads)
         self.scale = scales(flow.model, z0, self.rates)
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
-        self.tangent = [(j, entry) for j, entry in enumerate(chosen) if isinstance(entry, TangentIndicator)]
+        self.tangent = [(j, entry) for j, entry in enumerate(chosen) if isinstance(entry, Streamed)]
         self.digits = [j for j, entry in enumerate(chosen) if isinstance(entry, BirkhoffDigits)]
         self.streams = bool(self.tangent or self.digits)
         if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time
@@ -101,8 +102,10 @@ class ChaosRun:
         self.k, self.m = self.flow.vectors, len(self.tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
-        self.observer = self._observer()
+        self.observer, averaged = self._observer()
         self.memory = np.zeros((self.observer.rows, self.orbits))
+        self.growth: Any = parts_of(self.n, self.k, self.m).of(self.memory)
+        self.averages = self.memory[averaged : averaged + birkhoff.ROWS.end]
         if self.tangent:
             self._prepare()
         number_of_steps(time, 1 / self.rates)
@@ -111,13 +114,14 @@ class ChaosRun:
 
     def _prepare(self) -> None:
         """Set the rows of the memory that the stream only reads, and the columns."""
-        self.memory[self._rows(3)][:: self.k + 1] = 1.0
-        self.memory[self._rows(7)] = self.limits[[j for j, _ in self.tangent]]
-        first = self._rows(9).start
-        self.memory[first : first + 2 * self.n] = self.scale**2
+        growth = self.growth
+        growth.columns[:: self.k + 1] = 1.0
+        growth.limits[:] = self.limits[[j for j, _ in self.tangent]]
+        growth.signs[:] = np.array([1.0 if entry.above else -1.0 for _, entry in self.tangent])[:, None]
+        growth.metric[:] = self.scale**2
         # About a radian, as a power of two steps: lanes that share their steps then share the work.
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
-        self.memory[STRIDE] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
+        self.memory[ROWS.stride] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
 
     def _start(self, deviations: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
@@ -136,25 +140,19 @@ class ChaosRun:
     def _spectrum(self) -> bool:
         return any(isinstance(entry, LyapunovSpectrum) for _, entry in self.tangent)
 
-    def _rows(self, what: int) -> slice:
-        """Return the rows of the observer's memory of that number in `place`."""
-        return slice(place(self.k, self.m, what), place(self.k, self.m, what + 1))
-
-    def _observer(self) -> observers.Observer:
-        """Return the observer of the stream."""
-        averages = observers.averages(self.flow.model, self.k, self.time)
+    def _observer(self) -> tuple[observers.Observer, int]:
+        """Return the observer of the stream, and the first row of its memory that the averages have."""
+        model = self.flow.model
         if not self.tangent:
-            return averages
+            return observers.averages(model, self.k, self.time), 0
+        chosen = tuple(entry for _, entry in self.tangent)
         observer = observers.deviations(
-            self.flow.model,
-            self.k,
-            tuple(entry.reading for _, entry in self.tangent),
-            tuple(1.0 if entry.above else -1.0 for _, entry in self.tangent),
-            time=self.time,
-            early_stop=self.early_stop,
-            slots=self.slots,
+            model, self.k, chosen, time=self.time, early_stop=self.early_stop, slots=self.slots
         )
-        return observers.together(observer, averages, max(1, (self.m + 1) * self.slots)) if self.digits else observer
+        if not self.digits:
+            return observer, observer.rows
+        averages = observers.averages(model, self.k, self.time)
+        return observers.both(observer, averages, max(1, (self.m + 1) * self.slots)), observer.rows
 
     def stream(self, report: Report | None) -> None:
         """Run the tangent vectors and the averages."""
@@ -175,13 +173,12 @@ class ChaosRun:
         """Take the readings of the streamed indicators from the memory of the observer."""
         if self.tangent:
             which = [j for j, _ in self.tangent]
-            self.values[which] = self.memory[self._rows(5)]
-            self.before[which] = np.where(self.memory[HALF] > 0, self.memory[self._rows(6)], np.nan)
+            self.values[which] = self.growth.readings
+            self.before[which] = np.where(self.memory[ROWS.half] > 0, self.growth.half_readings, np.nan)
         for j in self.digits:
-            first = self._rows(9).start + 2 * self.n if self.tangent else 0  # the averages' memory is the second part
-            _, early, a, late, b = self.memory[first : first + 5]
+            kept, rows = self.averages, birkhoff.ROWS
             with np.errstate(all="ignore"):
-                a, b = a / early, b / late
+                a, b = kept[rows.early] / kept[rows.early_weight], kept[rows.late] / kept[rows.late_weight]
                 digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
             self.values[j] = np.where(self.ensemble.time >= self.time * (1 - 1e-12), digits, np.nan)
 
@@ -200,7 +197,7 @@ class ChaosRun:
         history = np.full((len(self.chosen), self.slots, self.orbits), np.nan)
         records = self.out[:, : self.slots * (self.m + 1)].reshape(self.orbits, self.slots, self.m + 1)
         for number, (j, _) in enumerate(self.tangent):
-            times = self.memory[self._rows(8)][number]
+            times = self.growth.detected[number]
             detected[j] = np.where(times > 0, times, np.nan)
             history[j] = records[:, :, 1 + number].T
         return detected, history, records[:, :, 0].T
@@ -210,11 +207,12 @@ class ChaosRun:
         if not self._spectrum:
             return None, None
         # Volumes count from the start, whatever the angles between given vectors.
-        sums, half = self.memory[self._rows(0)] - self.first, self.memory[self._rows(1)] - self.first
+        growth = self.growth
+        sums, half = growth.sums - self.first, growth.half_sums - self.first
         if self.k < 2 * self.n:
             sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
         with np.errstate(all="ignore"):
-            now, before = sums / self.memory[LAST], half / self.memory[HALF]
+            now, before = sums / self.memory[ROWS.last], half / self.memory[ROWS.half]
         order = np.argsort(-now, axis=0, kind="stable")
-        error = np.where(self.memory[HALF] > 0, np.abs(now - before), np.inf)
+        error = np.where(self.memory[ROWS.half] > 0, np.abs(now - before), np.inf)
         return np.take_along_axis(now, order, axis=0), np.take_along_axis(error, order, axis=0)

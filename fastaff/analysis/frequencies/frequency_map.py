@@ -18,7 +18,7 @@ from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
 from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from ...flows.motion import natural_rates
-from ...flows.plan import Options, plan
+from ...flows.options import Options, plan
 from ...models.contracts import Angles, Model, coordinate_names, isotropic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .angle_loops import Layout, Plain

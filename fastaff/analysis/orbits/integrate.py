@@ -16,7 +16,7 @@ from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
 from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
 from ...flows.motion import motion
-from ...flows.plan import Options, plan
+from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Model
 from ...schemes.automatic import Automatic

@@ -14,7 +14,7 @@ from ...base.status import Status, describe, raise_if_failed
 from ...flows import observers
 from ...flows.checks import checked_tangent_model
 from ...flows.flow import Interrupted, Report, energy_error, mark_drift, no_memory
-from ...flows.plan import Options, Plan, plan
+from ...flows.options import Options, Plan, plan
 from ...models.contracts import Model
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 

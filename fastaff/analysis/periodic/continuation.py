@@ -15,7 +15,7 @@ from ...base.recipe import recorded
 from ...base.status import Status
 from ...flows.checks import checked_section, checked_tangent_model, energies
 from ...flows.flow import Flow
-from ...flows.plan import Options, plan
+from ...flows.options import Options, plan
 from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .bifurcations import Bifurcation, bifurcations, residue_products

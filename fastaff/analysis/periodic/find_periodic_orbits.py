@@ -11,7 +11,7 @@ from ...base.numbers import positive, whole
 from ...base.recipe import recorded
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.motion import typical_rate
-from ...flows.plan import Options
+from ...flows.options import Options
 from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..sections.poincare_map import SectionMap, poincare_map

@@ -14,7 +14,7 @@ from ...base.recipe import recorded
 from ...base.status import Status, describe, raise_if_failed
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.flow import Flow, Interrupted
-from ...flows.plan import Options
+from ...flows.options import Options
 from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .return_map import (

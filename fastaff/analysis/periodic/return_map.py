@@ -19,7 +19,7 @@ from ...flows import observers
 from ...flows.checks import energies
 from ...flows.flow import Flow
 from ...flows.motion import inverse_masses, motion
-from ...flows.plan import Options, plan
+from ...flows.options import Options, plan
 from ...kernels import crossings as kernels
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 
@@ -100,7 +100,8 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
     found.time[live] = records[:, -1, 0]
     found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
-    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (memory[5] >= period) & (found.time[live] <= limit)
+    reached = (memory[kernels.ROWS.written] >= period) & (found.time[live] <= limit)
+    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & reached
     ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
     found.status[live] = np.where(arrived, Status.OK, ended)
     for array in found[:3]:

@@ -17,7 +17,7 @@ from ...flows.accuracy import Steps, halved, planned
 from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
 from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error
 from ...flows.motion import Motion, motion
-from ...flows.plan import Options, plan
+from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
 from ...models.contracts import Model, Section
@@ -327,10 +327,11 @@ def start_crossings(
         for row in np.eye(2 * n):
             size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
         leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
-        memory[1] = np.where((np.abs(value) <= START * size) | on, leaving, value)
+        memory[kernels.ROWS.before] = np.where((np.abs(value) <= START * size) | on, leaving, value)
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
-    memory[2], memory[4] = _section_values(section, before.points), -ensemble.ahead
-    memory[kernels.MEMORY :] = ensemble.z
+    memory[kernels.ROWS.earlier] = _section_values(section, before.points)
+    memory[kernels.ROWS.time_earlier] = -ensemble.ahead
+    memory[kernels.ROWS.state :] = ensemble.z
 
 
 def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
@@ -355,7 +356,7 @@ def follow_crossings(
         """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers
         of crossings.
         """
-        written = memory[5].astype(np.int64)
+        written = memory[kernels.ROWS.written].astype(np.int64)
         where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))[:most]
         try:
             flow.locate(section, records, where)
@@ -364,7 +365,7 @@ def follow_crossings(
             late = ~((records[where, 0] > 0.0) & (records[where, 0] <= limit * (1 + START)))
             records[where[late], 1] = kernels.NOTHING
             kernels.compact(rows, out, written)
-            memory[5], memory[6] = written, written
+            memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
         return written
 
     while True:
@@ -393,17 +394,18 @@ def follow_crossings(
 
 def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
     """Record suspected pairs around the ends of the orbits `last`, from the section function a step beyond."""
-    rows = ensemble.z.shape[0]
+    rows, at = ensemble.z.shape[0], kernels.ROWS
     after = replace(ensemble, z=flow.shifted(ensemble.z, ensemble.ahead))
     now, step = _section_values(section, after.points), ensemble.ahead
     records = out.reshape(len(out), -1, kernels.RECORD + rows)
     for o in np.flatnonzero(last):
-        back = memory[3, o] - memory[4, o]
-        if kernels.dips(memory[2, o], memory[1, o], now[o], back, step[o]):
-            slot = int(memory[5, o])
+        time = memory[at.time_before, o]
+        back = time - memory[at.time_earlier, o]
+        if kernels.dips(memory[at.earlier, o], memory[at.before, o], now[o], back, step[o]):
+            slot = int(memory[at.written, o])
             for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
-                records[o, slot + k] = [memory[3, o], kind, -back, step[o], *memory[kernels.MEMORY :, o]]
-            memory[5, o] += 2
+                records[o, slot + k] = [time, kind, -back, step[o], *memory[at.state :, o]]
+            memory[at.written, o] += 2
 
 
 def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
@@ -420,7 +422,7 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     rows, orbits = ensemble.z.shape
     width = kernels.RECORD + rows
     records = out.reshape(orbits, -1, width)[:, :wanted]
-    counts = np.minimum(memory[5].astype(np.int64), wanted)
+    counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, kernels.RECORD :], np.where(kept, records[:, :, 0], np.nan)
     drift = np.full(times.shape, -1.0)
@@ -433,7 +435,7 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     status = ensemble.status.copy()
     status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
     status[(status == Status.OK) & (counts < wanted)] = Status.TOO_FEW_CROSSINGS
-    written = memory[5].astype(np.int64)
+    written = memory[kernels.ROWS.written].astype(np.int64)
     counts = np.minimum(counts, first)
     slot = np.arange(wanted)
     dropped = (slot >= counts[:, None]) & (slot < written[:, None])

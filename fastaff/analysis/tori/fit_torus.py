@@ -19,7 +19,7 @@ from ...base.status import Status
 from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points
 from ...flows.flow import Flow, mark_drift
 from ...flows.motion import motion
-from ...flows.plan import Options, plan
+from ...flows.options import Options, plan
 from ...models.contracts import Model
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from ..chaos.chaos_map import chaos_map

@@ -1,0 +1,126 @@
+"""Functions that compiled code calls by their address: what an observer needs of models, sections and other observers.
+
+An observer is compiled once, whatever it calls: functions reach it as rows of a table of numbers, each with its range
+of the parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+from .jit import JIT_DISABLED, SIGNATURES, BlockFunction, jit
+
+
+class Columns(NamedTuple):
+    """Columns of the table of calls: the address of a function, the ranges of its parameters and of its own calls."""
+
+    address: int = 0
+    parameters: int = 1
+    parameters_end: int = 2
+    calls: int = 3
+    calls_end: int = 4
+
+
+COLUMNS = Columns()
+
+
+class Calls(NamedTuple):
+    """What compiled code may call: the table (calls, columns) and the vector of all parameters that it refers to."""
+
+    table: Any
+    parameters: Any
+
+
+class Bound(NamedTuple):
+    """A compiled function with its parameters, and the table of its own calls."""
+
+    function: Any
+    parameters: np.ndarray
+    table: np.ndarray
+
+
+def call_table(own: np.ndarray, calls: tuple[Bound, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parameters of a function, `own` and those of its calls, and the table of the calls.
+
+    The rows of the table that calls have of their own come after all calls, with ranges that count from their own
+    beginnings.
+    """
+    row, at = len(calls), len(own)
+    table = np.zeros((row + sum(len(call.table) for call in calls), len(COLUMNS)), np.int64)
+    for number, call in enumerate(calls):
+        ends = at + len(call.parameters), row + len(call.table)
+        table[number] = address(call.function), at, ends[0], row, ends[1]
+        table[row : ends[1]] = call.table
+        at, row = ends
+    return np.concatenate([own, *(call.parameters for call in calls)]), table
+
+
+_FUNCTIONS: dict[int, Callable] = {}
+"""Where the JIT is disabled: the functions by what stands for their address."""
+
+
+def address(function: Any) -> int:
+    """Return the address of a compiled function, which must be kept: block functions are, for good."""
+    if isinstance(function, BlockFunction):
+        return function.__wrapper_address__()
+    _FUNCTIONS[id(function)] = function
+    return id(function)
+
+
+def _caller(kind: str) -> Callable:
+    """Return the function that calls the block function of that kind at an address."""
+    if JIT_DISABLED:
+        return lambda at, *arguments: _FUNCTIONS[at](*arguments)
+    expected = SIGNATURES[kind]
+
+    @intrinsic
+    def call(typingcontext, at, *arguments):
+        given = types.BaseTuple.from_types(arguments)
+
+        def generate(context, builder, signature, values):
+            parts = cgutils.unpack_tuple(builder, values[1])
+            parts = [
+                context.cast(builder, part, source, target)
+                for part, source, target in zip(parts, given, expected.args, strict=True)
+            ]
+            kinds = [context.get_value_type(entry) for entry in expected.args]
+            result = context.get_value_type(expected.return_type)
+            pointer = builder.inttoptr(values[0], cgutils.ir.FunctionType(result, kinds).as_pointer())
+            return builder.call(pointer, parts)
+
+        return expected.return_type(at, given), generate
+
+    return call
+
+
+_value, _reading, _observe = map(_caller, ("value", "reading", "observe"))
+
+
+@jit(inline=True)
+def call_value(calls, number, lanes, z, result):
+    """Set result to what the numbered function, a section or a scalar method of a model, gives for the states z."""
+    row = calls.table[number]
+    parameters = calls.parameters[row[COLUMNS.parameters] : row[COLUMNS.parameters_end]]
+    _value(row[COLUMNS.address], parameters, lanes, z, result)
+
+
+@jit(inline=True)
+def call_reading(calls, number, n, k, m, lanes, due, memory, result):
+    """Set result, in the lanes that are due, to the numbered reading of tangent vectors; see `kernels.deviations`."""
+    row = calls.table[number]
+    parameters = calls.parameters[row[COLUMNS.parameters] : row[COLUMNS.parameters_end]]
+    _reading(row[COLUMNS.address], parameters, lanes, n, k, m, due, memory, result)
+
+
+@jit(inline=True)
+def call_observer(calls, number, lanes, orbit, fresh, t, z, memory, out, done):
+    """Call the numbered observer; return how many lanes it has ended."""
+    row = calls.table[number]
+    parameters = calls.parameters[row[COLUMNS.parameters] : row[COLUMNS.parameters_end]]
+    table = calls.table[row[COLUMNS.calls] : row[COLUMNS.calls_end]]
+    return _observe(row[COLUMNS.address], parameters, table, lanes, orbit, fresh, t, z, memory, out, done)

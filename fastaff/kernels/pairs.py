@@ -1,0 +1,57 @@
+"""Two observers of one pass, called by their pointers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..compile.jit import LANES, jit
+from ..compile.pointers import call_observer
+from .stepping import row
+
+
+class Rows(NamedTuple):
+    """Rows of observer memory behind those of two observers that `both` calls: which of them is done with an orbit, and
+    room for what an observer has not ended yet.
+    """
+
+    first_done: int = 0
+    second_done: int = 1
+    seen: int = 2
+    end: int = 3
+
+
+ROWS = Rows()
+
+
+@jit(inline=True)
+def both(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: call two; an orbit is done when both are done with it, and none sees it after it was done with it.
+
+    The first value.split rows of memory and value.columns columns of `out` are the first one's.
+    """
+    split, end, columns = int(value.split) * LANES, int(value.rows) * LANES, int(value.columns)
+    own = memory[end:]
+    seen, first_done, second_done = row(own, ROWS.seen), row(own, ROWS.first_done), row(own, ROWS.second_done)
+    for i in range(lanes):
+        seen[i] = fresh[i] * (1.0 - first_done[i])
+    call_observer(calls, 0, lanes, orbit, seen, t, z, memory[:split], out[:, :columns], first_done)
+    for i in range(lanes):
+        seen[i] = fresh[i] * (1.0 - second_done[i])
+    call_observer(calls, 1, lanes, orbit, seen, t, z, memory[split:end], out[:, columns:], second_done)
+    ended = 0
+    for i in range(lanes):
+        if first_done[i] > 0.0 and second_done[i] > 0.0:
+            done[i] = 1.0
+            ended += 1
+    return ended
+
+
+@jit(inline=True)
+def either(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: call two; an orbit is done when one of them is done with it.
+
+    The first value.split rows of memory are the first one's, and all columns of `out`.
+    """
+    split, columns = int(value.split) * LANES, out.shape[1]
+    ended = call_observer(calls, 0, lanes, orbit, fresh, t, z, memory[:split], out, done)
+    return ended + call_observer(calls, 1, lanes, orbit, fresh, t, z, memory[split:], out[:, columns:], done)
