@@ -13,9 +13,9 @@ from scipy.special import eval_genlaguerre
 
 from fastaff import Anharmonic, Body
 from fastaff.charts import ALPHA_BETA, R_VARTHETA
-from fastaff.quantum.factors import PlaneFactor
-from fastaff.quantum.packet import Packet
-from fastaff.quantum.wavefunction import wavefunction
+from fastaff.quantum.exact.wavefunction import wavefunction
+from fastaff.quantum.packets.packet import Packet
+from fastaff.quantum.states.factors import PlaneFactor
 
 POINTS = 2_000_000
 

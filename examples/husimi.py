@@ -25,7 +25,7 @@ def section_grid(energy, cells):
     return edge, fastaff.energy_grid(body, energy=energy, section=section, axes=axes, **planes)
 
 
-levels = fastaff.quantum.spectrum(body, m=M, l=L, levels=LEVELS, hbar=HBAR, tolerance=1e-6)
+levels = fastaff.quantum.spectrum(body, m=M, l=L, count=LEVELS, hbar=HBAR, tolerance=1e-6)
 near = np.flatnonzero(np.abs(levels.E - 1.5) < 0.06)
 print(f"{near.size} levels next to E = 1.5; errors of levels below {levels.error.max():.0e}")
 shares, images = [], []

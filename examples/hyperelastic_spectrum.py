@@ -25,8 +25,8 @@ body = fa.Body(fa.Hyperelastic(C=1.0), mu=1.0)  # omega = hbar = 1
 # Quantizations of the class (2, 0) against its exact levels with n_r = 0: E = 2 n_r + 1 + Lambda(n_vartheta).
 n_vartheta = np.arange(30)
 n = np.array([0 * n_vartheta, n_vartheta])
-exact = fa.quantum.spectrum(body, m=2, l=0, levels=1000)
-E = np.array([exact.E[(exact.labels == (0, k)).all(axis=1)][0] for k in n_vartheta])
+exact = fa.quantum.spectrum(body, m=2, l=0, count=1000)
+E = np.array([exact.E[(exact.n == [[0], [k]]).all(axis=0)][0] for k in n_vartheta])
 rules = {
     "Bohr-Sommerfeld (0, 0)": fa.quantum.BOHR_SOMMERFELD,
     "EBK (2, 2)": fa.quantum.EBK,
@@ -37,22 +37,23 @@ for name, levels in quasi.items():
     print(f"{name:24} E - exact at n_vartheta = 0, 5, 29: " + "  ".join(f"{(levels - E)[k]:+.4f}" for k in (0, 5, 29)))
 
 spins = np.arange(-8, 9, 2)
-against_m = fa.quantum.class_diagram(body, m=spins.tolist(), l=0, levels=6)
+against_m = fa.quantum.class_diagram(body, m=spins.tolist(), l=0, count=6)
 numbers = np.array([(n_r, k, m) for m in spins for n_r, k in ((0, 0), (1, 0), (0, 1))]).T
 ebk = fa.quantum.quasiclassical_levels(body, n=numbers[:2], m=numbers[2], l=0)
 
 C = np.geomspace(0.05, 60, 120)
-against_C = fa.quantum.level_diagram(lambda value: fa.Body(fa.Hyperelastic(value)), C, m=1, l=-1, levels=12, name="C")
+against_C = fa.quantum.level_diagram(lambda value: fa.Body(fa.Hyperelastic(value)), C, m=1, l=-1, count=12, name="C")
 
-elementary = fa.quantum.spectrum(body, m=1, l=-1, levels=4)
+elementary = fa.quantum.spectrum(body, m=1, l=-1, count=4)
 v = np.linspace(0.0, np.pi / 2, 7)[1:-1]
 shape = elementary.state(0).shape.factors[1](v) / (np.cos(v) * np.cos(v / 2))
 print(f"(1, -1): E = {elementary.E[0]:.15g}, f/(cos(v) cos(v/2)) constant to {np.ptp(shape) / shape.max():.1e}")
 
 whole = fa.quantum.all_levels(body, below=12.0)
 k = np.arange(4)
-found = [int(whole.degeneracy[np.argmin(np.abs(whole.energies - energy))]) for energy in 5 + 2 * k]
-others = whole.degeneracy[np.abs(whole.energies[:, None] - (5 + 2 * k)).min(axis=1) > 1e-9]
+gathered = whole.multiplets()
+found = [int(gathered.degeneracy[np.argmin(np.abs(gathered.E - energy))]) for energy in 5 + 2 * k]
+others = gathered.degeneracy[np.abs(gathered.E[:, None] - (5 + 2 * k)).min(axis=1) > 1e-9]
 print(
     f"{whole.E.size} levels below 12, error {whole.error.max():.1e}: E = 5, 7, 9, 11 come {found} times, others "
     f"{others.max()} at most"
@@ -80,7 +81,7 @@ c.plot(1 + 0 * k, 5 + 2 * k, ls="", marker="*", ms=11, mfc="#f0e442", mec="black
 c.annotate("elementary states", (1, 5), (1.6, 4.05), fontsize=8, va="center")
 c.set_xlabel(r"$C$  (units of $\hbar^2/\mu$)")
 
-high = int(np.flatnonzero((exact.labels == (2, 3)).all(axis=1))[0])
+high = int(np.flatnonzero((exact.n == [[2], [3]]).all(axis=0))[0])
 plot_density(elementary.state(0), ax=d, body=body, chart=fa.charts.TWO_POLAR)
 plot_density(exact.state(high), ax=e, body=body, chart=fa.charts.ALPHA_BETA)
 plot_degeneracies(whole, ax=f)

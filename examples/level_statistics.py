@@ -46,7 +46,7 @@ def energy_surface(energy):
 spectra, unfolded, deviations = [], [], []
 for a, b, hbar, size in NEIGHBOURS + FINE:
     m, l = a + b, b - a
-    levels = fastaff.quantum.spectrum(body, m=m, l=l, levels=size, hbar=hbar, tolerance=1e-6)
+    levels = fastaff.quantum.spectrum(body, m=m, l=l, count=size, hbar=hbar, tolerance=1e-6)
     count = partial(fastaff.quantum.weyl_count, body, m=m, l=l, hbar=hbar)
     deviation = fastaff.quantum.count_deviation(levels.E, count)
     spectra.append(levels.E)

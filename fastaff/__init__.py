@@ -143,6 +143,7 @@ _FOLDERS = (
     "flows",
     "formulas",
     "models",
+    "paper",
     "plot",
     "quantum",
     "schemes",
@@ -150,13 +151,20 @@ _FOLDERS = (
 
 _RENAMED = {
     "ChaosScan": "ChaoticFraction",
+    "ExactLevels": "LevelTable",
     "Grid": "EnergyGrid",
+    "LevelList": "LevelTable",
+    "Levels": "LevelTable",
     "Lines": "FrequencyLines",
+    "QuasiclassicalLevels": "LevelTable",
     "Sample": "EnergySample",
     "Tori": "ActionAngles",
     "WebLine": "ResonanceLine",
     "chaos": "chaos_map",
+    "exact_levels_below": "exact_levels",
     "from_action_angle": "from_action_angles",
+    "multiplets": "exact_levels",
+    "quasiclassical_levels_below": "quasiclassical_levels",
     "tori": "action_angles",
     "web": "resonance_web",
 }

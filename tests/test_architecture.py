@@ -22,12 +22,15 @@ STOREYS = (
     ("formulas", "flows"),
     ("analysis",),
     ("quantum",),
-    ("plot", "files"),
+    ("plot", "files", "paper"),
     ("cli",),
 )
 """Folders of the package from the ground up: each imports only from those of storeys below, or of its own."""
-ROOMS = ("orbits", "frequencies", "sections", "chaos", "periodic", "tori")
-"""Folders of `analysis`, in the same order."""
+ROOMS = {
+    "analysis": ("orbits", "frequencies", "sections", "chaos", "periodic", "tori"),
+    "quantum": ("states", "exact", "solvers", "spectra", "packets", "chaos"),
+}
+"""Folders within a folder, in the same order."""
 HEAVY = {"scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
 
 
@@ -74,7 +77,8 @@ def storey(module):
 def test_every_folder_has_a_storey():
     folders = {module_of(path).split(".")[0] for path in FILES} - {""}
     assert folders == {folder for folders in STOREYS for folder in folders}
-    assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith("analysis.")} == set(ROOMS)
+    for folder, rooms in ROOMS.items():
+        assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith(f"{folder}.")} == {*rooms}
     entries = [path for path in ROOT.iterdir() if path.name != "__pycache__"]
     assert len(entries) <= 16, sorted(path.name for path in entries)
     assert len(ARROWS) > 30
@@ -99,11 +103,16 @@ def test_no_arrow_points_up(path):
     upward = [target for target in imports(path) if target and storey(target) > storey(source)]
     assert not upward, f"{source} imports {upward}"
     assert storey(source) >= storey("files") or "" not in imports(path), f"{source} imports the whole package"
-    if source.startswith("analysis.") and source.count(".") > 1:
-        rooms = [target.split(".")[1] for target in imports(path) if target.startswith("analysis.")]
-        assert all(ROOMS.index(room) <= ROOMS.index(source.split(".")[1]) for room in rooms), (
-            f"{source} imports {rooms}"
-        )
+    folder, *inside = source.split(".")
+    if folder in ROOMS and len(inside) > 1:
+        order = ROOMS[folder].index
+        rooms = [target.split(".")[1] for target in imports(path) if target.startswith(f"{folder}.")]
+        assert all(order(room) <= order(inside[0]) for room in rooms), f"{source} imports {rooms}"
+
+
+def test_nothing_stands_on_what_serves_the_paper_alone():
+    assert not [source for source, target in ARROWS if target.startswith("paper") and not source.startswith("paper")]
+    assert any(source.startswith("paper") for source, _ in ARROWS)
 
 
 def test_kernels_see_no_models_and_no_python():

@@ -101,11 +101,11 @@ def test_one_class(m, l, capsys, tmp_path):
     run = [*HYPERELASTIC, "--C", "1", "--m", str(m), "--l", str(l), "--levels", "6", "--chart", "r-vartheta"]
     assert cli.main([*run, "--out", str(tmp_path / "s"), "--no-figure"]) == 0
     captured = capsys.readouterr()
-    truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic()), m=m, l=l, levels=6)
+    truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic()), m=m, l=l, count=6)
     arrays, metadata = files.load(tmp_path / "s.npz")
     assert arrays["E"].tobytes() == truth.E.tobytes()
     assert arrays["error"].tobytes() == truth.error.tobytes()
-    assert arrays["labels"].tolist() == truth.labels.tolist()
+    assert arrays["n"].tolist() == truth.n.tolist()
     assert (arrays["m"] == m).all()
     assert metadata["names"] == ["r", "vartheta"]
     assert metadata["model"]["potential"] == {"class": "Hyperelastic", "C": 1.0}
@@ -114,7 +114,7 @@ def test_one_class(m, l, capsys, tmp_path):
     printed = rows(captured.out)
     assert len(printed) == 6
     assert float(printed[0]["E"]) == pytest.approx(GROUND[m, l], abs=2e-13)
-    for row, E, label in zip(printed, truth.E, truth.labels):
+    for row, E, label in zip(printed, truth.E, truth.n.T):
         assert abs(float(row["E"]) - E) <= 1e-13
         assert [int(row["n_r"]), int(row["n_vartheta"])] == label.tolist()
         assert (row["converged"], row["degeneracy"]) == ("yes", "1")
@@ -157,7 +157,9 @@ def test_below_on_the_covering(capsys, tmp_path):
         "--no-figure",
     ]
     assert cli.main(run) == 0
-    exact = fastaff.quantum.multiplets(fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False)
+    exact = fastaff.quantum.exact_levels(
+        fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False
+    ).multiplets()
     arrays = files.load(tmp_path / "s.npz").arrays
     np.testing.assert_allclose(arrays["E"], exact.levels.E, rtol=1e-13)
     assert [int(row["degeneracy"]) for row in rows(capsys.readouterr().out)] == exact.degeneracy.tolist()
@@ -172,7 +174,7 @@ def test_ranges_of_classes(m, l, capsys, tmp_path):
     )
     assert sorted(set(zip(arrays["m"].tolist(), arrays["l"].tolist()))) == classes
     table = fastaff.quantum.spectrum_table(
-        fastaff.Body(fastaff.Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], levels=3
+        fastaff.Body(fastaff.Hyperelastic()), m=[c[0] for c in classes], l=[c[1] for c in classes], count=3
     )
     np.testing.assert_allclose(arrays["E"], np.sort(np.concatenate([row.E for row in table])), rtol=1e-13)
     assert f"among these {len(classes)} classes" in capsys.readouterr().err
@@ -204,7 +206,7 @@ def test_scan(capsys, tmp_path):
     assert (tmp_path / "s.png").exists()
     assert cli.main([*run[:-4], "--scan", "mu=1:2:2", "--no-figure", "--out", str(tmp_path / "mu")]) == 0
     E = files.load(tmp_path / "mu.npz").arrays["E"]
-    heavy = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic(), 2.0), m=1, l=-1, levels=4).E
+    heavy = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic(), 2.0), m=1, l=-1, count=4).E
     np.testing.assert_allclose(E[1, 0], heavy, rtol=1e-13)
 
 
@@ -220,15 +222,15 @@ def test_a_body_that_does_not_separate(capsys, tmp_path):
     run = ["spectrum", "--m", "0", "--l", "0", "--levels", "3", "--tolerance", "1e-4", "--out", str(tmp_path / "s")]
     assert cli.main([*run, "--states", "2"]) == 0
     printed = rows(capsys.readouterr().out)
-    truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.NeoHookean()), m=0, l=0, levels=3)
+    truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.NeoHookean()), m=0, l=0, count=3)
     assert [row["number"] for row in printed] == ["0", "1", "2"]
     for row, E in zip(printed, truth.E):
         assert abs(float(row["E"]) - E) < 10 * float(row["error"])
-    assert "labels" not in files.load(tmp_path / "s.npz").arrays
+    assert files.load(tmp_path / "s.npz").metadata["names"] == ["level"]
 
 
 def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
-    from fastaff.quantum import all_levels as listing
+    from fastaff.quantum.spectra import all_levels as listing
 
     count = []
 
@@ -246,7 +248,7 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
     end = metadata["complete_below"]
     assert (
         np.diff(arrays["first"]).tolist()
-        == fastaff.quantum.multiplets(fastaff.Body(fastaff.Harmonic()), below=end).degeneracy.tolist()
+        == fastaff.quantum.exact_levels(fastaff.Body(fastaff.Harmonic()), below=end).multiplets().degeneracy.tolist()
     )
     assert metadata["interrupted"] is True
     assert f"stopped by Ctrl-C: kept {arrays['E'].size} levels, complete below E = {end:.6g}" in capsys.readouterr().err

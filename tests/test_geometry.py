@@ -11,9 +11,10 @@ import pytest
 from scipy.linalg import expm
 
 from fastaff import charts
-from fastaff.charts import CARTESIAN, DELTA_B, EULER, EXPONENTIAL, R_EULER, TWO_POLAR, kinematics, to_matrix
-from fastaff.charts import invariant_metrics as g
-from fastaff.charts.invariant_metrics import (
+from fastaff.charts import CARTESIAN, DELTA_B, EULER, EXPONENTIAL, R_EULER, TWO_POLAR, to_matrix
+from fastaff.paper import invariant_metrics as g
+from fastaff.paper import kinematics
+from fastaff.paper.invariant_metrics import (
     AFFINE_BODY,
     BREATHING_TOP,
     BREATHING_TOP_313,

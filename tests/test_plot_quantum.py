@@ -26,7 +26,7 @@ def ax():
 @pytest.fixture(scope="module")
 def diagram():
     return fastaff.quantum.level_diagram(
-        lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [0.5, 1.0, 30.0], m=0, l=0, levels=12, name="C"
+        lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [0.5, 1.0, 30.0], m=0, l=0, count=12, name="C"
     )
 
 
@@ -52,7 +52,7 @@ def test_levels_against_a_parameter(diagram, ax):
 
 def test_classes_differ_in_colour_and_style(ax):
     found = fastaff.quantum.level_diagram(
-        lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [1.0, 2.0], m=[0, 1], l=[0, -1], levels=3
+        lambda C: fastaff.Body(fastaff.Hyperelastic(C)), [1.0, 2.0], m=[0, 1], l=[0, -1], count=3
     )
     drawn = plot_quantum.plot_levels(found, ax=ax, numbers=False)
     looks = {(line.get_color(), line.get_linestyle()) for line in drawn.points}
@@ -67,7 +67,8 @@ def test_classes_differ_in_colour_and_style(ax):
 def test_levels_by_order_and_against_spin(ax):
     E = np.sort(np.random.default_rng(1).uniform(1, 5, (5, 1, 4)))
     m = np.arange(-4, 5, 2)[:, None]
-    found = fastaff.quantum.LevelDiagram("m", m[:, 0].astype(float), m, 0 * m, E, 0 * E, None, None, 1.0)
+    n = np.broadcast_to(np.arange(4), (1, *E.shape))
+    found = fastaff.quantum.LevelDiagram("m", m[:, 0].astype(float), m, 0 * m, E, 0 * E, n, ("level",), 1.0)
     drawn = plot_quantum.plot_levels(found, ax=ax)
     for k, line in enumerate(drawn.points):
         inside = np.isfinite(line.get_ydata())
@@ -91,7 +92,7 @@ def test_whole_spectrum(ax):
 
 
 def test_degeneracies(ax):
-    levels = fastaff.quantum.all_levels(fastaff.Body(fastaff.Harmonic()), count=4)
+    levels = fastaff.quantum.all_levels(fastaff.Body(fastaff.Harmonic()), multiplets=4)
     drawn = plot_quantum.plot_degeneracies(levels, ax=ax)
     np.testing.assert_allclose(drawn.points.get_offsets(), [[2, 1], [3, 4], [4, 10], [5, 20]])
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("energy $E$", "degeneracy")
@@ -105,7 +106,7 @@ def turning(state, body, alpha, beta):
 
 @pytest.mark.parametrize("chart", [ALPHA_BETA, R_VARTHETA, TWO_POLAR], ids=lambda chart: chart.name)
 def test_density(chart, ax):
-    state = fastaff.quantum.spectrum(BODY, m=3, l=1, levels=5).state(4)
+    state = fastaff.quantum.spectrum(BODY, m=3, l=1, count=5).state(4)
     drawn = plot_quantum.plot_density(state, ax=ax, body=BODY, chart=chart, points=201)
     image, (x0, x1, y0, y1) = drawn.points.get_array(), drawn.points.get_extent()
     share = image.sum() * (x1 - x0) * (y1 - y0) / image.size

@@ -25,10 +25,11 @@ from fastaff import (
 )
 from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
 from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
-from fastaff.quantum.exact_levels import exact_levels, exact_levels_below, multiplets, quantizations
-from fastaff.quantum.factors import AngleFactor
-from fastaff.quantum.operators import class_matrices, oscillator_matrices, radial_matrices
-from fastaff.quantum.rigid_tops import nutation_factor, shear_levels, spherical_top, symmetric_top, wigner_d
+from fastaff.paper.matrices import class_matrices, oscillator_matrices, radial_matrices
+from fastaff.paper.rigid_tops import nutation_factor, shear_levels, spherical_top, symmetric_top, wigner_d
+from fastaff.quantum.exact.exact_levels import exact_levels
+from fastaff.quantum.exact.quantizations import quantizations
+from fastaff.quantum.states.factors import AngleFactor
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
@@ -107,19 +108,19 @@ COVERING = [
 @pytest.mark.parametrize(("single_valued", "table"), [(True, EVEN), (False, COVERING)], ids=["GL(2,R)", "covering"])
 def test_anharmonic_spectrum_to_all_digits(chart, single_valued, table):
     """To 2 units of rounding of E, with every degeneracy."""
-    found = multiplets(Body(Anharmonic()), count=30, chart=chart, single_valued=single_valued)
+    found = exact_levels(Body(Anharmonic()), multiplets=30, chart=chart, single_valued=single_valued).multiplets()
     expected = np.array([float(E) for E, _ in table])
     assert np.all(np.abs(found.E - expected) <= 2 * np.spacing(expected))
     assert found.degeneracy.tolist() == [times for _, times in table]
     assert found.first[-1] == found.levels.E.size == sum(times for _, times in table)
     for k in range(30):
         members = found.members(k)
-        assert members.shape == (found.degeneracy[k], 4)
-        assert len({tuple(row) for row in members.tolist()}) == len(members)
+        assert len(members) == found.degeneracy[k]
+        assert len(set(zip(*members.n.tolist(), members.m.tolist(), members.l.tolist()))) == len(members)
 
 
 def test_labels_of_a_multiplet():
-    found = multiplets(Body(Anharmonic()), count=9)
+    found = exact_levels(Body(Anharmonic()), multiplets=9).multiplets()
     assert found.labels(7) == [(0, 4, 0), (1, 0, 0)]  # E = 6
     assert found.labels(8) == [(0, 4, 2), (1, 0, 2)]
 
@@ -128,7 +129,7 @@ def test_labels_of_a_multiplet():
 @pytest.mark.parametrize(("C", "mu", "hbar"), [(1.0, 1.0, 1.0), (1.7, 0.6, 0.4)])
 def test_harmonic_multiplets_are_those_of_the_oscillator_of_R4(chart, C, mu, hbar):
     quantum = hbar * sqrt(C / mu)
-    found = multiplets(Body(Harmonic(C), mu), below=(2 + 8.5) * quantum, hbar=hbar, chart=chart)
+    found = exact_levels(Body(Harmonic(C), mu), below=(2 + 8.5) * quantum, hbar=hbar, chart=chart).multiplets()
     np.testing.assert_allclose(found.E, quantum * (2 + np.arange(9)), rtol=1e-14)
     assert found.degeneracy.tolist() == [comb(N + 3, 3) for N in range(9)]
 
@@ -160,8 +161,7 @@ def test_formulas_of_the_paper(n1, n2, m, half, C, mu, hbar):
         np.testing.assert_allclose(planes.constants[0], hbar * omega / 2 * (4 * n1 + 2 + eta), rtol=1e-13)
         np.testing.assert_allclose(planes.constants[1], hbar * omega / 2 * (4 * n2 + 2 + abs(m + l)), rtol=1e-13)
     harmonic = exact_levels(Body(Harmonic(C), mu), n=(n1, n2), m=m, l=l, hbar=hbar)
-    case = int(harmonic.case[0])
-    assert case == (1 if m * m > l * l else 2 if m * m < l * l else 3)
+    case = 1 if abs(m) > abs(l) else 2 if abs(m) < abs(l) else 3
     for quantum in {1: [abs(m)], 2: [abs(l)], 3: [abs(m), abs(l)]}[case]:
         np.testing.assert_allclose(harmonic.E, hbar * omega * (2 * n + 2 + quantum), rtol=1e-13)
 
@@ -189,7 +189,7 @@ def test_levels_below_are_complete(body, single_valued):
     hbar = 0.9
     quantum = hbar * sqrt((0.7 if body is WALLS else 1.2) / body.mu)
     top, size = 6.3 * quantum, 7
-    found = exact_levels_below(body, top, hbar=hbar, single_valued=single_valued)
+    found = exact_levels(body, below=top, hbar=hbar, single_valued=single_valued)
     whole = range(-size, size + 1)
     box = [q for q in product(range(4), range(4), whole, whole) if not (single_valued and (q[2] + q[3]) % 2)]
     n1, n2, m, l = np.array(box).T
@@ -202,15 +202,15 @@ def test_levels_below_are_complete(body, single_valued):
 
 def test_no_level_below():
     for top in (2.0, -1.0):
-        levels = exact_levels_below(Body(Harmonic()), top)
+        levels = exact_levels(Body(Harmonic()), below=top)
         assert levels.E.shape == levels.m.shape == (0,)
         assert levels.n.shape == levels.constants.shape == (2, 0)
-    found = multiplets(Body(Harmonic()), below=1.0)
+    found = exact_levels(Body(Harmonic()), below=1.0).multiplets()
     assert found.E.size == found.degeneracy.size == 0
 
 
 def test_tolerance_joins_multiplets():
-    assert multiplets(Body(Anharmonic()), below=4.9, tolerance=0.1).degeneracy.tolist() == [3, 2]
+    assert exact_levels(Body(Anharmonic()), below=4.9).multiplets(tolerance=0.1).degeneracy.tolist() == [3, 2]
 
 
 def test_whole_floats_are_quantum_numbers():
@@ -263,16 +263,22 @@ def test_bad_input(change, error, words):
     ("change", "error"),
     [
         ({}, ValueError),
-        ({"below": 3.0, "count": 2}, ValueError),
-        ({"count": 0}, ValueError),
-        ({"count": 1.5}, TypeError),
+        ({"below": 3.0, "multiplets": 2}, ValueError),
+        ({"below": 3.0, "m": 2}, ValueError),
+        ({"multiplets": 0}, ValueError),
+        ({"multiplets": 1.5}, TypeError),
         ({"below": np.inf}, ValueError),
-        ({"count": 2, "tolerance": -1.0}, ValueError),
     ],
 )
-def test_bad_multiplets(change, error):
-    with pytest.raises(error, match=r"below|count|tolerance|energy"):
-        multiplets(Body(Harmonic()), **change)
+def test_bad_lists(change, error):
+    with pytest.raises(error, match=r"below|multiplets"):
+        exact_levels(Body(Harmonic()), **change)
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, 1.0, np.nan])
+def test_bad_tolerance_of_multiplets(tolerance):
+    with pytest.raises(ValueError, match="tolerance must be"):
+        exact_levels(Body(Harmonic()), multiplets=2).multiplets(tolerance)
 
 
 # Matrices of the constants of motion

@@ -8,7 +8,7 @@ import pytest
 import fastaff
 from fastaff import AlphaTurning, Anharmonic, Body, Harmonic, Hyperelastic, energy_grid
 from fastaff.quantum import husimi, spectrum, wavefunction
-from fastaff.quantum import husimi as module
+from fastaff.quantum.chaos import husimi as module
 
 
 def plane_share(body, hbar, n, M, q, p):
@@ -29,8 +29,8 @@ def plane_share(body, hbar, n, M, q, p):
 @pytest.mark.parametrize(("m", "l", "n"), [(0, 0, (0, 0)), (2, 0, (1, 2)), (-3, 1, (4, 0)), (1, -5, (2, 3))])
 def test_oscillator_in_closed_form(m, l, n):
     body, hbar = Body(Harmonic(1.4), 1.3), 0.35
-    width = (hbar / np.sqrt(1.4 * 1.3)) ** 0.5
-    Q = husimi(wavefunction(body, m=m, l=l, n=n, hbar=hbar), widths=(width, width))
+    width = (hbar / (2 * np.sqrt(1.4 * 1.3))) ** 0.5
+    Q = husimi(wavefunction(body, m=m, l=l, n=n, hbar=hbar), width=width)
     z = np.random.default_rng(1).normal(size=(8, 5, 4))
     truth = plane_share(body, hbar, n[0], (m - l) // 2, z[0:2], z[4:6]) * plane_share(
         body, hbar, n[1], (m + l) // 2, z[2:4], z[6:8]
@@ -40,10 +40,10 @@ def test_oscillator_in_closed_form(m, l, n):
     assert Q.norm == pytest.approx(1, abs=1e-12)
 
 
-def by_quadrature(state, z, widths, order=24):
+def by_quadrature(state, z, width, order=24):
     """|<z|Psi>|^2 by Gauss-Hermite quadrature of Psi times the coherent state in the four planes' coordinates."""
     x, w = np.polynomial.hermite.hermgauss(order)
-    sigma = np.repeat(widths, 2)
+    sigma = math.sqrt(2) * np.repeat(width, 2)
     points = np.array(np.meshgrid(*(z[i] + math.sqrt(2) * sigma[i] * x for i in range(4)), indexing="ij")).reshape(
         4, -1
     )
@@ -55,29 +55,38 @@ def by_quadrature(state, z, widths, order=24):
 
 def test_against_quadrature_in_four_dimensions():
     state = wavefunction(Body(Anharmonic(1.4), 1.3), m=3, l=-1, n=(2, 1), hbar=0.8)
-    Q = husimi(state, widths=(0.7, 0.9))
+    Q = husimi(state, width=(0.5, 0.63))
     for z in np.random.default_rng(2).normal(size=(2, 8)) * 0.7 + np.array([1.2, 0, 0.4, 0.3, 0, 0.5, 0, 0]):
-        assert Q(z) == pytest.approx(by_quadrature(state, z, (0.7, 0.9)), rel=2e-3)
+        assert Q(z) == pytest.approx(by_quadrature(state, z, (0.5, 0.63)), rel=2e-3)
 
 
 def test_solved_states_against_quadrature():
     """A state found numerically, small at the wall det phi = 0 (Psi has a kink there, which the quadrature feels)."""
-    state = spectrum(Body(Hyperelastic(6.0)), m=2, l=0, levels=3, hbar=0.6).state(2)
-    Q = husimi(state, widths=(0.4, 0.4), tolerance=1e-5)
+    state = spectrum(Body(Hyperelastic(6.0)), m=2, l=0, count=3, hbar=0.6).state(2)
+    Q = husimi(state, width=0.28, tolerance=1e-5)
     z = np.array([2.0, 0.1, 0.5, 0.2, 0.1, 0.4, -0.3, 0.6])
-    assert Q(z) == pytest.approx(by_quadrature(state, z, (0.4, 0.4)), rel=2e-2)
+    assert Q(z) == pytest.approx(by_quadrature(state, z, (0.28, 0.28)), rel=2e-2)
     turned = z * np.array(
         [1, -1, 1, -1, -1, 1, -1, 1]
     )  # both reflected and reversed in time: eta, gamma, p_alpha, p_beta -> -
     assert Q(turned) == pytest.approx(Q(z), rel=1e-12)
 
 
+@pytest.mark.parametrize("width", [0.4, (0.35, 0.5)])
+def test_width_is_that_of_coherent_packets(width):
+    """|<z|Psi>|^2 is the weight of Psi in the coherent state at z, of the same width."""
+    body, z = Body(Harmonic(1.1), 0.9), np.array([1.2, 0.1, 0.4, 0.3, 0.1, 0.3, 0.2, 0.1])
+    packet = fastaff.quantum.coherent_packet(body, z, width=width, count=40, hbar=0.5, missing=1e-3)
+    for k in np.argsort(-packet.weights)[:5]:
+        assert husimi(packet.states[k], width=width, tolerance=1e-8)(z) == pytest.approx(packet.weights[k], rel=1e-3)
+
+
 def test_norm_over_phase_space():
     """Of a product state Q is a product too: the integral over one plane at a fixed point of the other, times the other
     way round.
     """
-    hbar, widths = 0.5, (0.6, 0.8)
-    Q = husimi(wavefunction(Body(Harmonic(1.4), 1.3), m=2, l=0, n=(1, 2), hbar=hbar), widths=widths)
+    hbar, width = 0.5, (0.42, 0.57)
+    Q = husimi(wavefunction(Body(Harmonic(1.4), 1.3), m=2, l=0, n=(1, 2), hbar=hbar), width=width)
     t, w = np.polynomial.laguerre.laggauss(24)
     angle = 2 * np.pi * np.arange(24) / 24
     plus, minus, phase = np.meshgrid(np.sqrt(t), np.sqrt(t), np.exp(1j * angle), indexing="ij")
@@ -85,15 +94,15 @@ def test_norm_over_phase_space():
     z_plus, z_minus = plus * phase, minus + 0j
     first, second = (z_plus + z_minus) / np.sqrt(2), 1j * (z_plus - z_minus) / np.sqrt(2)
 
-    def plane(width):
-        rows = [np.sqrt(2) * width * first.real, np.sqrt(2) * width * second.real]
-        return [*rows, np.sqrt(2) * hbar / width * first.imag, np.sqrt(2) * hbar / width * second.imag]
+    def plane(side):
+        rows = [2 * side * first.real, 2 * side * second.real]
+        return [*rows, hbar / side * first.imag, hbar / side * second.imag]
 
     fixed = np.array([0.9, 0.1, 0.7, -0.3, 0.2, 0.5, -0.1, 0.4])
     total = 1.0
-    for rows, width in (((0, 1, 4, 5), widths[0]), ((2, 3, 6, 7), widths[1])):
+    for rows, side in (((0, 1, 4, 5), width[0]), ((2, 3, 6, 7), width[1])):
         z = np.broadcast_to(fixed[:, None, None, None], (8, *first.shape)).copy()
-        z[list(rows)] = plane(width)
+        z[list(rows)] = plane(side)
         total *= np.sum(weights * Q(z))
     assert total / Q(fixed) == pytest.approx(Q.norm, abs=1e-9)
     assert Q.norm == pytest.approx(1, abs=1e-6)
@@ -133,15 +142,15 @@ def test_what_has_no_husimi_function(monkeypatch):
     with pytest.raises(ValueError, match="even"):
         husimi(wavefunction(body, m=1, l=0, n=(0, 0), single_valued=False))
     state = wavefunction(body, m=0, l=0, n=(0, 0))
-    with pytest.raises(ValueError, match="widths"):
-        husimi(state, widths=(0.0, 1.0))
-    with pytest.raises(ValueError, match="two numbers"):
-        husimi(state, widths=(1.0, 1.0, 1.0))
+    with pytest.raises(ValueError, match="width"):
+        husimi(state, width=(0.0, 1.0))
+    with pytest.raises(ValueError, match="one or two positive numbers"):
+        husimi(state, width=(1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match="shape"):
         husimi(state)(np.zeros((4, 3)))
     monkeypatch.setattr(module, "LARGEST", 40)
     with pytest.raises(ValueError, match="does not fit"):
-        husimi(state, widths=(0.02, 0.02))
+        husimi(state, width=0.02)
 
 
 def test_figures_of_husimi_functions_and_spacings():
@@ -172,8 +181,8 @@ def test_figures_of_husimi_functions_and_spacings():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"widths": 1.0}, "widths must be two"),
-        ({"widths": (1.0,) * 3}, "widths must be two"),
+        ({"width": -1.0}, "width must be one or two positive"),
+        ({"width": (1.0,) * 3}, "width must be one or two positive"),
         ({"tolerance": 2.0}, "tolerance must be below 1"),
     ],
 )

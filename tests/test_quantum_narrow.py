@@ -15,22 +15,12 @@ from scipy.sparse.linalg import eigsh
 import fastaff as fa
 from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta, formula, one_variable
 from fastaff.models import Oscillator
-from fastaff.quantum import (
-    coherent_packet,
-    exact_levels,
-    exact_levels_below,
-    husimi,
-    level_diagram,
-    multiplets,
-    number_packet,
-    spectrum,
-    wavefunction,
-)
-from fastaff.quantum.operators import class_matrices, oscillator_matrices
-from fastaff.quantum.panels import panels
-from fastaff.quantum.rigid_tops import spherical_top
-from fastaff.quantum.separable import angular, radial
-from fastaff.quantum.weyl_count import _integrals, _well
+from fastaff.paper.matrices import class_matrices, oscillator_matrices
+from fastaff.paper.rigid_tops import spherical_top
+from fastaff.quantum import coherent_packet, exact_levels, husimi, level_diagram, number_packet, spectrum, wavefunction
+from fastaff.quantum.chaos.weyl_count import _integrals, _well
+from fastaff.quantum.solvers.panels import panels
+from fastaff.quantum.solvers.separable import angular, radial
 
 
 def mesh(lo, hi, features, base):
@@ -187,7 +177,7 @@ def test_states_on_elements_are_normalised_and_solve_their_equation():
         return q - 12 * (q - 1.2) / 0.02**2 / (1 + ((q - 1.2) / 0.02) ** 2) ** 2
 
     body = Body(SeparableAlphaBeta(one_variable(bump, slope=slope), Oscillator(1.3)))
-    found = spectrum(body, m=2, l=0, levels=6)
+    found = spectrum(body, m=2, l=0, count=6)
     assert found.converged.all()
     states = [found.state(k) for k in range(6)]
     for k, state in enumerate(states):
@@ -214,7 +204,7 @@ VALLEY = "rho**2/2 + h/(1 + ((cos(vartheta) - c)/w)**2) + g*D1*D2"
     ],
 )
 def test_ridges_of_bodies_that_do_not_separate(h, c, w, g):
-    found = spectrum(formula(RIDGE, h=h, c=c, w=w, g=g), m=0, l=0, levels=6, tolerance=1e-7)
+    found = spectrum(formula(RIDGE, h=h, c=c, w=w, g=g), m=0, l=0, count=6, tolerance=1e-7)
     rho = np.sqrt(c)
 
     def V(a, b):
@@ -233,7 +223,7 @@ def test_ridges_of_bodies_that_do_not_separate(h, c, w, g):
 @pytest.mark.slow
 @pytest.mark.parametrize(("h", "c", "w"), [(20.0, 0.3, 0.02), (-15.0, -0.4, 0.05), (60.0, 0.05, 0.004)])
 def test_ridges_along_rays(h, c, w):
-    found = spectrum(formula(VALLEY, h=h, c=c, w=w, g=0.2), m=0, l=0, levels=6, tolerance=1e-7)
+    found = spectrum(formula(VALLEY, h=h, c=c, w=w, g=0.2), m=0, l=0, count=6, tolerance=1e-7)
     half = np.arccos(c) / 2
 
     def V(a, b):
@@ -259,7 +249,7 @@ BUMP = "(D1**2 + D2**2)/2 + g*D1*D2 + h*exp(-((D1**2 + D2**2 - c)/w)**2 - ((D1*D
 )
 def test_isolated_bumps(h, c, d, w):
     """Narrow in both coordinates: no line of a grid need cross them."""
-    found = spectrum(formula(BUMP, h=h, c=c, d=d, w=w, g=0.1), m=0, l=0, levels=6, tolerance=1e-7)
+    found = spectrum(formula(BUMP, h=h, c=c, d=d, w=w, g=0.1), m=0, l=0, count=6, tolerance=1e-7)
 
     def V(a, b):
         r, s = a * a + b * b, (a * a - b * b) / 2
@@ -271,7 +261,7 @@ def test_isolated_bumps(h, c, d, w):
         mesh(0, np.pi / 2, [(half, w / (c * np.sin(2 * half)))], 5),
     )
     truth = in_polar_coordinates(V, edges, 6, found.E[0] - 0.3, degree=6)
-    without = spectrum(formula(BUMP, h=0.0, c=c, d=d, w=w, g=0.1), m=0, l=0, levels=6, tolerance=1e-9).E
+    without = spectrum(formula(BUMP, h=0.0, c=c, d=d, w=w, g=0.1), m=0, l=0, count=6, tolerance=1e-9).E
     assert found.converged.all()
     assert np.abs(found.E - without).max() > 1e3 * found.error.max()
     assert np.all(np.abs(found.E - truth) <= found.error + 1e-8 * np.abs(truth))
@@ -308,7 +298,7 @@ def test_panels():
 
 def test_smooth_bodies_keep_their_global_bases():
     for body in (Body(NeoHookean(1.0, 2.0)), formula("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=0.3)):
-        assert "adiabatic" in spectrum(body, m=0, l=0, levels=3, tolerance=1e-4).method
+        assert "adiabatic" in spectrum(body, m=0, l=0, count=3, tolerance=1e-4).method
     for V in (lambda q: q**4, lambda q: q**2 / 2 + 0.3 / q**2, lambda q: np.cosh(q)):
         assert radial("V", Plain(V), 2, np.zeros(1), 6, 1.0, 1.0, 1e-10).size < 250
 
@@ -323,13 +313,13 @@ Z0 = np.array([1.0, 0.0, 0.2, 0.0, 0.1, 0.3, 0.2, 0.1])
 @pytest.mark.parametrize(
     "call",
     [
-        lambda flag: spectrum(OSCILLATOR, m=0, l=0, levels=1, single_valued=flag),
+        lambda flag: spectrum(OSCILLATOR, m=0, l=0, count=1, single_valued=flag),
         lambda flag: exact_levels(OSCILLATOR, n=(0, 0), m=0, l=0, single_valued=flag),
-        lambda flag: exact_levels_below(OSCILLATOR, 3.0, single_valued=flag),
-        lambda flag: multiplets(OSCILLATOR, count=2, single_valued=flag),
+        lambda flag: exact_levels(OSCILLATOR, below=3.0, single_valued=flag),
+        lambda flag: exact_levels(OSCILLATOR, multiplets=2, single_valued=flag),
         lambda flag: wavefunction(OSCILLATOR, m=0, l=0, n=(0, 0), single_valued=flag),
-        lambda flag: fa.quantum.all_levels(OSCILLATOR, count=2, single_valued=flag),
-        lambda flag: level_diagram(lambda C: Body(Harmonic(C)), [1.0], m=0, l=0, levels=1, single_valued=flag),
+        lambda flag: fa.quantum.all_levels(OSCILLATOR, multiplets=2, single_valued=flag),
+        lambda flag: level_diagram(lambda C: Body(Harmonic(C)), [1.0], m=0, l=0, count=1, single_valued=flag),
         lambda flag: fa.quantum.revivals(OSCILLATOR, n=(2, 2), m=0, l=0, single_valued=flag),
     ],
 )
@@ -341,25 +331,25 @@ def test_flags_are_true_or_false(call, value):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: spectrum(OSCILLATOR, m=1e300, l=0, levels=1), "m must be at most"),
-        (lambda: spectrum(OSCILLATOR, m=0, l=-(10**8), levels=1), "l must be at most"),
-        (lambda: spectrum(Body(Hyperelastic()), m=0, l=0, levels=2, hbar=1e-300), "hbar"),
-        (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, levels=2, hbar=1e300), "hbar"),
+        (lambda: spectrum(OSCILLATOR, m=1e300, l=0, count=1), "m must be at most"),
+        (lambda: spectrum(OSCILLATOR, m=0, l=-(10**8), count=1), "l must be at most"),
+        (lambda: spectrum(Body(Hyperelastic()), m=0, l=0, count=2, hbar=1e-300), "hbar"),
+        (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, count=2, hbar=1e300), "hbar"),
         (lambda: exact_levels(OSCILLATOR, n=(0, 0), m=0, l=0, hbar=1e-300), "hbar"),
         (lambda: fa.quantum.weyl_count(Body(Hyperelastic()), 6.0, m=0, l=0, hbar=1e-250), "hbar"),
         (lambda: spherical_top(1.0, j=1, hbar=1e-290), "hbar"),
-        (lambda: spectrum(OSCILLATOR, m=0, l=0, levels=10**13), "levels asks for .*iB of memory"),
-        (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, levels=10**9), "levels = 1000000000 needs"),
-        (lambda: exact_levels_below(OSCILLATOR, 1e7), "energy asks for .*iB of memory"),
-        (lambda: multiplets(OSCILLATOR, count=10**13), "count asks for .*iB of memory"),
-        (lambda: multiplets(OSCILLATOR, count=2, tolerance=1.5), "tolerance must be"),
+        (lambda: spectrum(OSCILLATOR, m=0, l=0, count=10**13), "levels asks for .*iB of memory"),
+        (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, count=10**9), "count = 1000000000 needs"),
+        (lambda: exact_levels(OSCILLATOR, below=1e7), "below asks for .*iB of memory"),
+        (lambda: exact_levels(OSCILLATOR, multiplets=10**13), "multiplets asks for .*iB of memory"),
+        (lambda: exact_levels(OSCILLATOR, multiplets=2).multiplets(tolerance=1.5), "tolerance must be"),
         (lambda: wavefunction(OSCILLATOR, m=0, l=0, n=(10**13, 0)), "n1 asks for .*iB of memory"),
         (lambda: number_packet(OSCILLATOR, n=(5, 5), m=0, l=0, width=(1e7, 1e7)), "width asks for .*iB of memory"),
         (lambda: class_matrices(OSCILLATOR, m=0, l=0, shells=10**6), "shells asks for .*iB of memory"),
         (lambda: oscillator_matrices(OSCILLATOR, quanta=10**5), "quanta asks for .*iB of memory"),
-        (lambda: coherent_packet(OSCILLATOR, Z0, width=1e6, levels=20), "width"),
-        (lambda: coherent_packet(OSCILLATOR, Z0, width=1e-9, levels=20), "width"),
-        (lambda: coherent_packet(OSCILLATOR, Z0, width=1e300, levels=20), "width must lie between"),
+        (lambda: coherent_packet(OSCILLATOR, Z0, width=1e6, count=20), "width"),
+        (lambda: coherent_packet(OSCILLATOR, Z0, width=1e-9, count=20), "width"),
+        (lambda: coherent_packet(OSCILLATOR, Z0, width=1e300, count=20), "width must lie between"),
         (
             lambda: wavefunction(OSCILLATOR, m=0, l=0, n=(0, 0)).expectation(lambda x, y: x, order=10**9),
             "order asks for .*iB of memory",
@@ -385,7 +375,7 @@ def test_long_searches_stop_at_once():
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
-            spectrum(body, m=0, l=0, levels=40, tolerance=1e-12)
+            spectrum(body, m=0, l=0, count=40, tolerance=1e-12)
     finally:
         timer.cancel()
         signal.signal(signal.SIGINT, before)

@@ -35,7 +35,7 @@ from fastaff.quantum import (
     spectrum,
     wavefunction,
 )
-from fastaff.quantum.coherent_packet import PlaneGaussian
+from fastaff.quantum.packets.coherent_packet import PlaneGaussian
 
 QUARTIC = Body(SeparableAlphaBeta(one_variable(lambda x: x**4), one_variable(lambda x: x**2 / 2 + x**4 / 10)), mu=1.3)
 CORED = Body(SeparableRVartheta(Spring(1.0, 4.0), Cosine(0.7)))
@@ -49,7 +49,7 @@ Z0 = np.array([0.7, 0.2, 0.4, -0.5, 0.3, -0.6, 0.2, 0.7])
 def coherent():
     """A coherent state of the harmonic body of its own width: it moves without changing shape."""
     hbar = 0.6
-    return coherent_packet(HARMONIC, Z0, width=np.sqrt(hbar / (2 * 0.7 * OMEGA)), levels=30, hbar=hbar, missing=1e-7)
+    return coherent_packet(HARMONIC, Z0, width=np.sqrt(hbar / (2 * 0.7 * OMEGA)), count=30, hbar=hbar, missing=1e-7)
 
 
 def harmonic_orbit(t):
@@ -143,7 +143,7 @@ def test_the_centre_of_a_class_follows_the_orbit_to_order_hbar():
     for k, levels in ((2, 200), (4, 500), (8, 1500)):
         hbar = 0.4 / k
         packet = coherent_packet(
-            QUARTIC, z0, width=np.sqrt(hbar / 3), levels=levels, hbar=hbar, m=k // 2 + k, l=k // 2 - k, missing=1e-4
+            QUARTIC, z0, width=np.sqrt(hbar / 3), count=levels, hbar=hbar, m=k // 2 + k, l=k // 2 - k, missing=1e-4
         )
         A, B = (packet.expectation(f, time=time) for f in (lambda a, b: a * a, lambda a, b: b * b))
         away.append(
@@ -172,7 +172,7 @@ def test_autocorrelation_against_a_matrix_exponential():
         lambda alpha, beta: start(alpha, 1.0, 0.5) * start(beta, 1.4, -0.3) / np.sqrt(alpha * beta),
         m=1,
         l=0,
-        levels=400,
+        count=400,
         hbar=hbar,
         missing=1e-9,
         single_valued=False,
@@ -191,7 +191,7 @@ def test_bodies_that_do_not_separate_take_the_same_way():
     taken = {
         "z0": np.array([0.8, 0.1, 0.5, 0.2, 0.1, 0.5, -0.2, 0.2]),
         "width": 0.6,
-        "levels": 40,
+        "count": 40,
         "m": 2,
         "l": 0,
         "missing": 1e-6,
@@ -381,14 +381,14 @@ def test_number_packets_are_where_their_angles_say(body, n, theta):
 
 def test_a_state_is_its_own_packet():
     """A projected stationary state has one weight, and its density does not move; also in the other charts."""
-    state = spectrum(QUARTIC, m=2, l=0, levels=12, hbar=0.5).state(7)
+    state = spectrum(QUARTIC, m=2, l=0, count=12, hbar=0.5).state(7)
     for chart in (ALPHA_BETA, R_VARTHETA, TWO_POLAR):
         packet = projected_packet(
             QUARTIC,
             lambda x, y, chart=chart: 3 * state.amplitude(x, y, chart),
             m=2,
             l=0,
-            levels=12,
+            count=12,
             hbar=0.5,
             chart=chart,
         )
@@ -399,21 +399,21 @@ def test_a_state_is_its_own_packet():
     np.testing.assert_allclose(
         packet.amplitude(x, x, time=2.0), state.amplitude(x, x, ALPHA_BETA) * np.exp(-4j * state.energy), atol=1e-7
     )
-    walled = spectrum(WALLED, m=2, l=0, levels=9).state(6)  # ends at det phi = 0
-    packet = projected_packet(WALLED, lambda r, v: walled.amplitude(r, v), m=2, l=0, levels=9, chart=R_VARTHETA)
+    walled = spectrum(WALLED, m=2, l=0, count=9).state(6)  # ends at det phi = 0
+    packet = projected_packet(WALLED, lambda r, v: walled.amplitude(r, v), m=2, l=0, count=9, chart=R_VARTHETA)
     assert packet.weights.max() == pytest.approx(1, abs=1e-9)
 
 
 def test_too_few_levels_are_refused_with_how_many_do():
     taken = {"width": 0.4, "m": 2, "l": 0, "hbar": 0.5, "missing": 1e-6}
-    with pytest.raises(ValueError, match=r"levels = 15 .* ask for levels = \d+") as refused:
-        coherent_packet(HARMONIC, Z0 * 1.2, levels=15, **taken)
-    enough = int(str(refused.value).split("levels = ")[-1])
-    assert coherent_packet(HARMONIC, Z0 * 1.2, levels=enough, **taken).missing <= 1e-6
-    with pytest.raises(ValueError, match="more than levels = 4"):
-        coherent_packet(HARMONIC, Z0 * 1.2, levels=1, **taken)
+    with pytest.raises(ValueError, match=r"count = 15 .* ask for count = \d+") as refused:
+        coherent_packet(HARMONIC, Z0 * 1.2, count=15, **taken)
+    enough = int(str(refused.value).split("count = ")[-1])
+    assert coherent_packet(HARMONIC, Z0 * 1.2, count=enough, **taken).missing <= 1e-6
+    with pytest.raises(ValueError, match="more than count = 4"):
+        coherent_packet(HARMONIC, Z0 * 1.2, count=1, **taken)
     with pytest.raises(ValueError, match="ask for more"):
-        projected_packet(HARMONIC, lambda a, b: np.exp(-((a - 9) ** 2) - (b - 9) ** 2), m=0, l=0, levels=3)
+        projected_packet(HARMONIC, lambda a, b: np.exp(-((a - 9) ** 2) - (b - 9) ** 2), m=0, l=0, count=3)
 
 
 def test_wrong_input():
@@ -441,7 +441,7 @@ def test_wrong_input():
             Packet(states, energies, c, hbar)
     outside = np.array([0.5, 0, 0.9, 0, 0, 0, 0, 0.0])  # det phi < 0
     with pytest.raises(ValueError, match="z0 must lie where the potential lives"):
-        coherent_packet(WALLED, outside, width=0.1, levels=20)
+        coherent_packet(WALLED, outside, width=0.1, count=20)
     good = np.array([1.2, 0, 0.3, 0, 0, 0, 0, 0.0])
     for changed, wrong in (
         ({"width": 0.0}, "width"),
@@ -450,21 +450,21 @@ def test_wrong_input():
         ({"m": 2}, "m and l"),
         ({"m": 1, "l": 0}, "even"),
         ({"missing": 0.0}, "missing"),
-        ({"levels": 0}, "levels"),
+        ({"count": 0}, "count"),
         ({"m": 90, "l": 0}, "hold"),
     ):
         with pytest.raises(ValueError, match=wrong):
-            coherent_packet(HARMONIC, good, **{"width": 0.5, "levels": 20} | changed)
+            coherent_packet(HARMONIC, good, **{"width": 0.5, "count": 20} | changed)
     with pytest.raises(ValueError, match="shape"):
-        coherent_packet(HARMONIC, good[:4], width=0.5, levels=20)
+        coherent_packet(HARMONIC, good[:4], width=0.5, count=20)
     with pytest.raises(ValueError, match="one phase point"):
-        coherent_packet(HARMONIC, np.repeat(good[:, None], 2, axis=1), width=0.5, levels=20)
+        coherent_packet(HARMONIC, np.repeat(good[:, None], 2, axis=1), width=0.5, count=20)
     with pytest.raises(TypeError, match="callable"):
-        projected_packet(HARMONIC, 3.0, m=0, l=0, levels=3)
+        projected_packet(HARMONIC, 3.0, m=0, l=0, count=3)
     with pytest.raises(ValueError, match="finite"):
-        projected_packet(HARMONIC, lambda a, b: a * np.nan, m=0, l=0, levels=3)
+        projected_packet(HARMONIC, lambda a, b: a * np.nan, m=0, l=0, count=3)
     with pytest.raises(ValueError, match="vanish"):
-        projected_packet(HARMONIC, lambda a, b: 0 * a, m=0, l=0, levels=3)
+        projected_packet(HARMONIC, lambda a, b: 0 * a, m=0, l=0, count=3)
     number = {"n": (3, 2), "m": 0, "l": 0, "width": (1, 0)}
     for changed, wrong in (
         ({"n": (3, -1)}, "n must"),
@@ -509,7 +509,7 @@ def test_walls_in_alpha_and_heavy_tops_have_packets():
     walled = Body(SeparableAlphaBeta(Oscillator(1.0, 0.2), Oscillator(1.0)))
     secant = Body(SeparableRVartheta(Spring(1.0, 1.0), Secant(0.1)))
     for body in (walled, CORED, secant, Body(HeavyTop(1.0, 0.05))):
-        packet = coherent_packet(body, z0, width=0.3, levels=200, hbar=0.2, m=4, l=0, missing=0.05)
+        packet = coherent_packet(body, z0, width=0.3, count=200, hbar=0.2, m=4, l=0, missing=0.05)
         classical = float(body.kinetic_energy(*z0[4:]) + body.potential_energy(*z0[:4]))
         # T + hbar^2/(4 mu width^2) of two radii, and V averaged over the width: some hbar
         assert packet.energy == pytest.approx(classical, abs=4 * 0.2)

@@ -27,7 +27,7 @@ from fastaff.quantum import (
     unfold,
     weyl_count,
 )
-from fastaff.quantum import weyl_count as weyl
+from fastaff.quantum.chaos import weyl_count as weyl
 
 
 @pytest.mark.parametrize(("m", "l"), [(0, 0), (1, 0), (2, 0), (3, -1), (8, 4)])
@@ -63,7 +63,7 @@ def test_count_has_no_drift_on_exact_levels(m, l, hbar):
     whole levels.
     """
     body = Body(Hyperelastic(1.4), 1.3)
-    E = spectrum(body, m=m, l=l, levels=160, hbar=hbar).E
+    E = spectrum(body, m=m, l=l, count=160, hbar=hbar).E
     count = partial(weyl_count, body, m=m, l=l, hbar=hbar)
     deviation = count_deviation(E, count)
     assert abs(deviation.mean()) < 0.03
@@ -76,7 +76,7 @@ def test_count_has_no_drift_on_exact_levels(m, l, hbar):
 
 def test_count_of_a_body_that_does_not_separate():
     body = Body(NeoHookean(1.0, 2.0))
-    E = spectrum(body, m=5, l=-1, levels=60, hbar=0.1, tolerance=1e-6).E
+    E = spectrum(body, m=5, l=-1, count=60, hbar=0.1, tolerance=1e-6).E
     deviation = count_deviation(E, partial(weyl_count, body, m=5, l=-1, hbar=0.1))
     assert abs(deviation.mean()) < 0.05
     assert np.abs(deviation).max() < 2
@@ -212,7 +212,7 @@ def test_parity_is_left_only_where_det_changes_sign():
     body = formula("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=0.3)
     x = np.linspace(0.2, 2.2, 12)
     for m, l, symmetric in ((2, 0, True), (3, 1, False)):
-        levels = spectrum(body, m=m, l=l, levels=4, tolerance=1e-6)
+        levels = spectrum(body, m=m, l=l, count=4, tolerance=1e-6)
         for k in range(4):
             f = levels.state(k).amplitude(x[:, None], x[None, :], fastaff.charts.ALPHA_BETA)
             parity = np.sum(f * f.T) / np.sum(f * f)
@@ -227,7 +227,7 @@ def test_parity_is_left_only_where_det_changes_sign():
         ([1.0, np.nan, 2.0], "finite"),
         ([[1.0, 2.0, 3.0]], "shape"),
         ([1.0, 2.0, 2.0, 3.0], "degenerate"),
-        (spectrum(Body(Harmonic()), m=0, l=0, levels=10).E, "degenerate"),
+        (spectrum(Body(Harmonic()), m=0, l=0, count=10).E, "degenerate"),
     ],
 )
 def test_levels_that_have_no_statistics(levels, words):

@@ -24,19 +24,12 @@ from fastaff.charts import (
     to_matrix,
 )
 from fastaff.models import Oscillator
-from fastaff.quantum.factors import AngleFactor, PlaneFactor, RadialFactor
-from fastaff.quantum.operators import (
-    class_matrices,
-    constant_operators,
-    hamiltonian_operator,
-    laplacian,
-    radial_matrices,
-    spin,
-    vorticity,
-)
-from fastaff.quantum.spectrum import spectrum
-from fastaff.quantum.state import Product, State
-from fastaff.quantum.wavefunction import wavefunction
+from fastaff.paper.matrices import class_matrices, radial_matrices
+from fastaff.paper.operators import constant_operators, hamiltonian_operator, laplacian, spin, vorticity
+from fastaff.quantum.exact.wavefunction import wavefunction
+from fastaff.quantum.spectra.spectrum import spectrum
+from fastaff.quantum.states.factors import AngleFactor, PlaneFactor, RadialFactor
+from fastaff.quantum.states.state import Product, State
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)
@@ -609,7 +602,7 @@ def states_of_every_solver():
     return [
         *exact,
         *(
-            spectrum(body, m=2, l=0, levels=1, tolerance=1e-6).state(0)
+            spectrum(body, m=2, l=0, count=1, tolerance=1e-6).state(0)
             for body in (Body(Hyperelastic()), Body(NeoHookean()))
         ),
     ]

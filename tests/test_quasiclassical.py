@@ -27,13 +27,7 @@ from fastaff import (
 )
 from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
 from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
-from fastaff.quantum import (
-    BOHR_SOMMERFELD,
-    EBK,
-    QuasiclassicalLevels,
-    quasiclassical_levels,
-    quasiclassical_levels_below,
-)
+from fastaff.quantum import BOHR_SOMMERFELD, EBK, LevelTable, quasiclassical_levels
 
 every_chart = pytest.mark.parametrize("chart", [ALPHA_BETA, R_VARTHETA], ids=["alpha-beta", "r-vartheta"])
 quantum = st.integers(0, 30)
@@ -64,7 +58,12 @@ def test_levels_of_the_paper(chart, potential, formula, maslov, M, n1, n2, m, ha
     np.testing.assert_allclose(levels.E, formula(n1 + n2, m, l, C, mu, hbar, M), rtol=5e-15, atol=0)
     np.testing.assert_allclose(levels.spacing[0], 2 * hbar * sqrt(C / mu), rtol=5e-15)
     assert (levels.n.ravel() == (n1, n2)).all()
-    assert (levels.m[0], levels.l[0], levels.maslov, levels.hbar) == (m, l, maslov, hbar)
+    assert (levels.m[0], levels.l[0], levels.method, levels.hbar) == (
+        m,
+        l,
+        f"quasiclassical, Maslov indices {maslov}",
+        hbar,
+    )
 
 
 @pytest.mark.parametrize(
@@ -256,30 +255,30 @@ def test_harmonic_degeneracies(chart, maslov):
     """The levels of the oscillator of R^4: hbar omega (N + 2), or N without the zero point, each C(N + 3, 3) times."""
     C, mu, hbar = 1.7, 0.6, 0.4
     quantum, zero_point = hbar * sqrt(C / mu), 2 if maslov == EBK else 0
-    found = quasiclassical_levels_below(
-        Body(Harmonic(C), mu), (zero_point + 6.5) * quantum, maslov=maslov, hbar=hbar, chart=chart
+    found = quasiclassical_levels(
+        Body(Harmonic(C), mu), below=(zero_point + 6.5) * quantum, maslov=maslov, hbar=hbar, chart=chart
     )
-    E, times = found.degeneracies()
-    np.testing.assert_allclose(E, quantum * (zero_point + np.arange(7)), rtol=1e-14)
-    assert times.tolist() == [comb(N + 3, 3) for N in range(7)]
+    gathered = found.multiplets()
+    np.testing.assert_allclose(gathered.E, quantum * (zero_point + np.arange(7)), rtol=1e-14)
+    assert gathered.degeneracy.tolist() == [comb(N + 3, 3) for N in range(7)]
 
 
 def test_degeneracies_join_what_the_tolerance_joins():
     number = np.zeros(4, int)
     E = np.array([3.0, 1.0 + 1e-12, 1.0, 1.0 + 1e-6])
-    levels = QuasiclassicalLevels((), E, np.array([number, number]), number, number, np.ones((2, 4)), EBK, 1.0, number)
-    assert levels.degeneracies()[1].tolist() == [2, 1, 1]
-    assert levels.degeneracies(tolerance=1e-5)[1].tolist() == [3, 1]
-    assert levels.degeneracies(tolerance=0.0)[1].tolist() == [1, 1, 1, 1]
-    tiny = QuasiclassicalLevels(
-        (), 1e-12 * E, np.array([number, number]), number, number, np.ones((2, 4)), EBK, 1.0, number
-    )
-    assert tiny.degeneracies()[1].tolist() == [2, 1, 1]  # the tolerance is relative
+    names, numbers = ("alpha", "beta"), np.array([number, number])
+    for scale in (1.0, 1e-12):  # the tolerance is relative, and so are the errors
+        levels = LevelTable(
+            scale * E, 5e-10 * scale * E, number, numbers, names, number, number, np.zeros((0, 4)), (), 1.0, "made"
+        )
+        assert levels.multiplets().degeneracy.tolist() == [2, 1, 1]
+        assert levels.multiplets(tolerance=1e-5).degeneracy.tolist() == [3, 1]
+        assert levels.multiplets(tolerance=0.0).degeneracy.tolist() == [1, 1, 1, 1]
 
 
 def test_degeneracies_of_no_level():
-    E, times = quasiclassical_levels_below(Body(Harmonic()), 1.0).degeneracies()
-    assert E.size == times.size == 0
+    found = quasiclassical_levels(Body(Harmonic()), below=1.0).multiplets()
+    assert found.E.size == found.degeneracy.size == len(found) == 0
 
 
 def numbers_of(levels):
@@ -312,8 +311,8 @@ def box(top, even):
 def test_levels_below_are_complete(potential, formula, maslov, single_valued):
     C, mu, hbar = 1.2, 1.5, 0.9
     top = 6.3 * hbar * sqrt(C / mu)
-    found = quasiclassical_levels_below(
-        Body(potential(C), mu), top, maslov=maslov, hbar=hbar, single_valued=single_valued
+    found = quasiclassical_levels(
+        Body(potential(C), mu), below=top, maslov=maslov, hbar=hbar, single_valued=single_valued
     )
     expected = {}
     for n1, n2, m, l in box(6.3, single_valued):  # the wall 2 C/alpha^2 > 0 only raises levels
@@ -333,7 +332,7 @@ def test_levels_below_are_complete_by_quadrature(maslov):
     all.
     """
     body, top = Body(Hyperelastic(1.0), 1.0), 9.0
-    found = quasiclassical_levels_below(body, top, maslov=maslov)
+    found = quasiclassical_levels(body, below=top, maslov=maslov)
     n1, n2, m, l = np.array(box(top, even=True)).T
     every = quasiclassical_levels(body, n=[n1, n2], m=m, l=l, maslov=maslov)
     below = np.flatnonzero(top > every.E)
@@ -353,7 +352,7 @@ def test_levels_below_are_complete_where_the_planes_differ(single_valued):
         E = 0.1 * (2 * n1 + 1 + abs(m - l) / 2) + (2 * n2 + 1 + abs(m + l) / 2)
         if top > E and not (single_valued and (m + l) % 2):
             expected.add((n1, n2, m, l))
-    found = quasiclassical_levels_below(STRIP, top, single_valued=single_valued)
+    found = quasiclassical_levels(STRIP, below=top, single_valued=single_valued)
     assert len(expected) >= 4
     assert set(numbers_of(found)) == expected
 
@@ -361,16 +360,16 @@ def test_levels_below_are_complete_where_the_planes_differ(single_valued):
 def test_long_rows_of_levels_below():
     """26 levels in n_alpha of one n_beta, m, l: more than the search asks for at once."""
     body = Body(SeparableAlphaBeta(Oscillator(1.0), Oscillator(1e4)))  # omega = 1 and 100
-    found = quasiclassical_levels_below(body, 151.5)
+    found = quasiclassical_levels(body, below=151.5)
     assert found.n[0, (found.m == 0) & (found.l == 0)].tolist() == list(range(26))
 
 
 def test_no_level_below():
     for top in (2.0, -1.0):  # the ground state of C = mu = hbar = 1 is at 2: below means below
-        levels = quasiclassical_levels_below(Body(Harmonic()), top)
+        levels = quasiclassical_levels(Body(Harmonic()), below=top)
         assert levels.E.shape == levels.m.shape == levels.l.shape == (0,)
         assert levels.n.shape == levels.spacing.shape == (2, 0)
-    assert quasiclassical_levels_below(Body(Harmonic()), np.nextafter(2.0, 3.0)).E.shape == (1,)
+    assert quasiclassical_levels(Body(Harmonic()), below=np.nextafter(2.0, 3.0)).E.shape == (1,)
 
 
 @pytest.mark.parametrize(("m", "l"), [(1, 0), (0, -1), (2, 3), ([0, 1], [0, 2])])
@@ -384,7 +383,7 @@ def test_odd_sum_lives_on_the_covering_only(m, l):
 
 def test_names_and_broadcasting():
     levels = quasiclassical_levels(Body(Harmonic()), n=[[0, 1, 2], [0, 0, 1]], m=2, l=[0, 2, -4])
-    assert levels.names == ("alpha", "beta", "phi", "psi")
+    assert levels.names == ("alpha", "beta")
     assert levels.n.tolist() == [[0, 1, 2], [0, 0, 1]]
     assert (levels.m.tolist(), levels.l.tolist()) == ([2, 2, 2], [0, 2, -4])
     assert quasiclassical_levels(Body(HeavyTop(1.0, 0.2)), n=(0, 0), m=2, l=0, chart=R_VARTHETA).names[:2] == (
@@ -438,8 +437,8 @@ def test_bad_input(change, error, words):
     ("energy", "error"), [(np.inf, ValueError), (np.nan, ValueError), ("3", TypeError), ([3.0], TypeError)]
 )
 def test_bad_energy(energy, error):
-    with pytest.raises(error, match="energy must be"):
-        quasiclassical_levels_below(Body(Harmonic()), energy)
+    with pytest.raises(error, match="below must be"):
+        quasiclassical_levels(Body(Harmonic()), below=energy)
 
 
 @pytest.mark.parametrize(

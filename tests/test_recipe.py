@@ -40,7 +40,7 @@ CALLS = {
     "sample": lambda: fa.energy_sample(
         fa.Body(fa.NeoHookean(A)), energy=9.0, section=fa.AlphaTurning(), orbits=5, seed=[3, 1], p_eta=0.1
     ),
-    "levels": lambda: fa.quantum.exact_levels_below(fa.Body(fa.Anharmonic(A)), 12.0),
+    "levels": lambda: fa.quantum.exact_levels(fa.Body(fa.Anharmonic(A)), below=12.0),
 }
 
 

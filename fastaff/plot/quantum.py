@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
-from ..quantum.all_levels import LevelList
-from ..quantum.level_diagram import Curve, LevelDiagram
+from ..quantum.spectra.level_diagram import Curve, LevelDiagram
+from ..quantum.states.level_table import LevelTable
 from .chaos import parameter_label
 from .sections import Artists, colour_map, symbol
 
@@ -111,7 +111,7 @@ def _look(diagram: LevelDiagram, curve: Curve) -> tuple[Any, Any, str | None]:
     if diagram.m.shape[1] > 1:
         colour, style = STYLES[curve.column % len(STYLES)]
         return colour, style, f"({diagram.m[0, curve.column]}, {diagram.l[0, curve.column]})"
-    if diagram.names is None:
+    if len(diagram.names) == 1:
         return STYLES[0][0], "-", None
     colour, style = STYLES[curve.label[1] % len(STYLES)]
     return colour, style, str(curve.label[1])
@@ -120,7 +120,6 @@ def _look(diagram: LevelDiagram, curve: Curve) -> tuple[Any, Any, str | None]:
 def _legend_title(diagram: LevelDiagram) -> str:
     if diagram.m.shape[1] > 1:
         return "class $(m, l)$"
-    assert diagram.names is not None
     return f"$n_{{{symbol(diagram.names[1])}}}$"
 
 
@@ -135,7 +134,7 @@ def _written(ax: Any, ends: list[tuple[float, str, Any]], diagram: LevelDiagram)
             texts.append(_beside(ax, 1.008, E, text, color=colour, transform=ax.get_yaxis_transform(), va="center"))
             last = E
     names = (
-        "number" if diagram.names is None else "$" + ",".join(f"n_{{{symbol(name)}}}" for name in diagram.names) + "$"
+        "number" if len(diagram.names) == 1 else "$" + ",".join(f"n_{{{symbol(name)}}}" for name in diagram.names) + "$"
     )
     texts.append(_beside(ax, 1.0, 1.008, names, transform=ax.transAxes, va="bottom"))
     return tuple(texts)
@@ -146,7 +145,7 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
 
 
 def plot_spectrum(
-    levels: LevelList, *, ax: Any, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
+    levels: LevelTable, *, ax: Any, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
 ) -> Artists:
     """Draw the levels of many classes as short lines over their spin m, coloured by |l|.
 
@@ -179,13 +178,14 @@ def plot_spectrum(
     return Artists(lines, bar, (), (), 0)
 
 
-def plot_degeneracies(levels: LevelList, *, ax: Any, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
+def plot_degeneracies(levels: LevelTable, *, ax: Any, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
     """Draw how many levels each multiplet has against its energy.
 
     Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and xlabel then says so.
     Returns Artists: points are the dots, lines their stems; `missing` is 0.
     """
-    E, degeneracy = levels.energies / unit, levels.degeneracy
+    gathered = levels.multiplets()
+    E, degeneracy = gathered.E / unit, gathered.degeneracy
     stems = ax.vlines(E, 0, degeneracy, color="#5a8fc8", lw=0.9)
     dots = ax.scatter(E, degeneracy, s=12, color="#00306f", zorder=3)
     ax.set(xlabel=xlabel, ylabel="degeneracy", ylim=(0, 1.08 * max(int(degeneracy.max(initial=1)), 1)))
@@ -207,12 +207,12 @@ def plot_density(
     """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
     det phi = 0.
 
-    Parameters: state: such as `wavefunction` and `Levels.state` return; body: its Body, for the classical turning curve
-    V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the state's);
-    limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end; points: along each
-    axis; norm: a colour scale. Returns Artists: points are the image, lines the turning curve (white, where there is a
-    body) and det phi = 0 (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both
-    coordinates: its integral is 1. Raises ValueError for a chart that it does not take.
+    Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
+    curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the
+    state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end; points:
+    along each axis; norm: a colour scale. Returns Artists: points are the image, lines the turning curve (white, where
+    there is a body) and det phi = 0 (dashed, where it passes through the frame), `missing` is 0. The density is per
+    unit of both coordinates: its integral is 1. Raises ValueError for a chart that it does not take.
     """
     import matplotlib.patheffects as effects
 

@@ -1,50 +1,32 @@
 """Quantum mechanics of the body: spectra and wave functions on GL(2,R), L^2 with the Riemannian measure."""
 
-from .all_levels import LevelList, all_levels, level_list
-from .coherent_packet import coherent_packet
-from .exact_levels import (
-    ExactLevels,
-    Multiplets,
-    Quantizations,
-    exact_levels,
-    exact_levels_below,
-    multiplets,
-    quantizations,
-)
-from .husimi import Husimi, husimi
-from .level_diagram import LevelDiagram, class_diagram, level_diagram
-from .levels import Levels
-from .number_packet import number_packet
-from .packet import Packet
-from .projected_packet import projected_packet
-from .quasiclassical import (
-    BOHR_SOMMERFELD,
-    EBK,
-    QuasiclassicalLevels,
-    quasiclassical_levels,
-    quasiclassical_levels_below,
-)
-from .revivals import Revivals, TimeScales, revivals
-from .singular_ends import NoGroundState
-from .spectrum import spectrum, spectrum_table
-from .state import State
-from .statistics import (
+from .chaos.husimi import Husimi, husimi
+from .chaos.level_statistics import (
     GOE_RATIO,
     POISSON_RATIO,
-    BerryRobnik,
-    Brody,
     MeanRatio,
-    SpacingFit,
-    count_deviation,
-    fit_spacings,
     mean_spacing_ratio,
     number_variance,
-    polynomial_count,
     spacing_ratios,
-    unfold,
 )
-from .wavefunction import wavefunction
-from .weyl_count import weyl_count
+from .chaos.spacing_laws import BerryRobnik, Brody, SpacingFit, fit_spacings
+from .chaos.unfold import count_deviation, polynomial_count, unfold
+from .chaos.weyl_count import weyl_count
+from .exact.exact_levels import exact_levels
+from .exact.quantizations import Quantizations, quantizations
+from .exact.quasiclassical_levels import BOHR_SOMMERFELD, EBK, quasiclassical_levels
+from .exact.wavefunction import wavefunction
+from .packets.coherent_packet import coherent_packet
+from .packets.number_packet import number_packet
+from .packets.packet import Packet
+from .packets.projected_packet import projected_packet
+from .packets.revivals import Revivals, TimeScales, revivals
+from .solvers.singular_ends import NoGroundState
+from .spectra.all_levels import all_levels
+from .spectra.level_diagram import LevelDiagram, class_diagram, level_diagram
+from .spectra.spectrum import spectrum, spectrum_table
+from .states.level_table import LevelTable, Multiplets, level_list
+from .states.state import State
 
 __all__ = [
     "BOHR_SOMMERFELD",
@@ -53,17 +35,14 @@ __all__ = [
     "POISSON_RATIO",
     "BerryRobnik",
     "Brody",
-    "ExactLevels",
     "Husimi",
     "LevelDiagram",
-    "LevelList",
-    "Levels",
+    "LevelTable",
     "MeanRatio",
     "Multiplets",
     "NoGroundState",
     "Packet",
     "Quantizations",
-    "QuasiclassicalLevels",
     "Revivals",
     "SpacingFit",
     "State",
@@ -73,20 +52,17 @@ __all__ = [
     "coherent_packet",
     "count_deviation",
     "exact_levels",
-    "exact_levels_below",
     "fit_spacings",
     "husimi",
     "level_diagram",
     "level_list",
     "mean_spacing_ratio",
-    "multiplets",
     "number_packet",
     "number_variance",
     "polynomial_count",
     "projected_packet",
     "quantizations",
     "quasiclassical_levels",
-    "quasiclassical_levels_below",
     "revivals",
     "spacing_ratios",
     "spectrum",

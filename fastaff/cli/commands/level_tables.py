@@ -16,32 +16,31 @@ COLUMNS = 8
 
 def level_table(levels: Any) -> list[str]:
     """Return the lines of a table, one for each different set of quantum numbers of each multiplet."""
-    numbers = ["number"] if levels.names is None else [f"n_{name}" for name in levels.names]
+    numbers = [f"n_{name}" if levels.separated else "number" for name in levels.names]
+    gathered = levels.multiplets()
     head = ["E", "degeneracy", "error", "converged", *numbers, "|m-l|", "|m+l|", "(m, l)"]
     body: list[list[str]] = []
-    for k in range(levels.degeneracy.size):
-        inside = levels.members(k)
-        sets = _sets(levels, inside)
-        converged = "yes" if levels.converged[inside].all() else "NO"
-        error = float(levels.error[inside].max())
-        front = [digits(float(levels.energies[k]), error), str(levels.degeneracy[k]), f"{error:.1e}", converged]
+    for k in range(len(gathered)):
+        inside = gathered.members(k)
+        sets = _sets(inside)
+        converged = "yes" if inside.converged.all() else "NO"
+        error = float(inside.error.max())
+        front = [digits(float(inside.E[0]), error), str(len(inside)), f"{error:.1e}", converged]
         for row, (key, classes) in enumerate(list(sets.items())[:MEMBERS]):
             body.append(
                 [*(front if row == 0 else [""] * 4), *map(str, key), " ".join(f"({m},{l})" for m, l in classes)]
             )
         if len(sets) > MEMBERS:
             body.append([*[""] * 4, f"and {len(sets) - MEMBERS} more sets of quantum numbers, all in the file"])
-        if len(body) >= SHOWN and k + 1 < levels.degeneracy.size:
-            return [*_aligned(head, body), f"... {levels.degeneracy.size - k - 1} more energies, all in the file"]
+        if len(body) >= SHOWN and k + 1 < len(gathered):
+            return [*_aligned(head, body), f"... {len(gathered) - k - 1} more energies, all in the file"]
     return _aligned(head, body)
 
 
-def _sets(levels: Any, inside: slice) -> dict[tuple[int, ...], list[tuple[int, int]]]:
+def _sets(levels: Any) -> dict[tuple[int, ...], list[tuple[int, int]]]:
     """Return the classes (m, l) of each set of quantum numbers n, |m - l|, |m + l| of a multiplet."""
-    m, l = levels.m[inside].tolist(), levels.l[inside].tolist()
-    labels = levels.k[inside, None] if levels.labels is None else levels.labels[inside]
     sets: dict[tuple[int, ...], list[tuple[int, int]]] = {}
-    for one, other, label in zip(m, l, labels.tolist(), strict=True):
+    for one, other, label in zip(levels.m.tolist(), levels.l.tolist(), levels.n.T.tolist(), strict=True):
         sets.setdefault((*label, abs(one - other), abs(one + other)), []).append((one, other))
     return dict(sorted(sets.items(), key=lambda entry: (entry[0][-2:], entry[0])))
 

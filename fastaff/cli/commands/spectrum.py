@@ -72,6 +72,7 @@ def energy_levels(
     """
     from ...analysis.tori.separation import FAMILIES
 
+    whole("levels", levels, 1)
     body = options.build()
     separates = any(hasattr(getattr(body, "potential", None), family.member) for family in FAMILIES[:2])
     classes = _classes(m, l, covering)
@@ -107,9 +108,9 @@ def energy_levels(
     start = clock.perf_counter()
 
     def save(result: Any, interrupted: bool = True) -> Any:
-        return output.save(
-            stem, result, {**facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted}
-        )
+        gathered = {"first": result.multiplets().first} if hasattr(result, "multiplets") else {}
+        spent = {"wall_time": clock.perf_counter() - start, "interrupted": interrupted}
+        return output.save(stem, result, {**facts, **gathered, **spent})
 
     def watch(compute: Callable[[Progress], Any], kept: str) -> Any:
         return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
@@ -192,8 +193,7 @@ def _chart(name: str | None) -> Any:
 def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], watch: Watch) -> Any:
     import fastaff
 
-    whole("levels", levels, 1)
-    asked: dict[str, Any] = {"count": levels} if below is None else {"below": below}
+    asked: dict[str, Any] = {"multiplets": levels} if below is None else {"below": below}
     return watch(
         lambda report: fastaff.quantum.all_levels(body, **asked, **how, report=report),
         "complete below E = {complete_below:.6g}",
@@ -219,7 +219,7 @@ def _scanned(
 
     return watch(
         lambda report: fastaff.quantum.level_diagram(
-            make, axis.values, m=m, l=l, levels=levels, name=axis.name, report=report, **how
+            make, axis.values, m=m, l=l, count=levels, name=axis.name, report=report, **how
         ),
         "the others are NaN",
     )
@@ -228,7 +228,7 @@ def _scanned(
 def _some(
     body: Any, classes: list[tuple[int, int]], levels: int, how: dict[str, Any], watch: Watch
 ) -> tuple[list[Any], Any]:
-    """Return the Levels of the classes, and their list."""
+    """Return the levels of each class, and of all of them."""
     import fastaff
 
     found: list[Any] = []
@@ -236,7 +236,7 @@ def _some(
     def compute(report: Progress) -> Any:
         try:
             for number, (m, l) in enumerate(classes):
-                found.append(fastaff.quantum.spectrum(body, m=m, l=l, levels=levels, **how))
+                found.append(fastaff.quantum.spectrum(body, m=m, l=l, count=levels, **how))
                 report((number + 1) / len(classes))
         except KeyboardInterrupt:
             stopped = fastaff.Interrupted("spectrum")
@@ -259,15 +259,15 @@ def _keep(partial: Any, save: Callable[[Any], Any], kept: str) -> None:
 
 def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
     """Say in one line what was computed."""
-    from ...quantum.symmetry import SymmetryClass
+    from ...quantum.states.symmetry import SymmetryClass
 
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
-    if not hasattr(result, "first"):
+    if not hasattr(result, "multiplets"):
         return (
             f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of "
             f"{result.name}; {worst}"
         )
-    text = f"{result.E.size} levels, {result.degeneracy.size} different energies; {worst}"
+    text = f"{result.E.size} levels, {len(result.multiplets())} different energies; {worst}"
     if classes is None:
         return f"{text}; none is missing below E = {result.complete_below:.10g}"
     if len(classes) > 1:
@@ -286,7 +286,7 @@ def _draw_whole(levels: Any, body: Any, stem: Any, facts: dict[str, Any]) -> Non
     plot_quantum.plot_spectrum(levels, ax=left)
     plot_quantum.plot_degeneracies(levels, ax=right)
     text = (
-        f"{levels.E.size} levels, {levels.degeneracy.size} different energies; none is missing below E = "
+        f"{levels.E.size} levels, {len(levels.multiplets())} different energies; none is missing below E = "
         f"{levels.complete_below:.6g}"
     )
     _finish(figure, body, "all classes", text, levels.hbar, stem, facts)
@@ -307,18 +307,18 @@ def _draw_classes(
 ) -> None:
     """Draw densities of one class, levels against m or l, or over both."""
     from ...plot import quantum as plot_quantum
-    from ...quantum.level_diagram import diagram_of
+    from ...quantum.spectra.level_diagram import diagram_of
 
-    spins, vorticities = {one.m for one in found}, {one.l for one in found}
+    m, l = (np.array([getattr(one, name)[0] for one in found]) for name in ("m", "l"))
+    spins, vorticities = np.unique(m), np.unique(l)
     if len(found) == 1:
         _draw_states(found[0], body, states, chart, stem, facts)
         return
     text = f"{found[0].E.size} levels of each class; largest error {levels.error.max():.0e}"
     figure, ax = figure_of()
     if min(len(spins), len(vorticities)) == 1:
-        name, other = ("m", f"l = {found[0].l}") if len(spins) > 1 else ("l", f"m = {found[0].m}")
-        values = np.array([getattr(one, name) for one in found], float)
-        plot_quantum.plot_levels(diagram_of(name, values, [[one] for one in found]), ax=ax)
+        name, values, other = ("m", m, f"l = {l[0]}") if len(spins) > 1 else ("l", l, f"m = {m[0]}")
+        plot_quantum.plot_levels(diagram_of(name, values.astype(float), [[one] for one in found]), ax=ax)
         text += "; grey: above them"
     else:
         other = f"{len(found)} classes"
@@ -333,12 +333,12 @@ def _draw_states(found: Any, body: Any, states: list[int], chart: Any, stem: Any
     for ax, k in zip(np.atleast_1d(axes).ravel(), states, strict=True):
         state = found.state(k)
         plot_quantum.plot_density(state, ax=ax, body=body, chart=chart)
-        named_by = ", ".join(f"${_quantum(name)} = {n}$" for name, n in state.labels.items() if name.startswith("n_"))
+        named_by = ", ".join(f"${_quantum(name)} = {n}$" for name, n in state.numbers.items() if found.separated)
         ax.set_title(
             f"state {k}:  $E$ = {state.energy:.8g}" + (f",  {named_by}" if named_by else ""), fontsize=10, loc="left"
         )
     text = r"white: classical turning curve; dashed: $\det\varphi = 0$ where it is in the frame"
-    _finish(figure, body, f"(m, l) = ({found.m}, {found.l})", text, found.hbar, stem, facts)
+    _finish(figure, body, f"(m, l) = ({found.m[0]}, {found.l[0]})", text, found.hbar, stem, facts)
 
 
 def _quantum(name: str) -> str:

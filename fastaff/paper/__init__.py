@@ -1,0 +1,1 @@
+"""What only checks the paper: operators, matrices, rigid tops, metrics, deformation tensors. Nothing imports it."""

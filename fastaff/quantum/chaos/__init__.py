@@ -1,0 +1,1 @@
+"""Quantum chaos: Weyl's count, statistics of spacings, Husimi functions."""

@@ -1,0 +1,139 @@
+"""Husimi functions: states seen by coherent states at points of phase space, over classical sections."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.arrays import checked
+from ...base.display import screen
+from ...base.numbers import positive
+from ...charts import ALPHA_BETA
+from ..states.coherent_width import plane_widths
+from ..states.factors import PlaneFactor
+from ..states.state import State
+
+LARGEST = 640
+"""Radial quanta of the largest expansion in each plane."""
+ROOT2 = math.sqrt(2)
+"""sqrt2 width is the length in which a coherent state is e^(-|q|^2/2)."""
+CHUNK = 1 << 21
+"""Numbers of the largest table at once, in points times radial quanta."""
+
+
+@dataclass(frozen=True)
+class Husimi:
+    """The Husimi function of a state; call it on phase points z (8, ...), rows a1, a2, b1, b2 and their momenta.
+
+    coefficients (n_alpha, n_beta): of the state in products of plane oscillators with radial quanta n and the angular
+    momenta momenta = ((m - l)/2, (m + l)/2) in units of hbar; width: standard deviation of the coherent states'
+    positions in the planes a and b; hbar.
+    """
+
+    coefficients: np.ndarray
+    momenta: tuple[int, int]
+    width: tuple[float, float]
+    hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    @property
+    def norm(self) -> float:
+        """Integral over phase space in cells of (2 pi hbar)^4: 1 less what the expansion lacks."""
+        return float(np.sum(self.coefficients**2))
+
+    def __call__(self, z: ArrayLike) -> np.ndarray:
+        """Return |<z|Psi>|^2 (...), between 0 and 1, at phase points z (8, ...), such as `Grid.z0` and `Sample.z0`."""
+        points = checked("z", z, (8,))
+        flat = points.reshape(8, -1)
+        planes = [
+            (flat[2 * i : 2 * i + 2], flat[2 * i + 4 : 2 * i + 6], ROOT2 * self.width[i], self.momenta[i])
+            for i in (0, 1)
+        ]
+        out = np.empty(flat.shape[1])
+        step = max(1, CHUNK // sum(self.coefficients.shape))
+        for k in range(0, out.size, step):
+            first, second = (
+                _fock(q[:, k : k + step], p[:, k : k + step] / self.hbar, sigma, quanta, count)
+                for (q, p, sigma, quanta), count in zip(planes, self.coefficients.shape, strict=True)
+            )
+            half = (first.real @ self.coefficients) + 1j * (first.imag @ self.coefficients)
+            out[k : k + step] = np.abs(np.einsum("pn,pn->p", half, second)) ** 2
+        return out.reshape(points.shape[1:])[()]
+
+
+def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1e-4) -> Husimi:
+    """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
+
+    Parameters: state: of `wavefunction` or `LevelTable.state`, with m + l even; width > 0: standard deviation of
+    |Psi|^2 in each direction of position, of the coherent states e^(-|a - q|^2/(4 width^2) + i p.a/hbar), one number or
+    (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default; sqrt(hbar/(2 mu omega)) is that of an
+    oscillation omega; tolerance: how much of the norm the expansion may lack. Returns Husimi, a function of phase
+    points in the planes: the points of `energy_grid`, `energy_sample` and `poincare_map` as they are. Raises ValueError
+    or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to the tolerance.
+
+    Q(z) = |<z|Psi>|^2 with 4-dimensional coherent states, so that alpha = 0, beta = 0 and angular momenta need no care:
+    at p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The spreads in
+    q and p are width and hbar/(2 width). With sigma = sqrt2 width, <z|n, M> = (-1)^n e^(-|z|^2/2) z+^(n + M)
+    z-^n/sqrt((n + M)! n!) for M >= 0 (conjugate), where sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i sigma
+    p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where the state is large. Cost: two matrix
+    products; 0.3 s for 40000 points at 100 quanta. Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann
+    1961, Commun. Pure Appl. Math. 14, 187.
+    """
+    if not isinstance(state, State):
+        raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")
+    m, l = state.symmetry
+    if not state.symmetry.single_valued:
+        raise ValueError(
+            f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}"
+        )
+    tolerance, hbar = positive("tolerance", tolerance), positive("state.hbar", state.hbar)
+    if not tolerance < 1:
+        raise ValueError(f"tolerance must be below 1, got {tolerance!r}")
+    sides = plane_widths(math.sqrt(hbar / 2) if width is None else width)
+    momenta = ((m - l) // 2, (m + l) // 2)
+    count = 40
+    while True:
+        found = Husimi(_coefficients(state, count, momenta, sides), momenta, sides, hbar)
+        if found.norm >= 1 - tolerance:
+            return found
+        if count >= LARGEST:
+            raise ValueError(
+                f"state does not fit in {count} radial quanta of width = {sides}: {1 - found.norm:.2g} of its norm "
+                "is left out; another width, or a larger tolerance where a hard wall makes the wave function rough"
+            )
+        count = min(2 * count, LARGEST)
+
+
+def _coefficients(state: Any, count: int, momenta: tuple[int, int], width: tuple[float, float]) -> np.ndarray:
+    """Return the expansion (count, count), by a Gauss rule of half as many nodes more."""
+    radii, tables = [], []
+    for quanta, side in zip(momenta, width, strict=True):
+        functions = [PlaneFactor(n, float(abs(quanta)), (ROOT2 * side) ** -2) for n in range(count)]
+        x, weights = functions[0].rule(count + count // 2)
+        # Far nodes, where nothing of the expansion is left, have weights that overflow; no function is there.
+        table = np.array([f(x) for f in functions])
+        radii.append(x)
+        tables.append(np.where(np.isfinite(weights), table * np.where(np.isfinite(weights), weights, 0.0), 0.0))
+    values = state.amplitude(radii[0][:, None], radii[1][None, :], ALPHA_BETA)
+    return 2 * math.pi * tables[0] @ values @ tables[1].T
+
+
+def _fock(q: np.ndarray, wave: np.ndarray, sigma: float, quanta: int, count: int) -> np.ndarray:
+    """Return (-1)^n <z|n, M> (points, count) of one plane, the phase of z+^M left out; by logarithms, for nothing to
+    overflow.
+    """
+    from scipy.special import gammaln, xlogy
+
+    first, second = (q[i] / sigma + 1j * sigma * wave[i] for i in (0, 1))  # sqrt2 z_1, sqrt2 z_2
+    turn = 1j if quanta >= 0 else -1j
+    plus, minus = (first - turn * second) / 2, (first + turn * second) / 2
+    n, more = np.arange(count), np.arange(count) + abs(quanta)
+    size = -(np.abs(plus) ** 2 + np.abs(minus) ** 2)[:, None] / 2 - (gammaln(n + 1) + gammaln(more + 1)) / 2
+    size = size + xlogy(more, np.abs(plus)[:, None]) + xlogy(n, np.abs(minus)[:, None])
+    return np.exp(size) * (-np.exp(-1j * (np.angle(plus) + np.angle(minus))))[:, None] ** n

@@ -1,0 +1,70 @@
+"""Levels with mean spacing 1, by a smooth count of levels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.arrays import checked
+from ...base.numbers import function, whole
+
+
+def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndarray:
+    """Return levels (n,) if they are finite, ascending, and at least `least`; raises ValueError or TypeError."""
+    E = checked(name, levels, ())
+    if E.ndim != 1 or E.size < least:
+        raise ValueError(f"{name} must be (n,) with n >= {least}, got shape {E.shape}")
+    if np.any(np.diff(E) < 0):
+        raise ValueError(f"{name} must ascend; level {int(np.argmax(np.diff(E) < 0)) + 1} is below the one before")
+    return E
+
+
+def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike], np.ndarray]:
+    """Fit a polynomial to the staircase of levels, a smooth count for `unfold` where no Weyl count is at hand.
+
+    Parameters: levels (n,), ascending, n > degree; degree: at least 1, low enough not to follow fluctuations.
+    Returns a function of the energy, k + 1/2 on average at level k. Raises ValueError or TypeError for wrong input.
+    Source: Haake 2010, Quantum Signatures of Chaos, section 4.8.
+    """
+    degree = whole("degree", degree, 1)
+    E = checked_levels(levels, degree + 2)
+    if np.unique(E).size <= degree:
+        raise ValueError(f"levels must have more than degree = {degree} different energies, got {np.unique(E).size}")
+    fitted: Any = np.polynomial.Polynomial.fit(E, np.arange(E.size) + 0.5, degree)
+    return fitted
+
+
+def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
+    """Map levels of one class to a sequence with mean spacing 1.
+
+    Parameters: levels (n,), ascending, any part of the spectrum; smooth: the smooth number of levels below an energy,
+    such as functools.partial(weyl_count, body, m=m, l=l, hbar=hbar) or `polynomial_count(levels)`. Returns
+    smooth(levels) (n,). Raises ValueError or TypeError for wrong input, and where it does not grow along the levels.
+    Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
+    """
+    E = checked_levels(levels, 1)
+    x = checked("smooth(levels)", function("smooth", smooth)(E), ())
+    if x.shape != E.shape:
+        raise ValueError(f"smooth must return one number for each level, got shape {x.shape} for {E.shape}")
+    fall = np.flatnonzero((np.diff(x) <= 0) & (np.diff(E) > 0))
+    if fall.size:
+        raise ValueError(
+            f"smooth must grow; it falls from level {fall[0]}, {E[fall[0]]:.6g}, to the next: a lower degree, or "
+            "higher levels"
+        )
+    return x
+
+
+def count_deviation(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
+    """Compute how far the staircase of the lowest levels is above a smooth count: a check that no level is missing.
+
+    Parameters: levels (n,): all from the lowest on; smooth: as in `unfold`. Returns k + 1/2 - smooth(E_k) (n,): it
+    oscillates around 0 for `weyl_count`; from a missing level on it lies 1 lower, from a level too many 1 higher, and a
+    drift tells of a wrong count. Raises ValueError or TypeError for wrong input. Source: Baltes & Hilf 1976, Spectra of
+    Finite Systems, chapter 6 (the check of completeness).
+    """
+    unfolded = unfold(levels, smooth)
+    return np.arange(unfolded.size) + 0.5 - unfolded

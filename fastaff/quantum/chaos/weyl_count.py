@@ -1,0 +1,273 @@
+"""How many levels a symmetry class has below an energy, from its classical phase space."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.arrays import checked
+from ...flows.checks import checked_model
+from ...models import Body
+from ..solvers.panels import DENSE, Panels, panels
+from ..solvers.singular_ends import potential
+from ..states.symmetry import action_quantum, checked_class
+
+CHUNK = 48
+"""Energies done at once: the largest arrays have CHUNK*ORDER*SCAN numbers, 3 MB."""
+ORDER = 56
+"""Gauss nodes between turning points, in either direction."""
+LINES, PANELS = 24, 60
+"""Rays and circles along which narrow features are looked for, and into how many panels each direction is cut at most.
+"""
+SCAN = 128
+"""Radii on which a ray is searched for turning points, in equal steps of the logarithm."""
+
+
+class _Well(NamedTuple):
+    """The effective potential of a class, V + (p_eta/alpha)^2/2 mu + (p_gamma/beta)^2/2 mu, on rays alpha + i beta =
+    rho e^(i theta).
+
+    theta, low: angles, dense at both ends, and the smallest value on these rays; reach: radii within which it is below
+    the top energy; breaks: radii, and angles, at which integrals are cut where V has narrow features, and radii at
+    which these are looked for.
+    """
+
+    body: Any
+    p_eta: float
+    p_gamma: float
+    theta: np.ndarray = np.empty(0)
+    low: np.ndarray = np.empty(0)
+    reach: tuple[float, float] = (0.0, 0.0)
+    breaks: tuple[np.ndarray, np.ndarray] = (np.empty(0), np.empty(0))
+    scan: np.ndarray = np.empty(0)
+
+    def value(self, rho: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        """Return it, +inf where the potential does not live."""
+        A, B = (rho * np.cos(theta)) ** 2, (rho * np.sin(theta)) ** 2
+        with np.errstate(all="ignore"):
+            V = potential(self.body, A, B)
+            for square, p in ((A, self.p_eta), (B, self.p_gamma)):
+                V = V + p * p / (2 * self.body.mu * square) if p else V
+        return V
+
+
+def _well(body: Any, p_eta: float, p_gamma: float, top: float) -> _Well:
+    """Return the well of a class with its tables for energies up to `top`."""
+    well = _Well(body, p_eta, p_gamma)
+    rho, theta = np.geomspace(1e-4, 1e4, 800), np.pi / 4 * (1 - np.cos(np.pi * (np.arange(400) + 0.5) / 400))
+    radii, angles = _features(well, rho, theta, top)
+    theta = np.union1d(theta, angles.points.ravel()) if angles.needed > ORDER else theta
+    rho = np.union1d(rho, radii.points.ravel()) if radii.needed > ORDER else rho
+    value = well.value(rho[:, None], theta)
+    allowed = np.flatnonzero((value < top).any(axis=1))
+    if allowed.size and allowed[-1] == rho.size - 1:
+        raise ValueError(f"the potential must bind at the energy {top:.6g}: the allowed region is not bounded")
+    reach = (rho[max(allowed[0] - 1, 0)], rho[allowed[-1] + 1]) if allowed.size else (0.0, 0.0)
+    best, index = np.clip(np.argmin(value, axis=0), 1, rho.size - 2), np.arange(theta.size)
+    y0, y1, y2 = value[best - 1, index], value[best, index], value[best + 1, index]
+    with np.errstate(all="ignore"):
+        parabola = y1 - (y2 - y0) ** 2 / (8 * (y0 - 2 * y1 + y2))
+    low = np.where(np.isfinite(parabola) & (y1 <= y0) & (y1 <= y2), parabola, value.min(axis=0))
+    scan = np.geomspace(reach[0], reach[1], SCAN) if allowed.size else np.empty(0)
+    breaks = [part.edges[1:-1] if part.needed > ORDER else np.empty(0) for part in (radii, angles)]
+    if breaks[0].size and allowed.size:
+        scan = np.union1d(scan, np.clip(radii.points.ravel(), *reach))
+    return well._replace(theta=theta, low=low, reach=reach, breaks=(breaks[0], breaks[1]), scan=scan)
+
+
+def _features(well: _Well, rho: np.ndarray, theta: np.ndarray, top: float) -> tuple[Panels, Panels]:
+    """Return partitions of radii and angles that resolve the potential itself, where it is below the top energy."""
+    with np.errstate(all="ignore"):
+        V = _Well(well.body, 0.0, 0.0).value(rho[::4, None], theta[::4])
+    inside = np.isfinite(V) & (top > V)
+    if not inside.any():
+        return (Panels(np.array([0.0, 1.0]), np.zeros(1)),) * 2
+    far = float(rho[::4][np.flatnonzero(inside.any(axis=1))[-1]])
+    lo, hi = (float(theta[::4][np.flatnonzero(inside.any(axis=0))[k]]) for k in (0, -1))
+    low = float(V[inside].min())
+    spread = (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
+    plain = _Well(well.body, 0.0, 0.0)
+    rays, circles = (lo + (hi - lo) * spread)[:, None], (far * spread)[:, None]
+    return (
+        panels(lambda q: plain.value(q, rays), 0.0, far, low, top - low, DENSE >> 3, PANELS),
+        panels(lambda v: plain.value(circles, v), lo, hi, low, top - low, DENSE >> 3, PANELS),
+    )
+
+
+def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
+    """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
+
+    Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
+    numbers of spin and vorticity (m + l odd is the double covering); hbar > 0. Returns N (...): the mean of the
+    staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest effective potential, and as low as -1/12
+    just above it. Raises ValueError or TypeError for wrong input, and ValueError where the allowed region is not
+    bounded.
+
+    N = (mu/2 pi hbar^2) int (E - V_eff)_+ dalpha dbeta - (d^2/da^2 + d^2/db^2) N/12 - (1/48 pi) int Delta V delta(E -
+    V_eff) dalpha dbeta, V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = |m - l|/2, b = |m + l|/2, Delta the
+    Laplacian of R^4. The first term is phase space over (2 pi hbar)^2 with the centrifugal terms of Langer, a^2 and not
+    a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1, -1/12 for
+    oscillators. What is left out is of the order hbar, and what oscillates. A wall det phi = 0 must be soft on the
+    scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of V,
+    which are integrated as they are: waves longer than their widths see less of them than this expansion. Quadrature
+    errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut
+    at narrow features of V. Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order
+    hbar^2); Langer 1937, Phys. Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a -
+    omega_b L_b at imaginary rates.
+    """
+    checked_model(body)
+    if not isinstance(body, Body):
+        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
+    if not hasattr(body.potential, "curvatures"):
+        raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")
+    chosen, hbar = checked_class(m, l, False), action_quantum(hbar, body.mu)
+    given = checked("energy", energy, ())
+    distinct, where = np.unique(given.ravel(), return_inverse=True)
+    count = np.zeros(distinct.size)
+    if distinct.size:
+        quanta = np.array([chosen.a, chosen.b])
+        here, bends = _wells(body, quanta, hbar, float(distinct[-1]))
+        for k in range(0, distinct.size, CHUNK):
+            count[k : k + CHUNK] = _count(distinct[k : k + CHUNK], here, bends, hbar)
+    return count[where].reshape(given.shape)[()]
+
+
+def _wells(body: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Well, list[tuple[int, float, _Well]]]:
+    """Return the well of a class, and those of d^2/da^2 and d^2/db^2: row of the integral, weight, well.
+
+    By differences of dN/da = -(a/2 pi) int dalpha dbeta/alpha^2 over half a quantum to either side; at 0, where N has a
+    kink in the sign of a, to the right alone.
+    """
+    top = top + 1e-3 * abs(top)
+    bends = []
+    for which in (0, 1):
+        sided = quanta[which] >= 1
+        offsets, weights = ((-0.5, 0.5), (-1.0, 1.0)) if sided else ((0.5, 1.0, 1.5), (-5.0, 8.0, -3.0))
+        for offset, weight in zip(offsets, weights, strict=True):
+            moved = quanta.copy()
+            moved[which] += offset
+            well = _well(body, hbar * moved[0], hbar * moved[1], top)
+            bends.append((1 + which, -weight * moved[which] / (2 * np.pi), well))
+    return _well(body, hbar * quanta[0], hbar * quanta[1], top), bends
+
+
+def _count(energy: np.ndarray, well: _Well, bends: list[tuple[int, float, _Well]], hbar: float) -> np.ndarray:
+    bottom = float(well.low.min())
+    step = 1e-3 * np.maximum(energy - bottom, 0.0)
+    volume = _integrals(well, energy)[0]
+    stiffness = (_integrals(well, energy + step)[3] - _integrals(well, energy - step)[3]) / np.where(
+        step > 0, 2 * step, 1.0
+    )
+    bend = sum(weight * _integrals(other, energy)[row] for row, weight, other in bends)
+    total = well.body.mu / (2 * np.pi * hbar**2) * volume - bend / 12 - stiffness / (48 * np.pi)
+    return np.where(energy > bottom, total, 0.0)
+
+
+def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
+    """Return the integrals (4, energies) of E - V, 1/alpha^2, 1/beta^2 and Delta V over dalpha dbeta where V_eff <
+    E.
+    """
+    n, first, last = _intervals(well.low < energy[:, None])
+    total = np.zeros((4, energy.size))
+    if n.size == 0 or well.reach[1] == 0.0:
+        return total
+    ends = [_crossing(well, k, step, energy[n], edge) for k, step, edge in ((first, -1, 0.0), (last, 1, np.pi / 2))]
+    n, lo, hi = _cut(n, ends[0], ends[1], well.breaks[1])
+    t, w = np.polynomial.legendre.leggauss(ORDER)
+    half = np.pi / 2 * (1 + t)  # theta = lo + (hi - lo) sin^2(half/2): roots at the ends become analytic
+    span = (hi - lo)[:, None]
+    rays = (lo[:, None] + span * np.sin(half / 2) ** 2).ravel()
+    weights = (np.pi / 4 * w * np.sin(half) * span).ravel()
+    owner = np.repeat(n, ORDER)
+    ray, lo, hi = _cut(*_turning(well, rays, energy[owner]), well.breaks[0])
+    rho = ((hi + lo) / 2)[:, None] + ((hi - lo) / 2)[:, None] * t
+    angle = rays[ray, None]
+    area = weights[ray, None] * ((hi - lo) / 2)[:, None] * w * rho
+    A, B = (rho * np.cos(angle)) ** 2, (rho * np.sin(angle)) ** 2
+    (V_A, V_B), (V_AA, _, V_BB) = well.body.potential.slopes(A, B), well.body.potential.curvatures(A, B)
+    room = energy[owner[ray], None] - well.value(rho, angle)
+    rows = (room, 1 / A, 1 / B, 4 * (V_A + A * V_AA + V_B + B * V_BB))
+    for row, values in enumerate(rows):
+        total[row] += np.bincount(owner[ray], (area * values).sum(axis=1), energy.size)
+    return total
+
+
+def _cut(
+    owner: np.ndarray, lo: np.ndarray, hi: np.ndarray, breaks: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return intervals (lo, hi) of owners cut at all breaks inside of them."""
+    if not breaks.size:
+        return owner, lo, hi
+    edges = np.clip(np.append(np.append(-np.inf, breaks), np.inf), lo[:, None], hi[:, None])
+    piece, place = np.nonzero(np.diff(edges, axis=1) > 0)
+    return owner[piece], edges[piece, place], edges[piece, place + 1]
+
+
+def _intervals(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return row, first and last index of every run of True in the rows."""
+    edge = np.zeros((inside.shape[0], 1), bool)
+    row, first = np.nonzero(inside & ~np.hstack([edge, inside[:, :-1]]))
+    _, last = np.nonzero(inside & ~np.hstack([inside[:, 1:], edge]))
+    return row, first, last
+
+
+def _crossing(well: _Well, inside: np.ndarray, step: int, energy: np.ndarray, edge: float) -> np.ndarray:
+    """Return the angles where the smallest value on rays crosses the energy next to the index `inside`; the edge where
+    it never does.
+
+    By bisection: next to a wall the angles of the table are far apart, and interpolation between them would miss most
+    of Delta V.
+    """
+    out = inside + step
+    natural = (out < 0) | (out >= well.theta.size)
+    near, far = well.theta[inside], well.theta[np.where(natural, inside, out)]
+    for _ in range(30):
+        middle = (near + far) / 2
+        allowed = _lowest(well, middle) < energy
+        near, far = np.where(allowed, middle, near), np.where(allowed, far, middle)
+    return np.where(natural, edge, near)
+
+
+def _lowest(well: _Well, rays: np.ndarray) -> np.ndarray:
+    """Return the smallest value on rays, by a scan and golden sections."""
+    rho = well.scan
+    best = np.argmin(well.value(rho, rays[:, None]), axis=1)
+    left, right = rho[np.maximum(best - 1, 0)], rho[np.minimum(best + 1, rho.size - 1)]
+    for _ in range(24):
+        c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
+        lower = well.value(c, rays) < well.value(d, rays)
+        left, right = np.where(lower, left, c), np.where(lower, d, right)
+    return well.value((left + right) / 2, rays)
+
+
+def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the allowed intervals of every ray: ray numbers, lower and upper radii, to rounding."""
+    rho = np.repeat(well.scan[None], rays.size, axis=0)
+    value = well.value(rho, rays[:, None])
+    # The bottom of every ray goes into the scan, so that no narrow interval hides between two radii.
+    best, index = np.argmin(value, axis=1), np.arange(rays.size)
+    left, right = rho[index, np.maximum(best - 1, 0)], rho[index, np.minimum(best + 1, rho.shape[1] - 1)]
+    for _ in range(18):
+        c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
+        lower = well.value(c, rays) < well.value(d, rays)
+        left, right = np.where(lower, left, c), np.where(lower, d, right)
+    middle = (left + right) / 2
+    deepest = well.value(middle, rays)
+    lower = deepest < value[index, best]
+    rho[index, best], value[index, best] = (
+        np.where(lower, middle, rho[index, best]),
+        np.where(lower, deepest, value[index, best]),
+    )
+    ray, first, last = _intervals(value < energy[:, None])
+    ends = []
+    for inside, step in ((first, -1), (last, 1)):
+        near, far = rho[ray, inside], rho[ray, np.clip(inside + step, 0, rho.shape[1] - 1)]
+        far = np.where(near == far, 0.0, far)  # nothing turns back before rho = 0
+        for _ in range(34):
+            middle = (near + far) / 2
+            deep = well.value(middle, rays[ray]) < energy[ray]
+            near, far = np.where(deep, middle, near), np.where(deep, far, middle)
+        ends.append(near)
+    return ray, ends[0], ends[1]

@@ -1,0 +1,95 @@
+"""Quasiclassical energy levels of separable bodies: Bohr-Sommerfeld and EBK."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...analysis.tori.action_angles import LARGEST_ACTION, energy_of_actions
+from ...base.numbers import flag, positive, real, whole
+from ...base.recipe import recorded
+from ..states.level_table import LevelTable
+from ..states.symmetry import checked_numbers
+from .numbers_below import numbers_below
+
+BOHR_SOMMERFELD = (0, 0)
+"""Maslov indices of the paper's quantization, J = n h."""
+
+EBK = (2, 2)
+"""Maslov indices of two librations between soft turning points, J = (n + 1/2) h; 3 for a libration with one hard wall.
+"""
+
+
+QUADRATURE = 5e-10
+"""Relative error of E(J) that is counted on: quadratures leave some 1e-11."""
+
+
+@recorded
+def quasiclassical_levels(
+    body: Any,
+    *,
+    n: ArrayLike | None = None,
+    m: ArrayLike | None = None,
+    l: ArrayLike | None = None,
+    below: float | None = None,
+    maslov: tuple[int, int] = EBK,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    near: ArrayLike | None = None,
+) -> LevelTable:
+    """Compute quasiclassical levels of a separable body: of given quantum numbers, or all below an energy.
+
+    Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
+    numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, ascending; maslov: the
+    indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued: wave
+    functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in `from_action_angles`.
+    Returns LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions; its
+    errors are those of E(J), not of the quantization. Raises ValueError or TypeError for wrong input. Formulas: E(J)
+    with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. E grows with both actions and with
+    |J_eta| and |J_gamma|, so the search below an energy stops at the first level above in each direction; actions that
+    belong to no torus (bodies that fall or escape) end their direction too. Exact (EBK) for Harmonic and Anharmonic in
+    both charts; for Hyperelastic the effective index of vartheta lies between 2 and 3 (the wall at det = 0). Cost: that
+    of `energy_of_actions`, about 20 microseconds for a level by quadrature. Source: Martens & Slawianowski, EQ3.2 and
+    EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the Bohr-Sommerfeld levels); Keller 1958, Ann.
+    Phys. 4, 180 (EBK).
+    """
+    h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
+    indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
+    if len(indices) != 2:
+        raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")
+    if (below is None) == (n is None and m is None and l is None):
+        raise ValueError(f"give either n, m and l, or below, got n = {n!r}, m = {m!r}, l = {l!r}, below = {below!r}")
+
+    def levels(n: np.ndarray, m: Any, l: Any) -> LevelTable:
+        quanta = np.array(np.broadcast_arrays(*n, m, l))
+        J = h * (quanta + np.array([indices[0] / 4, indices[1] / 4, 0, 0])[:, None])
+        if not np.abs(J).max(initial=0.0) < LARGEST_ACTION:
+            raise ValueError(
+                f"hbar times the quantum numbers must be below {LARGEST_ACTION / (2 * np.pi):.3g}, got hbar = {hbar!r}"
+            )
+        found = energy_of_actions(body, J, chart=chart, near=near)
+        return LevelTable(
+            found.energy,
+            QUADRATURE * np.abs(found.energy),
+            found.status,
+            quanta[:2],
+            found.names[:2],
+            quanta[2],
+            quanta[3],
+            np.zeros((0, quanta.shape[1])),
+            (),
+            float(hbar),
+            f"quasiclassical, Maslov indices {indices}",
+            spacing=h * found.nu[:2],
+        )
+
+    if below is None:
+        return levels(*checked_numbers(n, m, l, flagged))
+    top = real("below", below)
+    numbers = numbers_below(lambda n, m, l: levels(n, m, l).E, top, flagged)
+    if not numbers[1].size:
+        return levels(np.zeros((2, 1), np.int64), 0, 0).take(slice(0))
+    return levels(*numbers).ascending().below(top)

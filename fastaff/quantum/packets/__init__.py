@@ -1,0 +1,1 @@
+"""Wave packets, and when they come back."""

@@ -1,0 +1,127 @@
+"""Wave packets from given functions: their expansion in the lowest states of symmetry classes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...analysis.tori.separation import FAMILIES
+from ...base.numbers import real, whole
+from ...charts import ALPHA_BETA, Chart
+from ...models import Body
+from ..spectra.spectrum import spectrum, spectrum_table
+from ..states.quadrature import GROWTH, Grid, converged_box, resolved
+from ..states.state import State, invariants_of
+from ..states.symmetry import SymmetryClass, checked_class
+from .packet import Packet
+
+NOTHING = 1e-3
+"""Part of what may be missing that states may have together to be left out of a packet."""
+
+
+def projected_packet(
+    body: Any,
+    function: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    *,
+    m: int,
+    l: int,
+    count: int,
+    hbar: float = 1.0,
+    chart: Chart = ALPHA_BETA,
+    missing: float = 1e-6,
+    single_valued: bool = True,
+) -> Packet:
+    """Expand a given initial function in the lowest states of one symmetry class of a body.
+
+    Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
+    (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: what is of it beyond a wall of V is missing; it need not be
+    normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
+    `spectrum`; missing: how much of the function the states may fail to hold. Returns Packet, of norm^2 = 1 - missing.
+    Raises ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
+    resolve, and where more than `missing` is lost: it then says how many levels to ask for. Formula: c_k =
+    <Psi_k|Psi>/||Psi||, Gauss-Legendre quadrature to about 1e-9. Cost: that of `spectrum`, and milliseconds. Source:
+    Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
+    """
+    chosen, tolerance, invariants = checked_class(m, l, single_valued), fraction(missing), invariants_of(chart)
+    if not callable(function):
+        raise TypeError(f"function must be callable, got {function!r}")
+
+    def values(grid: Grid) -> np.ndarray:
+        found = np.broadcast_to(np.asarray(function(*invariants.from_radii(*grid.radii))), grid.weights.shape)
+        if found.dtype.kind not in "fiuc" or not np.isfinite(found).all():
+            raise ValueError("function must return finite real or complex numbers where the states of the body live")
+        return found
+
+    def build(count: int) -> Packet:
+        states = class_states(body, [chosen], count, hbar, single_valued)[0]
+        tables, grid = resolved([states])
+        box, orders = converged_box(states)
+        square = []
+        for growth in (1.0, GROWTH):
+            outer = box.whole().grid((int(growth * orders[0]), int(growth * orders[1])))
+            density = outer.weights * np.abs(values(outer)) ** 2
+            square.append(float(density.sum()))
+        if not square[1] > 0:
+            raise ValueError("function must not vanish where the states of the body live")
+        edge = max(density[-2:].sum(), density[:, -2:].sum() if box.ends[1][-1] != math.pi else 0.0)
+        if abs(square[1] - square[0]) > (1e-3 * tolerance + 1e-9) * square[1] or edge > 1e-9 * square[1]:
+            raise ValueError(
+                f"function must vary no faster, and reach no farther, than the lowest {count} states can: its norm "
+                "cannot be told; ask "
+                "for more levels"
+            )
+        return kept_packet(
+            states, tables[0].integrals(grid.weights * values(grid)) / math.sqrt(square[1]), hbar, tolerance
+        )
+
+    return holding(build, whole("count", count, 1), tolerance)
+
+
+def class_states(
+    body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
+) -> list[list[State]]:
+    """Return the lowest states of each class."""
+    if isinstance(body, Body) and any(hasattr(body.potential, family.member) for family in FAMILIES[:2]):
+        m, l = zip(*chosen, strict=True)
+        found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
+    else:
+        found = [spectrum(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued) for m, l in chosen]
+    return [[table.state(k) for k in range(count)] for table in found]
+
+
+def kept_packet(states: list[State], coefficients: np.ndarray, hbar: float, missing: float) -> Packet:
+    """Return the packet of the states that count: those left out have together no more than NOTHING of `missing`."""
+    weights = np.abs(coefficients) ** 2
+    kept = np.flatnonzero((weights > NOTHING * missing / weights.size) | (weights == weights.max()))
+    return Packet(tuple(states[k] for k in kept), np.array([states[k].energy for k in kept]), coefficients[kept], hbar)
+
+
+def holding(build: Callable[[int], Packet], count: int, missing: float) -> Packet:
+    """Return build(count) if it lacks no more than `missing`; else find how many levels would do, and say so."""
+    packet = build(count)
+    if packet.missing <= missing:
+        return packet
+    enough = next((f"count = {more}" for more in (2 * count, 4 * count) if _lost(build, more) <= missing), None)
+    raise ValueError(
+        f"count = {count} levels in each class leave {packet.missing:.2g} of the packet out, more than missing = "
+        f"{missing:.2g}; ask for "
+        f"{enough or f'more than count = {4 * count}, or allow more to be missing'}"
+    )
+
+
+def _lost(build: Callable[[int], Packet], count: int) -> float:
+    try:
+        return build(count).missing
+    except ValueError:  # more levels than can be computed
+        return math.inf
+
+
+def fraction(missing: Any) -> float:
+    """Return `missing` as a number between 0 and 1."""
+    part = real("missing", missing)
+    if not 0 < part < 1:
+        raise ValueError(f"missing must lie between 0 and 1, got {missing!r}")
+    return part

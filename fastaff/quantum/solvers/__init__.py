@@ -1,0 +1,1 @@
+"""Eigenvalue problems of bodies that separate and of those that do not."""

@@ -1,0 +1,1 @@
+"""Levels of a symmetry class, of the whole body, against a parameter."""

@@ -1,0 +1,166 @@
+"""The spectrum of a whole body: all symmetry classes together, with degeneracies, complete below an energy.
+
+With a = |m - l|/2 and b = |m + l|/2 the k-th level of a class is E_k(a, b), and H of another class differs from it by
+(hbar^2/2 mu) (a^2/alpha^2 + b^2/beta^2) alone. By the min-max principle E_k grows with a and with b: a class cannot
+have more levels below an energy than its neighbours with smaller a or b have, and where one of them has none the search
+ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...base.numbers import fits, flag, real, reporter, whole
+from ...base.recipe import recorded
+from ...flows.flow import Interrupted
+from ..states.level_table import LevelTable, level_list
+from ..states.symmetry import SymmetryClass
+from .spectrum import spectrum, spectrum_table
+
+Key = tuple[int, int]
+"""|m - l|, |m + l| of classes with the same levels: both even, or both odd on the covering."""
+FIRST = 16
+"""Levels of the lowest class to begin with where only an energy is given."""
+
+
+@recorded
+def all_levels(
+    body: Any,
+    *,
+    below: float | None = None,
+    multiplets: int | None = None,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+    report: Callable[[float], None] | None = None,
+) -> LevelTable:
+    """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
+
+    Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: how
+    many different energies with all their levels; hbar, chart,
+    tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even; False: on its double covering, all m
+    and l; report: called with the fraction that is done. Returns LevelTable, perhaps of no level. Raises as `spectrum`;
+    Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`. Completeness: E_k of a class grows
+    with |m - l| and |m + l| (min-max), which ends the search and bounds the number of levels to compute. Classes with
+    the same |m - l| and |m + l| have the same levels and are computed once: up to four (m, l). Cost: that of the
+    classes; many at once where the body separates, one after another else (there a tolerance of 1e-6 is much cheaper).
+    Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski,
+    EQ4.1, EQ4.2 (a, b).
+    """
+    if (below is None) == (multiplets is None):
+        raise ValueError(f"give either below or multiplets, got below = {below!r}, multiplets = {multiplets!r}")
+    reporter(report)
+    limit = math.inf if below is None else real("below", below)
+    wanted = None if multiplets is None else whole("multiplets", multiplets, 1)
+    if wanted is not None:
+        fits("multiplets", 16, wanted)
+    options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
+    solved: dict[Key, LevelTable] = {}
+    seeds = ((0, 0),) if flag("single_valued", single_valued) else ((0, 0), (1, 1))
+    todo = {(0, 0): FIRST if wanted is None else wanted + 1}
+    top, share = limit, 0.0
+    try:
+        while todo:
+            solved |= _solved(body, todo, solved, options)
+            top = limit if wanted is None else _end(solved, wanted)
+            todo = _todo(solved, top, seeds)
+            if report is not None:
+                share = max(share, _share(solved, top, seeds))  # the end comes closer only as levels are found
+                report(share)
+    except KeyboardInterrupt:
+        stopped = Interrupted("all_levels")
+        stopped.partial = _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None
+        raise stopped from None
+    return _listed(solved, top, wanted)
+
+
+def _solved(
+    body: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], options: dict[str, Any]
+) -> dict[Key, LevelTable]:
+    """Return the levels of all classes to do where the body separates, else of that which may have the lowest ones."""
+    if solved and next(iter(solved.values())).separated:
+        spins, vorticities = zip(*(_class(key) for key in todo), strict=True)
+        return dict(
+            zip(todo, spectrum_table(body, m=spins, l=vorticities, count=max(todo.values()), **options), strict=True)
+        )
+    key = min(todo, key=lambda key: _bound(solved, key))
+    m, l = _class(key)
+    return {key: spectrum(body, m=m, l=l, count=todo[key], **options)}
+
+
+def _class(key: Key) -> SymmetryClass:
+    """Return one of the classes."""
+    return SymmetryClass((key[1] + key[0]) // 2, (key[1] - key[0]) // 2)
+
+
+def _smaller(key: Key) -> list[Key]:
+    """Return the neighbours with smaller |m - l| or |m + l|."""
+    if key == (1, 1):
+        return [(0, 0)]
+    return [(eta, gamma) for eta, gamma in ((key[0] - 2, key[1]), (key[0], key[1] - 2)) if min(eta, gamma) >= 0]
+
+
+def _bound(solved: dict[Key, LevelTable], key: Key) -> float:
+    """Return an energy that the levels of a class still to be found are not below."""
+    if key in solved:
+        return float(solved[key].E[-1])
+    return max((float(solved[other].E[0]) for other in _smaller(key)), default=-math.inf)
+
+
+def _next(solved: dict[Key, LevelTable], seeds: tuple[Key, ...]) -> list[Key]:
+    """Return the classes not solved whose smaller neighbours all are."""
+    candidates = dict.fromkeys(seeds) | dict.fromkeys(
+        new for eta, gamma in solved for new in ((eta + 2, gamma), (eta, gamma + 2))
+    )
+    return [new for new in candidates if new not in solved and all(other in solved for other in _smaller(new))]
+
+
+def _todo(solved: dict[Key, LevelTable], top: float, seeds: tuple[Key, ...]) -> dict[Key, int]:
+    """Return the classes that may have more levels up to `top`, and how many to compute: none more than their
+    neighbours, and one.
+    """
+    longer = {key: 2 * found.E.size for key, found in solved.items() if found.E[-1] - found.error[-1] <= top}
+    if math.isinf(top):
+        return longer
+    inside = {key: int(np.count_nonzero(found.E - found.error <= top)) for key, found in solved.items()}
+    new = {key: min(inside[other] for other in _smaller(key)) for key in _next(solved, seeds)}
+    return longer | {key: levels + 1 for key, levels in new.items() if levels}
+
+
+def _end(solved: dict[Key, LevelTable], multiplets: int) -> float:
+    """Return where the multiplet of this number ends, infinity where there are not so many yet."""
+    gathered = level_list(list(solved.values())).multiplets()
+    if len(gathered) < multiplets:
+        return math.inf
+    last = gathered.members(multiplets - 1)
+    return float((last.E + last.error).max())
+
+
+def _complete(solved: dict[Key, LevelTable], seeds: tuple[Key, ...]) -> float:
+    """Return the energy below which no level is missing."""
+    return min(_bound(solved, key) for key in [*solved, *_next(solved, seeds)])
+
+
+def _share(solved: dict[Key, LevelTable], top: float, seeds: tuple[Key, ...]) -> float:
+    ground = min(float(found.E[0]) for found in solved.values())
+    if not ground < top < math.inf:
+        return 0.0
+    return min(max((_complete(solved, seeds) - ground) / (top - ground), 0.0), 1.0)
+
+
+def _listed(solved: dict[Key, LevelTable], top: float, multiplets: int | None) -> LevelTable:
+    """Return the levels below `top`, or the first multiplets, each class with all its signs."""
+    signed = [
+        replace(found, m=np.full_like(found.m, m), l=np.full_like(found.l, l))
+        for key, found in solved.items()
+        for m, l in _class(key).alike()
+    ]
+    merged = level_list(signed, complete_below=top)
+    size = np.searchsorted(merged.E, top) if multiplets is None else merged.multiplets().first[multiplets]
+    return merged.upto(int(size))

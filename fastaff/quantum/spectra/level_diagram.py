@@ -1,0 +1,208 @@
+"""Levels against a parameter of the body, or against spin or vorticity: the curves of level diagrams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.display import screen
+from ...base.numbers import an_array, function, numbers, reporter, text, whole
+from ...base.recipe import recorded
+from ...flows.flow import Interrupted
+from ..states.level_table import LevelTable
+from ..states.symmetry import SymmetryClass, checked_class
+from .spectrum import spectrum, spectrum_table
+
+
+class Curve(NamedTuple):
+    """One level of a diagram: its column, quantum numbers, E (points,), NaN outside."""
+
+    column: int
+    label: tuple[int, ...]
+    E: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+
+@dataclass(frozen=True)
+class LevelDiagram:
+    """Levels of one or more symmetry classes at each value of a parameter.
+
+    name: of what varies, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
+    (points, columns, levels): the lowest of each class, ascending, NaN where not computed; n (numbers, points,
+    columns, levels), names: their quantum numbers as in `LevelTable`, -1 where not computed.
+    """
+
+    name: str
+    values: np.ndarray
+    m: np.ndarray
+    l: np.ndarray
+    E: np.ndarray
+    error: np.ndarray
+    n: np.ndarray
+    names: tuple[str, ...]
+    hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    @property
+    def top(self) -> float:
+        """Energy up to which no curve is cut off by the number of levels."""
+        return float(np.nanmin(self.E[..., -1]))
+
+    def curves(self) -> list[Curve]:
+        """Return the levels as curves, followed by their quantum numbers: they cross where the body separates, else
+        they keep their order.
+
+        A curve is NaN where it is not among the levels computed.
+        """
+        found = []
+        for column in range(self.m.shape[1]):
+            n, points = self.n[:, :, column], np.arange(self.values.size)
+            for label in sorted(
+                {label for label in zip(*n.reshape(len(n), -1).tolist(), strict=True) if label[0] >= 0}
+            ):
+                here = (n == np.reshape(label, (-1, 1, 1))).all(axis=0)
+                E = np.where(here.any(axis=1), self.E[points, column, here.argmax(axis=1)], np.nan)
+                found.append(Curve(column, label, E))
+        return found
+
+
+@recorded
+def level_diagram(
+    make: Callable[[float], Any],
+    values: ArrayLike,
+    *,
+    m: int | Sequence[int],
+    l: int | Sequence[int],
+    count: int,
+    name: str = "parameter",
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+    report: Callable[[float], None] | None = None,
+) -> LevelDiagram:
+    """Compute levels against a parameter, in one symmetry class or several.
+
+    Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
+    sequences of them, one for each class; count: how many levels of each class; name: of the parameter; hbar,
+    single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done. Returns
+    LevelDiagram. Raises as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do
+    not; Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`. Cost: that of `spectrum` for
+    every value; 1e-6 is tolerance enough for a figure of a body that does not separate. Source: as `spectrum`; von
+    Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it is conserved).
+    """
+    text("name", name)
+    points = np.atleast_1d(numbers("values", values))
+    if points.ndim != 1 or not points.size or not np.isfinite(points).all():
+        raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
+    function("make", make), reporter(report)
+    chosen = _classes(m, l, single_valued)
+    options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
+    rows: list[list[LevelTable]] = []
+    try:
+        for number, value in enumerate(points):
+            rows.append(_row_at(number, float(value), make, chosen, count, options))
+            if report is not None:
+                report((number + 1) / points.size)
+    except KeyboardInterrupt:
+        stopped = Interrupted("level_diagram")
+        stopped.partial = diagram_of(name, points, rows) if rows else None
+        raise stopped from None
+    return diagram_of(name, points, rows)
+
+
+@recorded
+def class_diagram(
+    body: Any,
+    *,
+    m: int | Sequence[int],
+    l: int | Sequence[int],
+    count: int,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+) -> LevelDiagram:
+    """Compute levels of a body against its spin m at one vorticity l, or against l at one m.
+
+    Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; count: how
+    many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`. Returns LevelDiagram of one
+    column, whose values are the sequence. Raises as `spectrum`. Source: as `spectrum`.
+    """
+    if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
+        raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")
+    name = "m" if np.ndim(m) == 1 else "l"
+    chosen = _classes(m, l, single_valued)
+    options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
+    rows = [[found] for found in _row(body, chosen, count, options)]
+    return diagram_of(name, np.array([getattr(one, name) for one in chosen], float), rows)
+
+
+def _classes(m: Any, l: Any, single_valued: bool) -> list[SymmetryClass]:
+    """Return the classes of two numbers, or sequences of one length; a number goes with each of a sequence."""
+    spins, vorticities = (np.atleast_1d(np.asarray(an_array(of, given), object)) for of, given in (("m", m), ("l", l)))
+    if spins.ndim != 1 or vorticities.ndim != 1 or not spins.size or not vorticities.size:
+        raise ValueError(f"m and l must be whole numbers or non-empty sequences of them, got m = {m!r}, l = {l!r}")
+    if spins.size != vorticities.size and 1 not in (spins.size, vorticities.size):
+        raise ValueError(f"m and l must be of the same length, got {spins.size} and {vorticities.size}")
+    pairs = np.broadcast_arrays(spins, vorticities)
+    return [checked_class(one, other, single_valued) for one, other in zip(*pairs, strict=True)]
+
+
+def _row_at(
+    number: int, value: float, make: Callable, chosen: list[Any], count: int, options: dict[str, Any]
+) -> list[LevelTable]:
+    """Return the levels of the body of one value, which messages name."""
+    try:
+        return _row(make(value), chosen, count, options)
+    except ValueError as problem:
+        raise type(problem)(f"values[{number}] = {value:g}: {problem}") from problem
+
+
+def _row(body: Any, chosen: list[Any], count: int, options: dict[str, Any]) -> list[LevelTable]:
+    """Return the levels of the classes of a body: at once where it separates."""
+    whole("count", count, 1)
+    found = spectrum(body, m=chosen[0].m, l=chosen[0].l, count=count, **options)
+    if len(chosen) == 1:
+        return [found]
+    m, l = zip(*chosen, strict=True)
+    if found.separated:
+        return spectrum_table(body, m=m, l=l, count=count, **options)
+    return [found, *(spectrum(body, m=one.m, l=one.l, count=count, **options) for one in chosen[1:])]
+
+
+def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable]]) -> LevelDiagram:
+    """Return the diagram of levels that are computed already: one row for each value, NaN for values without one at the
+    end.
+    """
+    first = rows[0][0]
+    if len({found.names for row in rows for found in row}) > 1:
+        raise ValueError(
+            "make must give bodies that all separate in the same chart, or none: their curves could not be followed"
+        )
+    shape = (len(values), len(rows[0]), first.E.size)
+    E, error, n = np.full(shape, np.nan), np.full(shape, np.nan), np.full((len(first.n), *shape), -1)
+    for i, row in enumerate(rows):
+        E[i], error[i] = [found.E for found in row], [found.error for found in row]
+        n[:, i] = np.stack([found.n for found in row], axis=1)
+    classes = [*rows, *[rows[0]] * (len(values) - len(rows))]
+    m, l = (np.array([[getattr(found, axis)[0] for found in row] for row in classes]) for axis in ("m", "l"))
+    return LevelDiagram(
+        name,
+        np.asarray(values, float),
+        m,
+        l,
+        E,
+        error,
+        n,
+        first.names,
+        first.hbar,
+    )

@@ -1,0 +1,237 @@
+"""The spectrum of a body, one symmetry class or many at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...analysis.tori.separation import FAMILIES, separate
+from ...base.numbers import an_array, fits, positive, whole
+from ...base.recipe import recorded
+from ...charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...flows.checks import checked_model
+from ...flows.interruptible import interruptible
+from ...models import Body, StackelBody
+from ..solvers.factor_tables import Factors, FactorTable
+from ..solvers.nonseparable import plane_levels
+from ..solvers.separable import angular, radial
+from ..states.level_table import LevelTable, class_levels
+from ..states.state import Product
+from ..states.symmetry import SymmetryClass, action_quantum, checked_class
+
+
+@recorded
+def spectrum(
+    body: Any,
+    *,
+    m: int,
+    l: int,
+    count: int,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+) -> LevelTable:
+    """Compute the lowest energy levels of a body in one symmetry class, with error estimates and wave functions.
+
+    Parameters: body: a Body, whose potential may separate or not; m, l: whole quantum numbers of spin and vorticity, m
+    + l even for functions on GL(2,R) (single_valued=True), else any, on the double covering; count: how many levels, at
+    least 1; hbar > 0; chart: one of ALPHA_BETA, R_VARTHETA that the body separates in (by default the first);
+    tolerance: relative, of E and of the spacing of levels, for `converged`; bases grow until two agree to it or they
+    are as large as they may be. Returns LevelTable. Raises ValueError or TypeError for wrong input, NoGroundState (a
+    ValueError) where the energy is unbounded below or the body does not bind that many levels. Method: H = -(hbar^2/2
+    mu) Delta + V; the separated equations EQ4.1, EQ4.2, EQ4.6, EQ4.9 by Galerkin in Jacobi polynomials with the
+    exponents at singular ends built in (oscillators in closed form); bodies that do not separate by adiabatic channels,
+    see `plane_levels`. At a wall det phi = 0 where both solutions are square integrable f = 0 (Friedrichs).
+    Milliseconds for separable bodies, to about 1e-13; for others see bench/test_quantum.py. Source: Martens &
+    Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
+    """
+    chosen = checked_class(m, l, single_valued)
+    count, hbar, tolerance = _checked(body, count, hbar, tolerance)
+    if chart is None and not _families(body):
+        return plane_levels(body, chosen, count, hbar, tolerance)
+    return spectrum_table(
+        body,
+        m=[chosen.m],
+        l=[chosen.l],
+        count=count,
+        hbar=hbar,
+        single_valued=single_valued,
+        chart=chart,
+        tolerance=tolerance,
+    )[0]
+
+
+def spectrum_table(
+    body: Any,
+    *,
+    m: Sequence[int],
+    l: Sequence[int],
+    count: int,
+    hbar: float = 1.0,
+    single_valued: bool = True,
+    chart: Any = None,
+    tolerance: float = 1e-10,
+) -> list[LevelTable]:
+    """Compute the lowest levels of many symmetry classes of a separable body at once.
+
+    Parameters: m, l: (classes,) each; count: how many levels of each class; hbar, single_valued, chart, tolerance: as
+    in `spectrum`. Returns a list of LevelTable, one for each pair. Raises as `spectrum`, and ValueError for a body that
+    does not separate. Classes with the same |m - l| and |m + l| have the same levels and are computed once;
+    eigenproblems of one size are solved in stacks. Source: as `spectrum`.
+    """
+    count, hbar, tolerance = _checked(body, count, hbar, tolerance)
+    spins, vorticities = an_array("m", m), an_array("l", l)
+    if spins.ndim != 1 or spins.shape != vorticities.shape or spins.size == 0:
+        raise ValueError(
+            f"m and l must be sequences of the same length, got shapes {spins.shape} and {vorticities.shape}"
+        )
+    classes = [checked_class(one, other, single_valued) for one, other in zip(m, l, strict=True)]
+    chart = _families(body)[0].chart if chart is None and _families(body) else chart
+    separated = separate(body, chart)
+    if separated.family.code not in _SOLVED:
+        raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
+    pairs = sorted({(c.a, c.b) for c in classes})
+    fits("count", len(pairs), 16 * count)
+    solved = interruptible(_SOLVED[separated.family.code], separated, np.array(pairs), count, hbar, tolerance)
+    return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
+
+
+def _families(body: Any) -> list[Any]:
+    return [family for family in FAMILIES if family.code in _SOLVED and hasattr(body.potential, family.member)]
+
+
+def _checked(body: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
+    checked_model(body)
+    if not isinstance(body, Body):
+        why = (
+            "; with angular potentials spin and vorticity are no quantum numbers"
+            if isinstance(body, StackelBody)
+            else ""
+        )
+        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
+    return whole("count", count, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
+
+
+@dataclass(frozen=True, repr=False)
+class ProductWaves:
+    """Products of factors: those of the second coordinate are solutions of one problem, rows[1] of `second`; those of
+    the first of problem rows[0] + step*n of `first`, n the quantum number of the second.
+    """
+
+    chart: Chart
+    first: FactorTable
+    second: FactorTable
+    rows: tuple[int, int]
+    step: int
+
+    def __repr__(self) -> str:
+        return f"products of factors in {self.chart.name}"
+
+    def shape(self, n: Sequence[int]) -> Product:
+        """Return the shape of the state with quantum numbers n (2,)."""
+        first = self.first(self.rows[0] + self.step * n[1], n[0])
+        return Product(self.chart, (first, self.second(self.rows[1], n[1])))
+
+
+class _Solved(NamedTuple):
+    """Levels of one class: E, error (levels,), n, constants (2, levels), wave functions and the size of the basis."""
+
+    E: np.ndarray
+    error: np.ndarray
+    n: np.ndarray
+    constants: np.ndarray
+    waves: ProductWaves
+    size: int
+
+
+def _alpha_beta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float) -> list[_Solved]:
+    """Sums E_alpha + E_beta of every pair (a, b)."""
+    V_alpha, V_beta = separated.functions
+    count = min(levels, int(np.sqrt(2 * levels)) + 4)
+    while True:
+        sides = []
+        for name, V, quanta in (("V_alpha", V_alpha, pairs[:, 0]), ("V_beta", V_beta, pairs[:, 1])):
+            distinct, where = np.unique(quanta, return_inverse=True)
+            sides.append((radial(name, V, 2, distinct**2, count, hbar, separated.mu, tolerance), where))
+        (first, i), (second, j) = sides
+        sums = first.values[i][:, :, None] + second.values[j][:, None, :]
+        coarse = first.coarse[i][:, :, None] + second.coarse[j][:, None, :]
+        top = np.sort(sums.reshape(len(pairs), -1), axis=1)[:, min(levels, count * count) - 1]
+        if count == levels or (count * count >= levels and np.all(top < np.minimum(sums[:, -1, 0], sums[:, 0, -1]))):
+            break
+        count = min(levels, 2 * count)
+    found = []
+    for p in range(len(pairs)):
+        E, error, n = _merged(sums[p], coarse[p], levels)
+        constants = np.array([first.values[i[p], n[0]], second.values[j[p], n[1]]])
+        waves = ProductWaves(ALPHA_BETA, first.functions, second.functions, (int(i[p]), int(j[p])), 0)
+        found.append(_Solved(E, error, n, constants, waves, max(first.size, second.size)))
+    return found
+
+
+def _r_vartheta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float) -> list[_Solved]:
+    """Radial levels over each level of vartheta; e_vartheta of both bases give E of both."""
+    (V_r, V_vartheta), mu = separated.functions, separated.mu
+    n_r, n_v = (min(levels, int(factor * np.sqrt(levels)) + 4) for factor in (2.0, 1.0))
+    while True:
+        e = angular("V_vartheta", V_vartheta, pairs[:, 0], pairs[:, 1], n_v, hbar, mu, 0.1 * tolerance)
+        fine, coarse = (_over(V_r, values, n_r, hbar, mu, tolerance) for values in (e.values, e.coarse))
+        sums = fine.values.reshape(*e.values.shape, n_r).swapaxes(1, 2)
+        other = sums + np.abs((coarse.coarse - fine.values).reshape(*e.values.shape, n_r).swapaxes(1, 2))
+        top = np.sort(sums.reshape(len(pairs), -1), axis=1)[:, min(levels, n_r * n_v) - 1]
+        few_r = n_r < levels and (n_r * n_v < levels or np.any(top >= sums[:, -1, 0]))
+        few_v = n_v < levels and (n_r * n_v < levels or np.any(top >= sums[:, 0, -1]))
+        if not (few_r or few_v):
+            break
+        n_r, n_v = (min(levels, int(1.5 * n) + 1) if few else n for n, few in ((n_r, few_r), (n_v, few_v)))
+    found = []
+    for p in range(len(pairs)):
+        E, error, n = _merged(sums[p], other[p], levels)
+        constants = np.array([fine.values[p * n_v + n[1], n[0]], e.values[p, n[1]]])
+        waves = ProductWaves(R_VARTHETA, fine.functions, e.functions, (p * n_v, p), 1)
+        found.append(_Solved(E, error, n, constants, waves, max(e.size, fine.size)))
+    return found
+
+
+def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
+    """Return the radial levels over every e_vartheta."""
+    return radial("V_r + e_vartheta/r", V_r, 4, 2 * mu * e.ravel() / hbar**2, count, hbar, mu, tolerance)
+
+
+_SOLVED = {0: _alpha_beta, 1: _r_vartheta}
+
+
+def _merged(sums: np.ndarray, coarse: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the lowest values of a table, ascending, their changes from the coarse table, and their indices (2,
+    levels).
+    """
+    order = np.argsort(sums, axis=None, kind="stable")[:levels]
+    n = np.stack(np.unravel_index(order, sums.shape))
+    E = sums.ravel()[order]
+    return E, np.abs(coarse.ravel()[order] - E) + 16 * np.finfo(float).eps * np.abs(E), n
+
+
+def _levels(chosen: SymmetryClass, solved: _Solved, separated: Any, hbar: float, tolerance: float) -> LevelTable:
+    names = separated.family.coordinates
+    method = (
+        f"separated in {names[0]} and {names[1]}; Galerkin in Jacobi polynomials with the exponents of the ends, "
+        "oscillators in closed form; f = 0 where V is infinite (Friedrichs)"
+    )
+    return class_levels(
+        chosen,
+        solved.E,
+        solved.error,
+        solved.n,
+        tolerance,
+        names=names,
+        constants=solved.constants,
+        constant_names=("E_alpha", "E_beta") if separated.family.code == 0 else ("E", "e_vartheta"),
+        hbar=hbar,
+        method=method,
+        functions=solved.size,
+        waves=solved.waves,
+    )

@@ -1,0 +1,246 @@
+"""Energy levels with their errors and quantum numbers: one table, be they exact, quasiclassical or computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...base.display import screen
+from ...base.numbers import an_array, real, shown, whole
+from ...base.status import Status
+from .state import Shape, State
+from .symmetry import SymmetryClass
+
+ROUNDING = 64 * np.finfo(float).eps
+"""Relative difference of energies that is never told apart."""
+OVER_LEVELS = ("E", "error", "status", "n", "m", "l", "constants", "spacing")
+"""Arrays with the levels on their last axis."""
+
+
+class Waves(Protocol):
+    """The wave functions of a class, by quantum numbers."""
+
+    def shape(self, n: Sequence[int]) -> Shape:
+        """Return the shape of the state with quantum numbers n of the coordinates."""
+
+
+@dataclass(frozen=True)
+class LevelTable:
+    """Energy levels of a body; arrays have the levels on their last axis.
+
+    E (levels,); error (levels,): bound of what the method leaves, rounding in closed forms; status (levels,): OK,
+    NOT_CONVERGED where error is above the tolerance asked for, UNBOUND or NOT_CONVERGED with E NaN where no torus was
+    found. n
+    (numbers, levels): quantum numbers of the coordinates `names`, such as ("alpha", "beta"), or one row, "level": the
+    number in its class, from 0, where the body does not separate; m, l (levels,): spin and vorticity. constants
+    (constants, levels): eigenvalues of `constant_names`: E_alpha, E_beta or E, e_vartheta (with V_vartheta = 2
+    C/cos^2(vartheta/2) for Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2 C less). hbar; method: one
+    sentence, with boundary conditions; functions: size of the largest basis, 0 without one; complete_below: no level of
+    the body below this energy is missing (-inf: not known). spacing (2, levels): of quasiclassical levels, h nu of the
+    two coordinates, the energy of one more quantum to first order. waves: the wave functions, where the method has
+    them.
+    """
+
+    E: np.ndarray
+    error: np.ndarray
+    status: np.ndarray
+    n: np.ndarray
+    names: tuple[str, ...]
+    m: np.ndarray
+    l: np.ndarray
+    constants: np.ndarray
+    constant_names: tuple[str, ...]
+    hbar: float
+    method: str
+    functions: int = 0
+    complete_below: float = -math.inf
+    spacing: np.ndarray | None = None
+    waves: Waves | None = field(default=None, repr=False)
+
+    def summary(self) -> str:
+        """Say in one line how many levels there are, between which energies, and whether they are to be trusted."""
+        E = self.E[np.isfinite(self.E)]
+        span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
+        failed = int(np.count_nonzero(self.status))
+        return f"{self.E.size} levels{span}{f', {failed} of them not OK' if failed else ''}; {self.method}"
+
+    def __repr__(self) -> str:
+        return f"LevelTable: {self.summary()}"
+
+    def __str__(self) -> str:
+        return screen(self)
+
+    def __len__(self) -> int:
+        return self.E.shape[0]
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __getitem__(self, levels: Any) -> LevelTable:
+        return self.take(levels)
+
+    def __iter__(self) -> Iterator[LevelTable]:
+        return (self.take(k) for k in range(len(self)))
+
+    @property
+    def converged(self) -> np.ndarray:
+        """Whether the status is OK (levels,)."""
+        return self.status == Status.OK
+
+    @property
+    def separated(self) -> bool:
+        """Whether the quantum numbers are those of two coordinates that the body separates in."""
+        return len(self.n) == 2
+
+    def take(self, levels: Any) -> LevelTable:
+        """Return the table of some of the levels: a number, a slice, numbers or a mask; what it misses is not known.
+
+        Raises TypeError or IndexError for what is none of these.
+        """
+        if not isinstance(levels, (int, np.integer, slice)) or isinstance(levels, bool):
+            given = an_array("levels", levels)
+            levels = given.astype(np.int64) if given.size == 0 else given
+            if levels.dtype.kind not in "iub" or (levels.dtype.kind == "b" and not levels.ndim):
+                raise TypeError(f"levels must be a number, a slice, numbers or a mask, got {shown(levels)}")
+        arrays = {name: getattr(self, name) for name in OVER_LEVELS}
+        kept: dict[str, Any] = {name: a[..., levels] for name, a in arrays.items() if a is not None}
+        return replace(self, **kept, complete_below=-math.inf)
+
+    def ascending(self) -> LevelTable:
+        """Return the levels that have an energy, in ascending order."""
+        order = np.argsort(self.E, kind="stable")
+        return replace(self.take(order[np.isfinite(self.E[order])]), complete_below=self.complete_below)
+
+    def below(self, energy: float) -> LevelTable:
+        """Return the levels below an energy; raises ValueError or TypeError for what is none."""
+        top = real("energy", energy)
+        return replace(self.take(np.flatnonzero(top > self.E)), complete_below=min(self.complete_below, top))
+
+    def upto(self, count: int) -> LevelTable:
+        """Return the lowest levels, ascending, all where there are no more; complete below the first one left out.
+
+        Raises ValueError or TypeError for a count that is no whole number of at least 0.
+        """
+        levels = self.ascending()
+        size = min(whole("count", count, 0), len(levels))
+        top = min(levels.complete_below, float(levels.E[size])) if size < len(levels) else levels.complete_below
+        return replace(levels.take(slice(size)), complete_below=top)
+
+    def multiplets(self, tolerance: float | None = None) -> Multiplets:
+        """Gather the levels that have an energy, in ascending order, to multiplets.
+
+        tolerance: relative; neighbours that differ by no more are one. By default they are where they differ by no more
+        than the sum of their errors and 64 roundings. Raises ValueError or TypeError for a tolerance
+        that is not in [0, 1).
+        """
+        levels = self.ascending()
+        E, error = levels.E, levels.error
+        if tolerance is None:
+            close = error[1:] + error[:-1] + ROUNDING * np.abs(E[1:])
+        else:
+            if not 0 <= (gap := real("tolerance", tolerance)) < 1:
+                raise ValueError(f"tolerance must be at least 0 and below 1, got {tolerance!r}")
+            close = gap * np.abs(E[1:])
+        starts = np.flatnonzero(np.append(np.ones(min(E.size, 1), bool), np.diff(E) > close))
+        return Multiplets(levels, np.append(starts, E.size))
+
+    def state(self, k: int) -> State:
+        """Return the wave function of level k, counted from 0; raises TypeError or ValueError for what is no level, and
+        for a table without wave functions.
+        """
+        if whole("k", k, 0) >= len(self):
+            raise ValueError(f"k must be below the number of levels {len(self)}, got {k}")
+        if self.waves is None:
+            raise ValueError(f"these levels have no wave functions, of `spectrum` or `wavefunction`: {self.method}")
+        n = self.n[:, k].tolist()
+        numbers = {f"n_{name}": number for name, number in zip(self.names, n, strict=True)}
+        constants = dict(zip(self.constant_names, self.constants[:, k].tolist(), strict=True))
+        symmetry = SymmetryClass(int(self.m[k]), int(self.l[k]))
+        return State(symmetry, self.waves.shape(n), numbers, float(self.E[k]), constants, self.hbar)
+
+
+@dataclass(frozen=True)
+class Multiplets:
+    """Levels gathered by energy: levels, ascending, and first (multiplets + 1,), where each multiplet begins."""
+
+    levels: LevelTable
+    first: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"Multiplets: {len(self)} energies of {self.levels.summary()}"
+
+    def __str__(self) -> str:
+        return screen(self)
+
+    def __len__(self) -> int:
+        return self.first.size - 1
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def E(self) -> np.ndarray:
+        """The lowest energy of each multiplet (multiplets,)."""
+        return self.levels.E[self.first[:-1]]
+
+    @property
+    def degeneracy(self) -> np.ndarray:
+        """How many levels each multiplet has (multiplets,)."""
+        return np.diff(self.first)
+
+    def members(self, k: int) -> LevelTable:
+        """Return the levels of multiplet k, counted from 0; raises ValueError or TypeError for what is none."""
+        k = whole("k", k, 0, len(self) - 1)
+        return self.levels.take(slice(*self.first[[k, k + 1]].tolist()))
+
+    def labels(self, k: int) -> list[tuple[int, int, int]]:
+        """Return the different (n1 + n2, |m + l|, |m - l|) of multiplet k: on what its energy depends where both planes
+        are alike.
+        """
+        some = self.members(k)
+        rows = some.n.sum(axis=0), np.abs(some.m + some.l), np.abs(some.m - some.l)
+        return sorted(set(zip(*(row.tolist() for row in rows), strict=True)))
+
+
+def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.inf) -> LevelTable:
+    """Merge tables of levels, such as those of symmetry classes, into one in ascending order.
+
+    classes: tables of one body, one or more, such as `spectrum_table` gives; complete_below: kept in the result.
+    Returns LevelTable, without wave functions. Raises TypeError for what are no tables, ValueError for none of them, or
+    of different hbar or quantum numbers. Source: none.
+    """
+    if not isinstance(classes, (list, tuple)) or not all(isinstance(found, LevelTable) for found in classes):
+        raise TypeError(f"classes must be a list of LevelTable, got {shown(classes)}")
+    if not (isinstance(complete_below, float) and complete_below == -math.inf):
+        complete_below = real("complete_below", complete_below)
+    if not classes or len({(found.hbar, found.names) for found in classes}) > 1:
+        got = sorted({f"hbar = {found.hbar:g}, {found.names}" for found in classes})
+        raise ValueError(f"classes must be one or more tables of the same hbar and quantum numbers, got {got}")
+    columns = {name: [getattr(found, name) for found in classes] for name in OVER_LEVELS}
+    joined: dict[str, Any] = {
+        name: None if any(part is None for part in parts) else np.concatenate(parts, axis=-1)
+        for name, parts in columns.items()
+    }
+    functions = max(found.functions for found in classes)
+    merged = replace(classes[0], **joined, functions=functions, complete_below=float(complete_below), waves=None)
+    return merged.ascending()
+
+
+def level_scale(E: np.ndarray) -> np.ndarray:
+    """Return what errors of levels are relative to: |E|, or the mean spacing where E is next to 0."""
+    return np.maximum(np.abs(E), (E[-1] - E[0]) / max(E.size - 1, 1))
+
+
+def class_levels(
+    symmetry: SymmetryClass, E: np.ndarray, error: np.ndarray, n: np.ndarray, tolerance: float, **facts: Any
+) -> LevelTable:
+    """Return the table of levels computed of one class; those whose error is above a relative tolerance have not
+    converged.
+    """
+    status = np.where(error <= tolerance * level_scale(E), Status.OK, Status.NOT_CONVERGED)
+    m, l = (np.full(E.shape, number) for number in symmetry)
+    return LevelTable(E, error, status, n, m=m, l=l, **facts)

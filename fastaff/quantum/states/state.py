@@ -1,0 +1,351 @@
+"""Stationary states on GL(2,R): Psi on matrices and in charts, densities, expectation values, overlaps.
+
+    Psi = e^(i m phi + i l psi) A(x, y),    |Psi|^2 integrated with dx dy dz du = alpha beta dalpha dbeta deta dgamma is
+    1.
+
+A `State` is a symmetry class and a `Shape`, the real amplitude A over two invariants; where the shape comes from does
+not matter. The shape of separable bodies is a `Product` of two factors,
+
+    A = (1/2 pi) f_alpha f_beta,    A = (sqrt2/pi) f_r f_vartheta.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.arrays import checked, first
+from ...base.display import screen
+from ...base.numbers import fits, whole
+from ...base.numbers import function as a_function
+from ...charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
+from ...flows.checks import checked_chart
+from ...kernels.laguerre_jacobi import plane_radii, turn_planes
+from .factors import Factor
+from .symmetry import SymmetryClass
+
+CHUNK = 1 << 15
+"""Points done at once: few enough for what stands between factors and Psi to stay in the cache, where larger ones
+halved the speed.
+"""
+
+
+class Invariants(NamedTuple):
+    """Two deformation invariants as coordinates of the quadrant alpha, beta >= 0.
+
+    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha,
+    beta)/d(invariants)|; ranges: least and largest value of both.
+    """
+
+    front: float
+    from_radii: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    to_radii: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    area: float
+    ranges: tuple[tuple[float, float], tuple[float, float]]
+
+
+def _same(alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return alpha, beta
+
+
+def _to_r_vartheta(alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return alpha * alpha + beta * beta, 2 * np.arctan2(beta, alpha)
+
+
+def _from_r_vartheta(r: np.ndarray, vartheta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rho = np.sqrt(r)
+    return rho * np.cos(vartheta / 2), rho * np.sin(vartheta / 2)
+
+
+def _turned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return (x + y) / math.sqrt(2), (x - y) / math.sqrt(2)
+
+
+_RADIUS, _ANY = (0.0, math.inf), (-math.inf, math.inf)
+INVARIANTS = {
+    ALPHA_BETA.name: Invariants(1 / (2 * math.pi), _same, _same, 1.0, (_RADIUS, _RADIUS)),
+    R_VARTHETA.name: Invariants(
+        math.sqrt(2) / math.pi, _to_r_vartheta, _from_r_vartheta, 0.25, (_RADIUS, (0.0, math.pi))
+    ),
+    TWO_POLAR.name: Invariants(1.0, _turned, _turned, 1.0, (_ANY, _ANY)),
+}
+
+
+def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)) -> Invariants:
+    """Return the invariants of a chart; raises ValueError for one that is not among those given."""
+    if getattr(chart, "name", None) not in [known.name for known in among]:
+        raise ValueError(
+            f"chart must be {', '.join(known.name for known in among)}, got {getattr(chart, 'name', chart)!r}"
+        )
+    return INVARIANTS[chart.name]
+
+
+def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.ndarray, np.ndarray]:
+    """Return invariants of a chart as floats; raises ValueError or TypeError for what is not finite, or outside of
+    their ranges.
+    """
+    ranges, rows = invariants_of(chart).ranges, []
+    for letter, own, value, (least, most) in zip("xy", chart.names, (x, y), ranges, strict=False):
+        name = f"{letter} ({own})"
+        row = checked(name, value, ())
+        outside = (row < least) | (row > most)
+        if outside.any():
+            index = first(outside)
+            raise ValueError(
+                f"{name} must lie in [{least:g}, {most:.3g}], got {row[index]}{f' at index {index}' if index else ''}"
+            )
+        rows.append(row)
+    return rows[0], rows[1]
+
+
+def _together(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y broadcast; raises ValueError where they do not."""
+    try:
+        first, second = np.broadcast_arrays(x, y)
+    except (ValueError, RuntimeError):
+        raise ValueError(f"x and y must broadcast, got shapes {x.shape} and {y.shape}") from None
+    return first, second
+
+
+class Shape(Protocol):
+    """What a state asks of its amplitude: values, and quadrature, over two invariants of its chart (ALPHA_BETA or
+    R_VARTHETA).
+    """
+
+    @property
+    def chart(self) -> Chart:
+        """Return the chart of the invariants."""
+
+    @property
+    def degrees(self) -> tuple[int, int]:
+        """Return how many nodes are too few by one for the norm, in each invariant."""
+
+    def __call__(self, x: np.ndarray, y: np.ndarray, /) -> np.ndarray:
+        """Return A (...) at invariants x, y (...)."""
+
+    def of_radii(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+        """Return A (...) at alpha, beta (...) >= 0."""
+
+    def rule(self, orders: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return nodes x (i,), y (j,), weights (i, j): the integral of A^2 g over GL(2,R) is the sum of
+        weight*A^2*g.
+        """
+
+
+class Product(NamedTuple):
+    """The shape of a product of two factors, functions of the invariants of `chart`, each normalised in its own
+    measure.
+    """
+
+    chart: Chart
+    factors: tuple[Factor, Factor]
+
+    @property
+    def degrees(self) -> tuple[int, int]:
+        """Return the degrees of the factors."""
+        first, second = self.factors
+        return first.degree, second.degree
+
+    def __call__(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return A (...)."""
+        product = self.factors[0](x) * INVARIANTS[self.chart.name].front
+        product *= self.factors[1](y)
+        return product
+
+    def of_radii(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+        """Return A (...) at alpha, beta >= 0, without trigonometry."""
+        if self.chart.name == ALPHA_BETA.name:
+            return self(alpha, beta)
+        first: Factor = self.factors[0]
+        second: Any = self.factors[1]  # factors of vartheta have of_squares
+        A, B = alpha * alpha, beta * beta
+        r = A + B
+        product = first(r) * INVARIANTS[self.chart.name].front
+        scale = 1 / np.where(r > 0, r, 1.0)
+        product *= second.of_squares(B * scale, np.where(r > 0, A * scale, 1.0))
+        return product
+
+    def rule(self, orders: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the product of the factors' own rules."""
+        (x, u), (y, v) = (factor.rule(order) for factor, order in zip(self.factors, orders, strict=True))
+        return x, y, np.outer(u, v) / INVARIANTS[self.chart.name].front ** 2
+
+
+@dataclass(frozen=True)
+class State:
+    """A stationary state Psi = e^(i m phi + i l psi) A of one symmetry class, normalised; call it on matrices phi (2,
+    2, ...).
+
+    symmetry: the class (m, l); shape: A, a `Product` of `factors` where the body separates; numbers: quantum numbers by
+    name; energy; constants: the separation constants by name; hbar. Signs: factors are positive near alpha = 0, beta =
+    0 and r = 0, or near the wall instead; the shape of a body that does not separate has its largest coefficient
+    positive. With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`). Source: Martens &
+    Slawianowski, EQ4.3 and section 5 (the norms are derived).
+    """
+
+    symmetry: SymmetryClass
+    shape: Shape
+    numbers: dict[str, int]
+    energy: float
+    constants: dict[str, float]
+    hbar: float
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    def __post_init__(self) -> None:
+        invariants_of(self.chart, (ALPHA_BETA, R_VARTHETA))
+
+    @property
+    def chart(self) -> Chart:
+        """The chart of the shape, ALPHA_BETA or R_VARTHETA."""
+        return self.shape.chart
+
+    @property
+    def labels(self) -> dict[str, int]:
+        """The quantum numbers by name: n_alpha, n_beta or n_r, n_vartheta where the body separates, and m, l."""
+        return self.numbers | {"m": self.symmetry.m, "l": self.symmetry.l}
+
+    def __call__(self, phi: ArrayLike) -> np.ndarray:
+        """Return Psi (...), complex, at matrices phi (2, 2, ...); of any determinant, also 0."""
+        return self.planes(CARTESIAN.points_to_planes(checked("phi", phi, (2, 2)).reshape(4, *np.shape(phi)[2:])))
+
+    def planes(self, planes: ArrayLike) -> np.ndarray:
+        """Return Psi (...), complex, at rows a1, a2, b1, b2 (4, ...): the fastest way, without trigonometry."""
+        if not self.symmetry.single_valued:
+            raise ValueError(
+                "with m + l odd Psi has two values on a matrix: give the coordinates of one, as at(q, ALPHA_BETA)"
+            )
+        rows = checked("planes", planes, (4,))
+        flat = np.ascontiguousarray(rows.reshape(4, -1))
+        out = np.empty(flat.shape[1], complex)
+        m, l = self.symmetry
+        for start in range(0, out.size, CHUNK):
+            some = flat[:, start : start + CHUNK]
+            radii = np.empty((2, some.shape[1]))
+            plane_radii(some, radii)
+            turn_planes(
+                (m - l) // 2, (m + l) // 2, some, radii, self._of_radii(radii[0], radii[1]), out[start : start + CHUNK]
+            )
+        return out.reshape(rows.shape[1:])[()]
+
+    def at(self, q: ArrayLike, chart: Chart = ALPHA_BETA) -> np.ndarray:
+        """Return Psi (...), complex, at coordinates q (4, ...) of any chart, e.g. rows alpha, beta, eta, gamma.
+
+        With m + l odd the angles decide between the two values; radii must not be negative then.
+        """
+        rows = checked("q", q, (4,))
+        planes = checked_chart(chart).points_to_planes(rows)
+        m, l = self.symmetry
+        if self.symmetry.single_valued:
+            return self.planes(planes)
+        eta, gamma = _angles(chart, rows)
+        alpha, beta = np.hypot(planes[0], planes[1]), np.hypot(planes[2], planes[3])
+        if np.any(np.cos(eta) * planes[0] + np.sin(eta) * planes[1] < -0.5 * alpha) or np.any(
+            np.cos(gamma) * planes[2] + np.sin(gamma) * planes[3] < -0.5 * beta
+        ):
+            raise ValueError("q must have radii >= 0 where m + l is odd")
+        return self._of_radii(alpha, beta) * np.exp(0.5j * ((m - l) * eta + (m + l) * gamma))
+
+    def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
+        """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast.
+
+        Raises ValueError for what are no invariants: negative radii, vartheta outside of [0, pi], D1 < |D2|.
+        """
+        own = self.chart if chart is None else chart
+        first, second = _together(*checked_invariants(x, y, own))
+        if own.name == self.chart.name:
+            return self.shape(first, second)[()]
+        alpha, beta = invariants_of(own).to_radii(first, second)
+        if np.any((alpha < 0) | (beta < 0)):
+            raise ValueError("x, y must have D1 >= |D2|, where every body is once")
+        return self._of_radii(alpha, beta)[()]
+
+    def density(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
+        """Return the probability density of two invariants, per unit dx dy: its integral is 1.
+
+        x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1
+        >= |D2|, where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times
+        2 pi^2 (D1^2 - D2^2). Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
+        """
+        own_chart = self.chart if chart is None else chart
+        chosen = invariants_of(own_chart)
+        first, second = _together(*checked_invariants(x, y, own_chart))
+        alpha, beta = chosen.to_radii(first, second)
+        inside: Any = True
+        if chosen is INVARIANTS[TWO_POLAR.name]:
+            inside = (alpha >= 0) & (beta >= 0)
+            alpha, beta = np.where(inside, alpha, 0.0), np.where(inside, beta, 0.0)
+        own = self._of_radii(alpha, beta) if chosen is not INVARIANTS[self.chart.name] else self.shape(first, second)
+        return np.where(inside, (2 * math.pi * own) ** 2 * alpha * beta * chosen.area, 0.0)[()]
+
+    def norm(self, *, order: int | None = None) -> float:
+        """Return the norm of Psi by the factors' own quadrature, `order` nodes each (n + 32 by default)."""
+        return math.sqrt(float(np.real(self.expectation(lambda x, y: np.ones(np.shape(x)), order=order))))
+
+    def expectation(
+        self,
+        function: Callable[[np.ndarray, np.ndarray], np.ndarray],
+        *,
+        chart: Chart | None = None,
+        order: int | None = None,
+    ) -> Any:
+        """Return the expectation value of a function of two invariants by Gauss quadrature.
+
+        function(x, y): arrays of the invariants of `chart` (own by default; ALPHA_BETA, R_VARTHETA, TWO_POLAR) to real
+        or complex values; order: nodes of each factor, n + 32 by default. Raises ValueError for a chart or order it
+        does not take. For closed-form factors exact to rounding for polynomials of alpha^2 and beta^2 (r and cos
+        vartheta) of degree up to 63; raise `order` until the digits stand otherwise.
+        """
+        chosen = invariants_of(self.chart if chart is None else chart)
+        a_function("function", function)
+        first, second, weights = self._rule(order, self.shape.degrees)
+        alpha, beta = INVARIANTS[self.chart.name].to_radii(first, second)
+        values = np.asarray(
+            function(*(first, second) if chosen is INVARIANTS[self.chart.name] else chosen.from_radii(alpha, beta))
+        )
+        return np.sum(weights * self.shape(first, second) ** 2 * values).item()
+
+    def overlap(self, other: State, *, order: int | None = None) -> float:
+        """Return <self|other>; 0 between different classes. `order` as in `expectation`, with the larger n of both
+        states.
+        """
+        if not isinstance(other, State):
+            raise TypeError(f"other must be a State, got {type(other).__name__}")
+        if self.symmetry != other.symmetry:
+            return 0.0
+        first, second, weights = self._rule(order, (max(self.shape.degrees + other.shape.degrees),) * 2)
+        theirs = other._of_radii(*INVARIANTS[self.chart.name].to_radii(first, second))
+        return float(np.sum(weights * self.shape(first, second) * theirs))
+
+    def _rule(self, order: int | None, degrees: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return meshes of both invariants and weights, `order` nodes each or 32 beyond what the degrees need."""
+        first, second = (n + 32 if order is None else max(whole("order", order, 1), n + 1) for n in degrees)
+        for size in (first, second):
+            fits("order", 2 * size, size)
+        fits("order", 4 * first, second)
+        x, y, weights = self.shape.rule((first, second))
+        return *np.meshgrid(x, y, indexing="ij"), weights
+
+    def _of_radii(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+        """Return the amplitude at alpha, beta >= 0."""
+        return self.shape.of_radii(alpha, beta)
+
+
+def _angles(chart: Chart, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return eta, gamma as they stand in coordinates q (4, ...) of a chart that has angles of space and body."""
+    named = dict(zip(chart.names, q, strict=True))
+    if "eta" in named:
+        return named["eta"], named["gamma"]
+    if "phi" in named:
+        return named["phi"] - named["psi"], named["phi"] + named["psi"]
+    if "Phi" in named:
+        return (named["Phi"] + named["Psi"]) / 2, (named["Phi"] - named["Psi"]) / 2
+    raise ValueError(
+        f"chart must have the angles eta and gamma, phi and psi, or Phi and Psi where m + l is odd; got {chart.name!r}"
+    )
