@@ -96,7 +96,7 @@ def test_crossings(benchmark, threads):
     result, runs = ours(), peer()
     theirs = np.array([row[2] for run in runs for row in run[0].nt_events[0].callback.rows]).T
     found = int(result.counts.sum())
-    kept = result.points[np.isfinite(result.times)].T
+    kept = result.points[:, np.isfinite(result.times)]
     ends = [np.abs(z[0] * z[4] + z[1] * z[5]).max() for z in (kept, theirs)]
     slow, fast = best(peer, repeats=2), best(ours, repeats=3)
     benchmark.pedantic(ours, rounds=3)

@@ -72,15 +72,15 @@ def test_map(benchmark, case, rank):
 def test_sections(benchmark):
     """1000 orbits of 1000 crossings of the standard map at K = 0.9: time of rotation numbers and of islands."""
     y = np.linspace(0.0, 0.5, 1002)[1:-1]
-    path = np.empty((1000, 1000, 2))
+    path = np.empty((2, 1000, 1000))
     x = np.full(y.shape, 0.5)
     for n in range(1000):
         y = y + 0.9 / (2 * np.pi) * np.sin(2 * np.pi * x)
         x = x + y
-        path[:, n, 0], path[:, n, 1] = (3 + y) * np.cos(2 * np.pi * x), (3 + y) * np.sin(2 * np.pi * x)
+        path[0, n], path[1, n] = (3 + y) * np.cos(2 * np.pi * x), (3 + y) * np.sin(2 * np.pi * x)
     golden = (np.sqrt(5) - 1) / 2 - 1
     t = 2 * np.pi * golden * np.arange(1000)
-    error = abs(rotation_number(np.stack([np.cos(t), 0.5 * np.sin(t)], axis=-1)).rotation[0] - golden)
+    error = abs(rotation_number(np.array([np.cos(t), 0.5 * np.sin(t)])).rotation[0] - golden)
     turning = best(lambda: rotation_number(path, centre=(0.0, 0.0)), repeats=3)
     found = benchmark.pedantic(lambda: islands(path, centre=(0.0, 0.0)), rounds=3, warmup_rounds=1)
     kinds = {kind.name: int((found.kind == kind).sum()) for kind in Kind}

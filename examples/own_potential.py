@@ -62,6 +62,6 @@ print(
     f"largest |D1^2 + D2^2 - 2| at a crossing {found.section_error.max():.1e}, energy error "
     f"{found.energy_error.max():.1e}"
 )
-beta = found.coordinates(fastaff.charts.ALPHA_BETA)[1]
-for low, high in zip(np.nanmin(beta, axis=1), np.nanmax(beta, axis=1)):
+beta = found["beta"]
+for low, high in zip(np.nanmin(beta, axis=0), np.nanmax(beta, axis=0)):
     print(f"  beta from {low:.4f} to {high:.4f}")

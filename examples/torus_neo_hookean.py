@@ -47,13 +47,13 @@ def predicted(fit, circles=240, nodes=49):
 
 
 found = fastaff.poincare_map(body, grid.z0, section=section, crossings=60, max_time=1000.0)
-beta, p_beta = found.coordinates(fastaff.charts.ALPHA_BETA)[[1, 5]]
+beta, p_beta = found["beta"], found["p_beta"]
 
 figure = Figure(figsize=(10, 4.6), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
 colours = ("#00204d", "#7c7b78", "#bc5a00", "#2a788e")
 orders = np.array([2, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 56, 72])
-for fit, colour, x, y, marker in zip(fits, colours, beta, p_beta, "osD^"):
+for fit, colour, x, y, marker in zip(fits, colours, beta.T, p_beta.T, "osD^"):
     left.plot(*predicted(fit.truncated(20)), ".", markersize=1.2, color=colour)
     left.plot(x, y, marker, markersize=4.5, markerfacecolor="none", markeredgewidth=0.7, color=colour)
     residuals = [fit.truncated(order).residual for order in orders[orders <= fit.order]]

@@ -39,9 +39,9 @@ from .analysis.sections.poincare_map import poincare_map
 from .analysis.tori.action_angles import action_angles, energy_of_actions, from_action_angles
 from .analysis.tori.fit_torus import fit_torus
 from .analysis.tori.separation import constants_of_motion
+from .base.interruption import Interrupted
 from .base.status import OrbitError, Status
 from .files import load, save
-from .flows.flow import Interrupted
 from .formulas.formula import formula, hamiltonian
 from .models import (
     Anharmonic,

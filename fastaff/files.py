@@ -4,37 +4,37 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import datetime
+import enum
 import functools
 import json
 import math
 import os
-import platform
-import shlex
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from . import charts, models, schemes
 from .analysis.chaos import indicators
+from .analysis.tori import separation
 from .base.display import screen
-from .base.recipe import OWN, NoData, encoded
+from .base.provenance import provenance
+from .base.recipe import OWN, Call, NoData, encoded, keep
+from .base.results import Result, saved
 from .base.status import summary
 from .formulas.library import rebuild
 from .models import angles, sections
 from .schemes import time_transformed
 
-FORMAT = 1
 METADATA = "metadata"
 
 
 class Saved(NamedTuple):
-    """What `load` read: arrays by name, and the metadata of `save`."""
+    """What is in a file: arrays by name, and the metadata of `save`."""
 
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
@@ -44,19 +44,23 @@ class Saved(NamedTuple):
 
 
 def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
-    """Write a result and all that made it to an .npz file and return its path.
+    """Write a result and all that made it to an .npz file and return its path; `load` gives the same result back.
 
-    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any dataclass of arrays;
+    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any other result;
     force: replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`);
     parameters: anything else worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the
     result, the rest into the metadata. The call that made the result is kept with it: `recipe` reads it back. Returns
-    the path written. Raises TypeError for what is no dataclass or has arrays of objects, OSError as `open` does.
+    the path written. Raises TypeError for what is no result or has arrays of objects, OSError as `open` does.
 
     Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each
     status, scheme, section and the parameters. The file is complete or absent: it is written under another name and
     then moved. Needs no pickle to read. Source: the .npy format, NEP 1.
     """
-    arrays, facts = _take_apart(result)
+    if type(result) is not _results().get(type(result).__name__):
+        raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
+    arrays: dict[str, np.ndarray] = {}
+    content = _packed("", result, arrays)
+    facts = _facts(result)
     for name, value in parameters.items():
         if isinstance(value, np.ndarray) and value.ndim:
             if name in arrays:
@@ -71,15 +75,38 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     for name, array in arrays.items():
         if array.dtype.hasobject:
             raise TypeError(f"array {name} must hold numbers, got dtype {array.dtype}")
-    metadata = {**provenance(), "result": type(result).__name__, **facts}
+    metadata = {**provenance(), **facts, "result": type(result).__name__, "content": content}
     if "status" in arrays:
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
     text = np.array(json.dumps(metadata, allow_nan=False))
     return _write(Path(path), {**arrays, METADATA: text}, force)
 
 
-def load(path: Any) -> Saved:
-    """Read a file of `save` at `path`: arrays by name and the metadata.
+@saved.register
+def _(result: Result, path: Any, **parameters: Any) -> Path:
+    return save(path, result, **parameters)
+
+
+def load(path: Any, **given: Any) -> Any:
+    """Return the result in a file of `save`: of the same class, with the same bits in every field, and its call.
+
+    Parameters: path; given: fields that the file can't hold, functions and values of classes of your own, by name.
+    Nothing in the file is executed: it names classes of the package, numbers and formulas, which are read as
+    mathematics. Raises FileNotFoundError, or ValueError for a file that `save` did not write, for a class that is no
+    result of the package, and naming what is to be given. `contents` reads a file's arrays and metadata as they are.
+    """
+    arrays, metadata = contents(path)
+    try:
+        return keep(_unpacked("", metadata["content"], arrays, given), _call(metadata, arrays))
+    except _ToBeGiven as absent:
+        name = str(absent).rpartition(".")[2]
+        raise ValueError(f"{path} can't hold {absent}: give {name}, as in load(path, {name}=...)") from None
+    except Exception as problem:  # whatever a damaged or forged file leads to
+        raise ValueError(f"{path} must hold a result of this version of fastaff: {_said(problem)}") from None
+
+
+def contents(path: Any) -> Saved:
+    """Return what is in a file of `save`, also one of a class that is not known here: arrays by name and the metadata.
 
     Raises FileNotFoundError, or ValueError for a file that `save` did not write. Nothing in the file is executed.
     Source: as `save`.
@@ -89,6 +116,8 @@ def load(path: Any) -> Saved:
             if METADATA not in file:
                 raise ValueError("it has no metadata")
             metadata = json.loads(str(file[METADATA][()]))
+            if not isinstance(metadata, dict):
+                raise ValueError("its metadata are no table")
             return Saved({name: file[name] for name in file.files if name != METADATA}, metadata)
     except FileNotFoundError:
         raise
@@ -118,7 +147,7 @@ def recipe(path: Any, **given: Any) -> Recipe:
     values of classes of your own, is to be given by name. Nothing in the file is executed. Raises as `load`; ValueError
     for a file without a call, or naming what is to be given.
     """
-    arrays, metadata = load(path)
+    arrays, metadata = contents(path)
     call = metadata.get("call")
     if not isinstance(call, dict):
         raise ValueError(f"{path} has no call: its result was put together by hand, or saved by an older version")
@@ -152,38 +181,6 @@ def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
     return candidate
 
 
-def provenance() -> dict[str, Any]:
-    """Return versions, machine, date and command line."""
-    import fastaff
-
-    return {
-        "format": FORMAT,
-        "fastaff": fastaff.__version__,
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "cpu": cpu_name(),
-        "cores": cores(),
-        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]) if sys.argv else "",
-    }
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def cpu_name() -> str:
-    """Return the name of the processor, as far as the system tells it."""
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
 def plain(value: Any) -> Any:
     """Return `value` as JSON holds it: values by class and fields (`recipe.encoded`), schemes by name, infinities as
     text.
@@ -214,7 +211,7 @@ def plain(value: Any) -> Any:
 def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
     """Return encoded data with its arrays moved to `arrays`, or to one of them that is the same, and named."""
     if isinstance(data, np.ndarray):
-        same = [key for key, array in arrays.items() if array.dtype == data.dtype and np.array_equal(array, data)]
+        same = [key for key, array in arrays.items() if _same_bits(array, data)]
         key = same[0] if same else name
         arrays[key] = arrays.get(key, data)
         return {"array": key}
@@ -231,14 +228,9 @@ def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
         return tuple(_decoded(f"{name}[{k}]", entry, arrays) for k, entry in enumerate(data))
     if not isinstance(data, dict):
         return data
-    if "array" in data:
-        return arrays[data["array"]]
-    if "float" in data:
-        return float(data["float"])
-    if "scheme" in data:
-        return schemes.scheme_named(data["scheme"])
-    if "chart" in data:
-        return charts.CHARTS[data["chart"]]
+    if "class" not in data:
+        ((kind, entry),) = data.items()
+        return _MARKS[kind](entry, arrays)
     fields = {
         key: _decoded(f"{name}.{key}", entry, arrays)
         for key, entry in data.items()
@@ -254,37 +246,167 @@ def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
     return _classes()[data["class"]](**fields)
 
 
+_MARKS: dict[str, Callable[[Any, dict[str, np.ndarray]], Any]] = {
+    "array": lambda name, arrays: arrays[name],
+    "float": lambda text, _: float(text),
+    "scheme": lambda name, _: schemes.scheme_named(name),
+    "chart": lambda name, _: charts.CHARTS[name],
+}
+"""What encoded data mean that name no class."""
+
+
 @functools.cache
 def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and
     schemes.
     """
-    modules = (models, models.functions, sections, angles, indicators, schemes, time_transformed)
+    modules = (models, models.functions, sections, angles, indicators, schemes, time_transformed, separation)
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 
 
-def _take_apart(result: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays and the other fields of a dataclass; tuples of arrays are numbered, arrays of results within it
-    named by both.
+def _same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+    """Tell whether two arrays are the same, with the sign of 0."""
+    return one.dtype == other.dtype and np.array_equal(one, other) and one.tobytes() == other.tobytes()
+
+
+def _names(cls: Any) -> list[str]:
+    return list(cls._fields) if hasattr(cls, "_fields") else [field.name for field in dataclasses.fields(cls)]
+
+
+@functools.cache
+def _results() -> dict[str, type]:
+    """The package's results by name: all kinds of `Result`, and what else of dataclasses and NamedTuples is public and
+    no value, or stands in the modules of these as a part of them.
     """
-    if not dataclasses.is_dataclass(result) or isinstance(result, type):
-        raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
-    arrays: dict[str, np.ndarray] = {}
+    import fastaff
+
+    public = [entry for entry in vars(fastaff).values() if isinstance(entry, type) and _is_own(entry)]
+    modules = {cls.__module__ for cls in public}
+    beside = [entry for name in modules for entry in vars(sys.modules[name]).values()]
+    parts = [entry for entry in beside if _is_own(entry) and entry.__module__ in modules]
+    kinds = [entry for entry in parts if dataclasses.is_dataclass(entry) or hasattr(entry, "_fields")]
+    found = {entry.__name__: entry for entry in (*kinds, *filter(_is_own, _below(Result)))}
+    return {name: entry for name, entry in found.items() if name not in _classes() and not name.startswith("_")}
+
+
+def _is_own(entry: Any) -> bool:
+    return isinstance(entry, type) and entry is not Result and entry.__module__.partition(".")[0] == OWN
+
+
+def _below(cls: Any) -> list[Any]:
+    """Return a class and all that inherit from it."""
+    return [cls, *(entry for child in cls.__subclasses__() for entry in _below(child))]
+
+
+@functools.cache
+def _enumerations() -> dict[str, type[enum.Enum]]:
+    """The package's enumerations by name."""
+    return {entry.__name__: entry for entry in _below(enum.Enum) if _is_own(entry)}
+
+
+class _ToBeGiven(Exception):
+    """A field that a file can't hold."""
+
+
+def _packed(name: str, value: Any, arrays: dict[str, np.ndarray]) -> Any:
+    """Return a value as data that JSON holds, its arrays moved to `arrays` under the names of their fields."""
+    inner = f"{name}_" if name else ""
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, np.generic):
+        arrays[name] = np.asarray(value)
+        return {"number": name}
+    if isinstance(value, enum.Enum):
+        return {"enum": type(value).__name__, "name": value.name}
+    if isinstance(value, Mapping):
+        entries = [[key, _packed(f"{inner}{key}", entry, arrays)] for key, entry in value.items()]
+        return {"mapping": entries, "frozen": not isinstance(value, dict)}
+    if type(value) is _results().get(type(value).__name__):
+        fields = {key: _packed(f"{inner}{key}", getattr(value, key), arrays) for key in _names(value)}
+        return {"result": type(value).__name__, "fields": fields}
+    if type(value) in (list, tuple):
+        return {type(value).__name__: [_packed(f"{inner}{k}", entry, arrays) for k, entry in enumerate(value)]}
+    try:
+        return {"value": _stored(name, encoded(value), arrays)}
+    except NoData:
+        return {"missing": type(value).__name__}
+
+
+def _unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping[str, Any]) -> Any:
+    """Return the value that `_packed` data describes; what it lacks is taken from `given`, by the name of its field."""
+    inner, last = f"{name}." if name else "", name.rpartition(".")[2]
+    if last in given:
+        return given[last]
+    if "array" in data:
+        return arrays[data["array"]]
+    if "number" in data:
+        return arrays[data["number"]][()]
+    if "enum" in data:
+        return _known(_enumerations(), data["enum"], name)[data["name"]]
+    if "mapping" in data:
+        entries = {key: _unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["mapping"]}
+        return MappingProxyType(entries) if data["frozen"] else entries
+    if "result" in data:
+        cls = _known(_results(), data["result"], name)
+        if set(data["fields"]) != set(_names(cls)):
+            raise ValueError(
+                f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
+            )
+        return cls(**{key: _unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["fields"].items()})
+    for kind in (list, tuple):
+        if kind.__name__ in data:
+            return kind(_unpacked(f"{inner}{k}", entry, arrays, given) for k, entry in enumerate(data[kind.__name__]))
+    if "missing" in data or _foreign(data["value"]):
+        raise _ToBeGiven(name)
+    return _decoded(name, data["value"], arrays)
+
+
+def _known(classes: Mapping[str, Any], name: Any, field: str) -> Any:
+    if name not in classes:
+        raise ValueError(f"{field or 'it'} has the class {name}, which is not the package's")
+    return classes[name]
+
+
+def _foreign(data: Any) -> bool:
+    """Tell whether encoded data name a class of somebody else's."""
+    if isinstance(data, dict):
+        return "module" in data or any(map(_foreign, data.values()))
+    return isinstance(data, list) and any(map(_foreign, data))
+
+
+def _said(problem: Exception) -> str:
+    return f"no {problem}" if isinstance(problem, KeyError) else f"{problem}"
+
+
+def _call(metadata: dict[str, Any], arrays: dict[str, np.ndarray]) -> Call | None:
+    """Return the call in the metadata as `recorded` kept it."""
+    call = metadata.get("call")
+    if not isinstance(call, dict):
+        return None
+    arguments = {name: _filled(data, arrays) for name, data in call["arguments"].items()}
+    return Call(call["function"], arguments, tuple(call["missing"]))
+
+
+def _filled(data: Any, arrays: dict[str, np.ndarray]) -> Any:
+    """Return encoded data with the arrays that `_stored` moved away."""
+    if isinstance(data, dict):
+        moved = set(data) == {"array"}
+        return arrays[data["array"]] if moved else {key: _filled(entry, arrays) for key, entry in data.items()}
+    return [_filled(entry, arrays) for entry in data] if isinstance(data, list) else data
+
+
+def _facts(result: Any) -> dict[str, Any]:
+    """Return the fields of a result that are no arrays, for people."""
     facts: dict[str, Any] = {}
-    for field in dataclasses.fields(result):
-        value = getattr(result, field.name)
-        if isinstance(value, np.ndarray):
-            arrays[field.name] = value
-        elif isinstance(value, tuple) and value and all(isinstance(entry, np.ndarray) for entry in value):
-            arrays.update({f"{field.name}_{k}": entry for k, entry in enumerate(value)})
-        elif dataclasses.is_dataclass(value) and hasattr(value, "status"):  # a result within a result
-            inner, own = _take_apart(value)
-            arrays.update({f"{field.name}_{name}": entry for name, entry in inner.items()})
-            facts[field.name] = own
-        elif value is not None:
-            facts[field.name] = plain(value)
-    return arrays, facts
+    for name in _names(result):
+        value = getattr(result, name)
+        arrays = isinstance(value, tuple) and value and all(isinstance(entry, np.ndarray) for entry in value)
+        if value is None or isinstance(value, np.ndarray) or arrays:
+            continue
+        facts[name] = _facts(value) if isinstance(value, Result) else plain(value)
+    return facts
 
 
 def _write(path: Path, arrays: dict[str, Any], force: bool) -> Path:

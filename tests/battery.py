@@ -35,7 +35,7 @@ X = fa.Linear((1.0, 0.0, 0.0, 0.0))
 TURN = fa.AlphaTurning()
 J, PHASE = np.array([0.5, 0.6, 0.3, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
 RING = np.exp(0.7j * np.arange(64))
-POINTS = np.stack([RING.real + 2.0, RING.imag], axis=-1)
+POINTS = np.array([RING.real + 2.0, RING.imag])
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
 REAL_TIME = {"time": 2.0, **FIXED}
@@ -289,7 +289,8 @@ CALLS = {
     "Packet.evolved": (method("packet", "evolved"), {"time": 1.0}),
     "Packet.expectation": (method("packet", "expectation"), {"function": gauss}),
     "Packet.planes": (method("packet", "planes"), {"planes": [1.0, 0.5, 0.1, 0.2]}),
-    "PeriodicOrbits.take": (method("orbits", "take"), {"which": [0]}),
+    "PeriodicOrbits.take": (method("orbits", "take"), {"items": [0]}),
+    "SectionMap.take": (method("cut", "take"), {"items": [0]}),
     "Resonances.label": (method("resonances", "label"), {"orbit": 0}),
     "SectionMap.coordinates": (method("cut", "coordinates"), {"chart": fa.charts.ALPHA_BETA}),
     "State.amplitude": (method("state", "amplitude"), {"x": [1.0], "y": [0.5]}),

@@ -131,8 +131,8 @@ def test_a_fast_orbit_among_slow_ones():
     some = rng.permutation(61)[:23]
     part = fa.poincare_map(system, z0[:, some], section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
     whole = fa.poincare_map(system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=5, max_time=2000.0)
-    assert np.array_equal(part.times, whole.times[some], equal_nan=True)
-    assert np.array_equal(part.time_error, whole.time_error[some], equal_nan=True)
+    assert np.array_equal(part.times, whole.times[:, some], equal_nan=True)
+    assert np.array_equal(part.time_error, whole.time_error[:, some], equal_nan=True)
 
 
 def test_motion_knows_oscillators():
@@ -158,7 +158,7 @@ def test_errors_of_crossings_cover_the_truth(accuracy):
         system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy
     )
     first = (-np.arctan2(z0[0], z0[2] / w[0]) % (2 * np.pi)) / w[0]
-    true = np.abs(cut.times - (first[:, None] + 2 * np.pi / w[0] * np.arange(40)))
+    true = np.abs(cut.times - (first + 2 * np.pi / w[0] * np.arange(40)[:, None]))
     covered(true.ravel(), cut.time_error.ravel())
     assert true.max() < 10 * (accuracy or 1e-10)
 
@@ -205,10 +205,10 @@ def test_crossings_of_one_orbit_over_long_times(z0):
     truth = henon_heiles_crossings(z0, 2000.0)
     cut = fa.poincare_map(HH, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=1000, max_time=2000.0)
     assert cut.counts[0] == len(truth)
-    true = np.abs(cut.times[0, : len(truth)] - truth)
+    true = np.abs(cut.times[: len(truth), 0] - truth)
     assert (true[truth <= cut.accurate_until[0]] < 1e-10).all()
     assert true.max() < (1e-10 if z0[0] == 0.0 and z0[1] > 0 else 3e-10)  # crossings that graze feel rounding most
-    covered(true, cut.time_error[0, : len(truth)])
+    covered(true, cut.time_error[: len(truth), 0])
 
 
 def test_chaos_ends_the_accuracy_in_time():

@@ -494,7 +494,7 @@ def test_an_equilibrium_is_regular_for_every_indicator():
 
 def test_files_keep_it(tmp_path, known):
     path = fastaff.files.save(tmp_path / "chaos", known)
-    saved = fastaff.files.load(path)
+    saved = fastaff.files.contents(path)
     np.testing.assert_array_equal(saved.arrays["values"], known.values)
     assert saved.metadata["names"] == list(known.names)
 

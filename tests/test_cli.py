@@ -50,7 +50,7 @@ def test_round_trip_keeps_arrays_bitwise_and_all_parameters(tmp_path):
     result = small()
     result.points[0, 0] = np.nan
     path = files.save(tmp_path / "a.npz", result, model=body, seed=7, threads=2, z0=np.eye(2), wall_time=0.5)
-    arrays, metadata = files.load(path)
+    arrays, metadata = files.contents(path)
     assert path.name == "a.npz"
     assert arrays["points"].tobytes() == result.points.tobytes()
     assert arrays["z0"].tobytes() == np.eye(2).tobytes()
@@ -69,9 +69,9 @@ def test_save_never_overwrites_unless_told(tmp_path):
     first = files.save(tmp_path / "a", small(), seed=1)
     second = files.save(tmp_path / "a", small(), seed=2)
     assert [first.name, second.name] == ["a.npz", "a-2.npz"]
-    assert files.load(first).metadata["seed"] == 1
+    assert files.contents(first).metadata["seed"] == 1
     assert files.save(tmp_path / "a", small(), seed=3, force=True) == first
-    assert files.load(first).metadata["seed"] == 3
+    assert files.contents(first).metadata["seed"] == 3
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a-2.npz", "a.npz"]
 
 
@@ -91,9 +91,9 @@ def test_load_refuses_other_files(tmp_path):
     np.savez(tmp_path / "pickled.npz", metadata=np.array([{"a": 1}], dtype=object))
     for name in ("plain", "text", "pickled"):
         with pytest.raises(ValueError, match="must be a file written by fastaff"):
-            files.load(tmp_path / f"{name}.npz")
+            files.contents(tmp_path / f"{name}.npz")
     with pytest.raises(FileNotFoundError):
-        files.load(tmp_path / "absent.npz")
+        files.contents(tmp_path / "absent.npz")
 
 
 # Wrong input: one line, exit code 2
@@ -211,7 +211,7 @@ def test_help_describes_every_option(capsys):
 def test_poincare_command(tmp_path, capsys):
     assert cli.main(["poincare", *SURFACE, "--grid", "6x6", "--crossings", "8", "--out", str(tmp_path / "s")]) == 0
     captured = capsys.readouterr()
-    arrays, metadata = files.load(tmp_path / "s.npz")
+    arrays, metadata = files.contents(tmp_path / "s.npz")
     orbits = arrays["status"].size
     assert arrays["points"].shape == (orbits, 8, 8)
     assert arrays["diffusion"].shape == (orbits,)
@@ -244,7 +244,7 @@ def test_threads_do_not_change_a_bit(tmp_path):
     ]
     for threads in "12":
         assert cli.main([*common, "--threads", threads, "--out", str(tmp_path / threads)]) == 0
-    one, two = (files.load(tmp_path / f"{name}.npz").arrays for name in "12")
+    one, two = (files.contents(tmp_path / f"{name}.npz").arrays for name in "12")
     for name in one:
         assert one[name].tobytes() == two[name].tobytes(), name
 
@@ -263,7 +263,7 @@ def test_frequency_map_command(tmp_path):
         "150",
     ]
     assert cli.main([*run, "--out", str(tmp_path / "f")]) == 0
-    arrays, metadata = files.load(tmp_path / "f.npz")
+    arrays, metadata = files.contents(tmp_path / "f.npz")
     assert metadata["names"] == ["r", "vartheta", "phi", "psi"]
     assert files.recipe(tmp_path / "f.npz").run().nu.tobytes() == arrays["nu"].tobytes()
     # The paper's nu_r = sqrt(C/mu)/pi; about 50 periods fit in the time, enough for 8 digits.
@@ -275,7 +275,7 @@ def test_chaos_map_command(tmp_path, capsys):
     run = ["chaos-map", *SURFACE, "--grid", "6x5", "--time", "150", "--indicators", "megno,gali-3"]
     assert cli.main([*run, "--out", str(tmp_path / "c")]) == 0
     said = capsys.readouterr().err
-    arrays, metadata = files.load(tmp_path / "c.npz")
+    arrays, metadata = files.contents(tmp_path / "c.npz")
     orbits = arrays["status"].size
     assert metadata["names"] == ["megno", "gali_3"]
     assert arrays["values"].shape == (2, orbits)
@@ -312,7 +312,7 @@ def test_chaos_map_of_random_orbits_over_periods(tmp_path):
         "--early-stop",
     ]
     assert cli.main([*run, "--indicators", "megno", "--out", str(tmp_path / "c")]) == 0
-    arrays, metadata = files.load(tmp_path / "c.npz")
+    arrays, metadata = files.contents(tmp_path / "c.npz")
     assert arrays["start_points"].shape == (2, 20)
     np.testing.assert_allclose(arrays["start_points"], arrays["z0"][[1, 3]])
     assert metadata["periods"] == 30
@@ -324,7 +324,7 @@ def test_scans(tmp_path, capsys):
     common = ["chaos-map", *SURFACE[2:], "--orbits", "6", "--time", "30", "--early-stop"]
     assert cli.main([*common, "--scan", "energy=0.1:1.5:3", "--out", str(tmp_path / "one")]) == 0
     assert "1 cases empty" in capsys.readouterr().err
-    arrays, metadata = files.load(tmp_path / "one.npz")
+    arrays, metadata = files.contents(tmp_path / "one.npz")
     assert metadata["names"] == ["energy"]
     np.testing.assert_allclose(arrays["axes_0"], [0.1, 0.8, 1.5])
     assert arrays["orbits"].tolist() == [0, 6, 6]
@@ -332,7 +332,7 @@ def test_scans(tmp_path, capsys):
     assert (tmp_path / "one.png").exists()
     both = ["--energy", "1.5", "--scan", "p_phi=0:0.8:2", "--scan", "K=1:4:3", "--periods", "12"]
     assert cli.main([*common[:-3], "--early-stop", *both, "--out", str(tmp_path / "two")]) == 0
-    arrays, metadata = files.load(tmp_path / "two.npz")
+    arrays, metadata = files.contents(tmp_path / "two.npz")
     assert metadata["names"] == ["p_phi", "K"]
     assert arrays["fraction"].shape == (2, 3)
     assert np.ptp(arrays["time"]) > 0, "returns take another time in every case"
@@ -358,9 +358,9 @@ def test_bodies_of_a_formula(tmp_path, capsys):
     for name, model in (("named", []), ("own", own)):
         run = ["poincare", *SURFACE, *model, "--grid", "3x3", "--crossings", "3", "--step", "0.02", "--no-diffusion"]
         assert cli.main([*run, "--out", str(tmp_path / name)]) == 0
-    named, own_points = (files.load(tmp_path / f"{name}.npz").arrays["points"] for name in ("named", "own"))
+    named, own_points = (files.contents(tmp_path / f"{name}.npz").arrays["points"] for name in ("named", "own"))
     np.testing.assert_allclose(own_points, named, rtol=1e-9, atol=1e-9)
-    assert files.load(tmp_path / "own.npz").metadata["formula"] == text
+    assert files.contents(tmp_path / "own.npz").metadata["formula"] == text
     general = ["--formula", "x**2 + 2*y**2 + z**2 + u**2"]
     assert cli.main(["chaos-map", *SURFACE, *general]) == 2
     assert "potential of alpha and beta (or D1 and D2) alone" in capsys.readouterr().err
@@ -391,16 +391,16 @@ def test_systems_of_a_formula(tmp_path, capsys):
     assert cli.main(["poincare", *own, *run, "--crossings", "4", "--no-diffusion"]) == 0
     named = fastaff.poincare_map(
         fastaff.HenonHeiles(),
-        files.load(tmp_path / "s.npz").arrays["z0"],
+        files.contents(tmp_path / "s.npz").arrays["z0"],
         section=fastaff.Linear((1, 0, 0, 0)),
         crossings=4,
         max_time=200.0,
         step=0.02,
     )
-    np.testing.assert_allclose(files.load(tmp_path / "s.npz").arrays["points"], named.points, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(files.contents(tmp_path / "s.npz").arrays["points"], named.points, rtol=1e-8, atol=1e-8)
     recipe = files.recipe(tmp_path / "s.npz")  # the formula's text, z0 and every option are in the file
     assert recipe.arguments["body"].formula == own[1]
-    assert recipe.run().points.tobytes() == files.load(tmp_path / "s.npz").arrays["points"].tobytes()
+    assert recipe.run().points.tobytes() == files.contents(tmp_path / "s.npz").arrays["points"].tobytes()
     assert cli.main(["chaos-map", *own, *run, "--time", "20", "--section", "v=0"]) == 0
     capsys.readouterr()
     assert cli.main(["poincare", *own, *run, "--section", "x=0"]) == 2
@@ -413,7 +413,7 @@ def test_systems_of_a_formula(tmp_path, capsys):
 def test_every_section(section, tmp_path):
     run = ["poincare", *SURFACE, "--section", section, "--orbits", "4", "--crossings", "3", "--no-diffusion"]
     assert cli.main([*run, "--out", str(tmp_path / "s")]) == 0
-    assert files.load(tmp_path / "s.npz").arrays["counts"].max() == 3
+    assert files.contents(tmp_path / "s.npz").arrays["counts"].max() == 3
 
 
 def test_henon_heiles(tmp_path):
@@ -430,7 +430,7 @@ def test_henon_heiles(tmp_path):
         "--no-diffusion",
     ]
     assert cli.main([*run, "--out", str(tmp_path / "s")]) == 0
-    assert files.load(tmp_path / "s.npz").metadata["model"] == {"class": "HenonHeiles", "lam": 1.0}
+    assert files.contents(tmp_path / "s.npz").metadata["model"] == {"class": "HenonHeiles", "lam": 1.0}
 
 
 def test_existing_results_get_a_number(tmp_path):
@@ -496,7 +496,7 @@ def test_ctrl_c_keeps_finished_orbits(part, run, tmp_path):
     _, said = process.communicate(timeout=60)  # a hang, not a speed
     assert process.returncode == 130, said
     assert "Traceback" not in said
-    arrays, metadata = files.load(tmp_path / "long.npz")
+    arrays, metadata = files.contents(tmp_path / "long.npz")
     finished = int((arrays["status"] == 0).sum())
     assert f"kept {finished} finished of" in said
     assert 0 < finished < arrays["z0"].shape[1] == arrays["status"].size
@@ -516,7 +516,7 @@ def test_demo(tmp_path, capsys, monkeypatch):
     assert len(names) == 5
     assert "fastaff-demo.png" in names
     for path in tmp_path.glob("*.npz"):
-        metadata = files.load(path).metadata
+        metadata = files.contents(path).metadata
         assert metadata["seed"] == demo.SEED
         assert metadata["p_eta"] == demo.P_ETA
         json.dumps(metadata, allow_nan=False)

@@ -102,7 +102,7 @@ def test_one_class(m, l, capsys, tmp_path):
     assert cli.main([*run, "--out", str(tmp_path / "s"), "--no-figure"]) == 0
     captured = capsys.readouterr()
     truth = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic()), m=m, l=l, count=6)
-    arrays, metadata = files.load(tmp_path / "s.npz")
+    arrays, metadata = files.contents(tmp_path / "s.npz")
     assert arrays["E"].tobytes() == truth.E.tobytes()
     assert arrays["error"].tobytes() == truth.error.tobytes()
     assert arrays["n"].tolist() == truth.n.tolist()
@@ -130,7 +130,7 @@ def test_whole_harmonic_body(capsys, tmp_path):
         == 0
     )
     captured = capsys.readouterr()
-    arrays, metadata = files.load(tmp_path / "s.npz")
+    arrays, metadata = files.contents(tmp_path / "s.npz")
     wanted = [math.comb(N + 3, 3) for N in range(6)]
     assert np.diff(arrays["first"]).tolist() == wanted
     printed = [row for row in rows(captured.out) if "." in row["E"]]
@@ -160,7 +160,7 @@ def test_below_on_the_covering(capsys, tmp_path):
     exact = fastaff.quantum.exact_levels(
         fastaff.Body(fastaff.Anharmonic()), below=6.0, single_valued=False
     ).multiplets()
-    arrays = files.load(tmp_path / "s.npz").arrays
+    arrays = files.contents(tmp_path / "s.npz").arrays
     np.testing.assert_allclose(arrays["E"], exact.levels.E, rtol=1e-13)
     assert [int(row["degeneracy"]) for row in rows(capsys.readouterr().out)] == exact.degeneracy.tolist()
 
@@ -168,7 +168,7 @@ def test_below_on_the_covering(capsys, tmp_path):
 @pytest.mark.parametrize(("m", "l"), [("-2:2", "0"), ("1", "-3:1"), ("-1:1", "-1:1")])
 def test_ranges_of_classes(m, l, capsys, tmp_path):
     assert cli.main([*HYPERELASTIC, "--m", m, "--l", l, "--levels", "3", "--out", str(tmp_path / "s")]) == 0
-    arrays = files.load(tmp_path / "s.npz").arrays
+    arrays = files.contents(tmp_path / "s.npz").arrays
     classes = {("-2:2", "0"): [(-2, 0), (0, 0), (2, 0)], ("1", "-3:1"): [(1, -3), (1, -1), (1, 1)]}.get(
         (m, l), [(-1, -1), (-1, 1), (0, 0), (1, -1), (1, 1)]
     )
@@ -196,7 +196,7 @@ def test_scan(capsys, tmp_path):
         str(tmp_path / "s"),
     ]
     assert cli.main(run) == 0
-    arrays, metadata = files.load(tmp_path / "s.npz")
+    arrays, metadata = files.contents(tmp_path / "s.npz")
     assert metadata["name"] == "C"
     np.testing.assert_allclose(arrays["values"], [0.5, 1.0, 1.5])
     assert arrays["E"].shape == (3, 1, 4)
@@ -205,7 +205,7 @@ def test_scan(capsys, tmp_path):
     np.testing.assert_allclose(np.array(printed[3].split(), float), [1.0, *arrays["E"][1, 0]], rtol=1e-7)
     assert (tmp_path / "s.png").exists()
     assert cli.main([*run[:-4], "--scan", "mu=1:2:2", "--no-figure", "--out", str(tmp_path / "mu")]) == 0
-    E = files.load(tmp_path / "mu.npz").arrays["E"]
+    E = files.contents(tmp_path / "mu.npz").arrays["E"]
     heavy = fastaff.quantum.spectrum(fastaff.Body(fastaff.Hyperelastic(), 2.0), m=1, l=-1, count=4).E
     np.testing.assert_allclose(E[1, 0], heavy, rtol=1e-13)
 
@@ -226,7 +226,7 @@ def test_a_body_that_does_not_separate(capsys, tmp_path):
     assert [row["number"] for row in printed] == ["0", "1", "2"]
     for row, E in zip(printed, truth.E):
         assert abs(float(row["E"]) - E) < 10 * float(row["error"])
-    assert files.load(tmp_path / "s.npz").metadata["names"] == ["level"]
+    assert files.contents(tmp_path / "s.npz").metadata["names"] == ["level"]
 
 
 def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
@@ -244,7 +244,7 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
     with pytest.raises(SystemExit) as left:
         cli.main(["spectrum", "--model", "harmonic", "--below", "9.5", "--out", str(tmp_path / "s")])
     assert left.value.code == 130
-    arrays, metadata = files.load(tmp_path / "s.npz")
+    arrays, metadata = files.contents(tmp_path / "s.npz")
     end = metadata["complete_below"]
     assert (
         np.diff(arrays["first"]).tolist()
@@ -267,7 +267,7 @@ def test_ctrl_c_among_classes(capsys, tmp_path, monkeypatch):
     with pytest.raises(SystemExit) as left:
         cli.main([*run, "--m", "0:4"])
     assert left.value.code == 130
-    assert files.load(tmp_path / "s.npz").arrays["m"].tolist() == [0, 0, 0]
+    assert files.contents(tmp_path / "s.npz").arrays["m"].tolist() == [0, 0, 0]
     with pytest.raises(SystemExit):
         cli.main([*run, "--m", "2"])
     assert "before any level was finished; nothing is kept" in capsys.readouterr().err

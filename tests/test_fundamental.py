@@ -219,11 +219,11 @@ def curves(orbits, crossings, seed):
     """Points of smooth closed curves on which a circle map turns by `rotation`."""
     rng = np.random.default_rng(seed)
     rotation = rng.uniform(-0.45, 0.45, orbits)
-    theta = 2 * np.pi * (rotation[:, None] * np.arange(crossings) + rng.random((orbits, 1)))
-    amplitude = rng.uniform(0, 0.25, (orbits, 1))
+    theta = 2 * np.pi * (rotation * np.arange(crossings)[:, None] + rng.random(orbits))
+    amplitude = rng.uniform(0, 0.25, orbits)
     turned = theta + amplitude * np.sin(theta) + 0.3 * amplitude * np.sin(2 * theta)
-    radius = 1 + rng.uniform(0, 0.2, (orbits, 1)) * np.cos(theta)
-    return rotation, np.stack([radius * np.cos(turned), 0.7 * radius * np.sin(turned)], axis=-1)
+    radius = 1 + rng.uniform(0, 0.2, orbits) * np.cos(theta)
+    return rotation, np.array([radius * np.cos(turned), 0.7 * radius * np.sin(turned)])
 
 
 @pytest.mark.parametrize("crossings", [60, 200, 900])

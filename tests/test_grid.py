@@ -167,7 +167,7 @@ def test_a_map_from_a_grid_stays_on_its_section(section, axes):
     cut = poincare_map(body, grid.z0, section=section, crossings=3, max_time=60.0, step=0.05)
     kept = cut.counts > 0
     assert kept.mean() > 0.9
-    E, p_eta, p_gamma = constants(body, cut.points[kept, 0].T)
+    E, p_eta, p_gamma = constants(body, cut.points[:, 0, kept])
     np.testing.assert_allclose(E, energy, rtol=1e-6)
     np.testing.assert_allclose([p_eta, p_gamma], [[0.3], [-0.1]] * np.ones(kept.sum()), rtol=1e-11)
     assert np.nanmin(cut.times) > 1e-6
@@ -376,7 +376,7 @@ def test_through_the_axis_where_the_angular_momentum_is_zero():
     assert not exact.z0[:2].any()
     cut = poincare_map(body, exact.z0, section=section, crossings=2, max_time=20.0, step=0.02)
     assert (cut.counts == 2).all()
-    np.testing.assert_allclose(cut.points[:, :, :2], 0, atol=1e-9)
+    np.testing.assert_allclose(cut.points[:2], 0, atol=1e-9)
 
 
 def test_walls_are_no_turning_points():

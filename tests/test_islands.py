@@ -19,47 +19,47 @@ GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 def ellipse(rho, crossings, a=1.0, b=0.5, centre=(0.0, 0.0), start=0.0):
-    """Return points (crossings, 2) of a rotation by rho turns, made elliptic."""
+    """Return points (2, crossings) of a rotation by rho turns, made elliptic."""
     t = 2 * np.pi * (start + rho * np.arange(crossings))
-    return np.stack([centre[0] + a * np.cos(t), centre[1] + b * np.sin(t)], axis=-1)
+    return np.array([centre[0] + a * np.cos(t), centre[1] + b * np.sin(t)])
 
 
 def chain(p, q, inner, crossings, radius=1.0, a=0.1, b=0.05):
-    """Return points (crossings, 2) of q ellipses with half-axes a (radial), b (along), visited p at a time."""
+    """Return points (2, crossings) of q ellipses with half-axes a (radial), b (along), visited p at a time."""
     n = np.arange(crossings)
     t, place = 2 * np.pi * inner * n / q, 2 * np.pi * p * n / q
     along = (radius + a * np.cos(t)) + 1j * b * np.sin(t)
     z = along * np.exp(1j * place)
-    return np.stack([z.real, z.imag], axis=-1)
+    return np.array([z.real, z.imag])
 
 
 def quadratic(x, y, cosine, sine, crossings):
-    """Return crossings (orbits, crossings, 2) of Henon's map: a rotation after the shear y - x^2. Source: Henon
+    """Return crossings (2, crossings, orbits) of Henon's map: a rotation after the shear y - x^2. Source: Henon
     1969.
     """
-    points = np.empty((x.size, crossings, 2))
+    points = np.empty((2, crossings, x.size))
     for n in range(crossings):
-        points[:, n, 0], points[:, n, 1] = x, y
+        points[:, n] = x, y
         shear = y - x * x
         x, y = x * cosine - shear * sine, x * sine + shear * cosine
     return points
 
 
 def standard(K, x, y, crossings, folds=1):
-    """Return x, y (orbits, crossings) of y' = y + K/(2 pi folds) sin(2 pi folds x), x' = x + y'. Source: Chirikov
+    """Return x, y (crossings, orbits) of y' = y + K/(2 pi folds) sin(2 pi folds x), x' = x + y'. Source: Chirikov
     1979.
     """
-    path = np.empty((2, x.size, crossings))
+    path = np.empty((2, crossings, x.size))
     for n in range(crossings):
-        path[:, :, n] = x, y
+        path[:, n] = x, y
         y = y + K / (2 * np.pi * folds) * np.sin(2 * np.pi * folds * x)
         x = x + y
     return path
 
 
 def annulus(x, y, radius=3.0):
-    """Return the points (..., 2) of angles x (turns) and heights y drawn as a ring."""
-    return np.stack([(radius + y) * np.cos(2 * np.pi * x), (radius + y) * np.sin(2 * np.pi * x)], axis=-1)
+    """Return the points (2, ...) of angles x (turns) and heights y drawn as a ring."""
+    return np.array([(radius + y) * np.cos(2 * np.pi * x), (radius + y) * np.sin(2 * np.pi * x)])
 
 
 @given(st.floats(0.1, 0.4), st.sampled_from([1, -1]), st.floats(0.3, 3.0), st.floats(-0.2, 0.2), st.booleans())
@@ -78,7 +78,7 @@ def test_rotation_reaches_rounding():
     another centre.
     """
     for rho in (GOLDEN - 1, 1 - GOLDEN, 0.5 - 0.02 * GOLDEN, GOLDEN / 2):
-        found = rotation_number(np.stack([ellipse(rho, 2000), ellipse(rho, 2000, b=2.0)]))
+        found = rotation_number(np.stack([ellipse(rho, 2000), ellipse(rho, 2000, b=2.0)], axis=-1))
         assert found.rotation == pytest.approx(rho, abs=1e-13)
     found = rotation_number(ellipse(GOLDEN - 1, 3000), centre=(0.3, 0.1))
     assert found.rotation[0] == pytest.approx(GOLDEN - 1, abs=1e-12)
@@ -120,12 +120,12 @@ def test_chain_of_ellipses(p, q):
     assert found.kind[0] == Kind.ISLANDS
     assert (found.p[0], found.q[0]) == (p, q)
     place = 2 * np.pi * p * np.arange(q) / q
-    direction = np.stack([np.cos(place), np.sin(place)], axis=-1)
-    assert found.centres[0] == pytest.approx(direction, abs=1e-5)
+    direction = np.array([np.cos(place), np.sin(place)])
+    assert found.centres[:, :, 0] == pytest.approx(direction, abs=1e-5)
     # Half-extents of an ellipse turned by `place`; 200 points of a golden rotation miss an end by at most (pi/200)^2 of
     # it or so.
-    size = 2 * np.hypot(0.1 * direction, 0.05 * direction[:, ::-1])
-    assert found.extents[0] == pytest.approx(size, rel=2e-3)
+    size = 2 * np.hypot(0.1 * direction, 0.05 * direction[::-1])
+    assert found.extents[:, :, 0] == pytest.approx(size, rel=2e-3)
     # The second half-window of 100 visits resolves the inner rotation number to a few digits.
     assert found.inner[0] == pytest.approx(inner, abs=max(found.inner_error[0], 1e-12))
     assert found.inner_error[0] < 1e-2
@@ -133,7 +133,7 @@ def test_chain_of_ellipses(p, q):
 
 
 def test_a_periodic_orbit_is_islands_without_size():
-    found = islands(np.stack([chain(1, 5, 0.2, 500, a=0.0, b=0.0), np.full((500, 2), 0.7)]), centre=(0.0, 0.0))
+    found = islands(np.stack([chain(1, 5, 0.2, 500, a=0.0, b=0.0), np.full((2, 500), 0.7)], axis=-1), centre=(0.0, 0.0))
     assert found.kind.tolist() == [Kind.ISLANDS] * 2
     assert found.q.tolist() == [5, 1]
     assert np.nanmax(found.extents) < 1e-12
@@ -169,7 +169,7 @@ def test_width_of_a_chain_by_the_pendulum(p, folds):
     assert (found.q[:3] == folds).all()
     assert (found.p[:3] == p).all()
     # Radial extent of the islands in the ring, which cuts each at the angle of its centre: see one in (x, y) itself.
-    top = y[2].max() - p / folds
+    top = y[:, 2].max() - p / folds
     assert top == pytest.approx(0.95 * half, rel=0.02)
 
 
@@ -179,7 +179,7 @@ def test_libration_inside_the_island_is_the_pendulum():
     """
     K = 0.3
     x, y = standard(K, np.array([0.5 + 1e-4]), np.zeros(1), 3000)
-    plane = np.stack([x - 0.5, y], axis=-1)
+    plane = np.array([x - 0.5, y])
     linear = math.acos(1 - K / 2) / (2 * math.pi)
     assert abs(rotation_number(plane, centre=(0.0, 0.0)).rotation[0]) == pytest.approx(linear, abs=1e-7)
     ring = islands(annulus(x, y), centre=(0.0, 0.0))
@@ -193,7 +193,7 @@ def test_chaos_does_not_converge():
     """
     y = np.linspace(0.013, 0.49, 60)
     x, height = standard(8.0, np.full(y.shape, 0.5), y, 2000)
-    found = islands(np.stack([x % 1 - 0.5, (height + 0.5) % 1 - 0.5], axis=-1), centre=(0.0, 0.0))
+    found = islands(np.array([x % 1 - 0.5, (height + 0.5) % 1 - 0.5]), centre=(0.0, 0.0))
     assert (found.kind == Kind.CHAOTIC).all()
     assert np.median(found.turning.digits) < 2
     x, height = standard(0.3, np.full(y.shape, 0.5), y, 4000)
@@ -204,12 +204,12 @@ def test_chaos_does_not_converge():
 
 SMOOTH = {
     "ellipses": lambda rng, n: np.stack(
-        [ellipse(rng.uniform(-0.5, 0.5), n, b=10 ** rng.uniform(-3, 0)) for _ in range(40)]
+        [ellipse(rng.uniform(-0.5, 0.5), n, b=10 ** rng.uniform(-3, 0)) for _ in range(40)], axis=-1
     ),
     "Henon": lambda rng, n: quadratic(rng.uniform(0.02, 0.25, 40), np.zeros(40), math.cos(1.28), math.sin(1.28), n),
     "standard": lambda rng, n: annulus(*standard(0.2, rng.random(40), rng.uniform(0, 0.5, 40), n)),
     "chains": lambda rng, n: np.stack(
-        [chain(1, q, rng.random(), n, a=0.2 * rng.random(), b=0.1 * rng.random()) for q in range(2, 32)]
+        [chain(1, q, rng.random(), n, a=0.2 * rng.random(), b=0.1 * rng.random()) for q in range(2, 32)], axis=-1
     ),
 }
 
@@ -230,7 +230,7 @@ def test_chaos_is_seen_in_a_few_hundred_crossings():
     """Standard map at K = 6, and the sea around the islands of K = 1.5."""
     rng = np.random.default_rng(8)
     x, y = standard(6.0, rng.random(40), rng.random(40), 300)
-    strong = islands(np.stack([x % 1 - 0.5, (y + 0.5) % 1 - 0.5], axis=-1), centre=(0.0, 0.0))
+    strong = islands(np.array([x % 1 - 0.5, (y + 0.5) % 1 - 0.5]), centre=(0.0, 0.0))
     assert (strong.kind == Kind.CHAOTIC).mean() > 0.9
     x, y = standard(1.5, 1e-3 * rng.random(30), 1e-3 * rng.random(30), 1000)
     sea = islands(annulus(x, (y + 0.5) % 1 - 0.5), centre=(0.0, 0.0))
@@ -240,9 +240,9 @@ def test_chaos_is_seen_in_a_few_hundred_crossings():
 
 def test_a_curve_close_to_a_rational_is_not_islands():
     """Ellipses at 1/3 + 1e-3 and + 1e-4 in 20 000 points; at 1/3 + 1e-15 it is a periodic orbit."""
-    found = islands(np.stack([ellipse(1 / 3 + d, 20_000) for d in (1e-3, 1e-4)]))
+    found = islands(np.stack([ellipse(1 / 3 + d, 20_000) for d in (1e-3, 1e-4)], axis=-1))
     assert (found.kind == Kind.CURVE).all()
-    slow = islands(np.stack([ellipse(1 / 3 + 1e-15, 400)]))
+    slow = islands(ellipse(1 / 3 + 1e-15, 400)[:, :, None])
     assert slow.q[0] == 3, "a periodic orbit to rounding"
 
 
@@ -260,8 +260,8 @@ def test_islands_that_have_not_turned_yet_are_undecided():
 def test_padding_and_few_points():
     """NaN past the last point changes nothing; less than 32 points have a status and no kind."""
     long = ellipse(GOLDEN - 1, 400)
-    points = np.full((3, 500, 2), np.nan)
-    points[0, :400], points[1, :20] = long, long[:20]
+    points = np.full((2, 500, 3), np.nan)
+    points[:, :400, 0], points[:, :20, 1] = long, long[:, :20]
     found = islands(points)
     alone = rotation_number(long)
     assert found.turning.rotation[0] == alone.rotation[0]
@@ -276,12 +276,12 @@ def test_padding_and_few_points():
 @pytest.mark.parametrize(
     ("call", "error", "match"),
     [
-        (lambda: rotation_number(np.ones((5, 3))), ValueError, "points must have shape"),
+        (lambda: rotation_number(np.ones((3, 5))), ValueError, "points must have shape"),
         (lambda: rotation_number(np.ones(2)), ValueError, "points must have shape"),
         (lambda: rotation_number("ab"), TypeError, "points must be an array"),
-        (lambda: rotation_number(np.ones((40, 2)), centre=(1.0, np.nan)), ValueError, "centre must be a finite point"),
-        (lambda: islands(np.ones((40, 2)), max_period=0), ValueError, "max_period must be at least 1"),
-        (lambda: islands(np.ones((40, 2)), digits=0), ValueError, "digits must be positive"),
+        (lambda: rotation_number(np.ones((2, 40)), centre=(1.0, np.nan)), ValueError, "centre must be a finite point"),
+        (lambda: islands(np.ones((2, 40)), max_period=0), ValueError, "max_period must be at least 1"),
+        (lambda: islands(np.ones((2, 40)), digits=0), ValueError, "digits must be positive"),
     ],
 )
 def test_wrong_input(call, error, match):
@@ -301,19 +301,19 @@ def test_henon_heiles_section():
         found = fastaff.poincare_map(
             model, lift(y, p_y), section=section, crossings=crossings, max_time=20.0 * crossings + 20, step=0.02
         )
-        return found.points[..., [1, 3]]
+        return found.points[[1, 3]]
 
     # The fixed point on p_y = 0 by secants for p_y' = 0, on the side y > 0.
     a, b = 0.15, 0.3
-    f, g = (returned(np.array([u]), np.zeros(1))[0, 0, 1] for u in (a, b))
+    f, g = (returned(np.array([u]), np.zeros(1))[1, 0, 0] for u in (a, b))
     for _ in range(8):
         if g == f:
             break
         a, b, f = b, b - g * (b - a) / (g - f), g
-        g = returned(np.array([b]), np.zeros(1))[0, 0, 1]
+        g = returned(np.array([b]), np.zeros(1))[1, 0, 0]
     h = 1e-5
     y, p_y = b + h * np.array([1, -1, 0, 0]), h * np.array([0, 0, 1, -1])
-    ends = returned(y, p_y)[:, 0]
+    ends = returned(y, p_y)[:, 0].T
     monodromy = np.stack([(ends[0] - ends[1]) / (2 * h), (ends[2] - ends[3]) / (2 * h)], axis=1)
     # Area-preserving in (y, p_y); central differences are good to h^2 and to rounding / h.
     assert np.linalg.det(monodromy) == pytest.approx(1.0, abs=1e-6)

@@ -401,7 +401,7 @@ def check(model, z0, section=None):
     if section is not None:
         cut = poincare_map(model, z0, section=section, crossings=3, max_time=30.0, step=0.1, energy_tolerance=1.0)
         times, points = scheme_crossings(model, KAHAN_LI8, z0, section, 0.1, 20.0)
-        assert cut.counts[0] == 3 and np.abs(cut.times[0] - times[:3]).max() < 1e-11, (cut.times, times)
+        assert cut.counts[0] == 3 and np.abs(cut.times[:, 0] - times[:3]).max() < 1e-11, (cut.times, times)
     print("fine")
 
 check(Bare(), [0.5, 0.1], Through(0.2, 0))

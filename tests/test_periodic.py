@@ -99,7 +99,7 @@ def test_straight_orbits_have_their_period_and_hills_trace(E):
     assert orbit.time[0] == pytest.approx(straight_period(E), rel=1e-10)
     trace = hill_trace(E)
     assert orbit.indices[0, 0].real == pytest.approx(trace, abs=1e-9)
-    assert np.trace(orbit.monodromy[0]) - 2 == pytest.approx(trace, abs=1e-8)
+    assert np.trace(orbit.monodromy[:, :, 0]) - 2 == pytest.approx(trace, abs=1e-8)
     assert orbit.residue[0] == pytest.approx((2 - trace) / 4, abs=1e-9)
     expected = (
         Stability.ELLIPTIC if abs(trace) < 2 else Stability.HYPERBOLIC if trace > 2 else Stability.INVERSE_HYPERBOLIC
@@ -139,7 +139,7 @@ def test_seven_simple_orbits_of_henon_heiles():
     images = fa.poincare_map(
         fa.HenonHeiles(), turn @ hyperbolic, section=X, crossings=1, max_time=20.0, step=0.02
     ).points[:, 0]
-    distance = np.linalg.norm(images[:, None] - hyperbolic.T, axis=2).min(axis=1)
+    distance = np.linalg.norm(images.T[:, None] - hyperbolic.T, axis=2).min(axis=1)
     assert distance.max() < 1e-9
 
 
@@ -148,7 +148,7 @@ def test_structure_of_monodromy_matrices():
     eigenvectors.
     """
     found = all_periodic(1)
-    M, S = found.monodromy, found.reduced
+    M, S = (np.moveaxis(matrices, -1, 0) for matrices in (found.monodromy, found.reduced))
     assert np.abs(M.transpose(0, 2, 1) @ OMEGA @ M - OMEGA).max() < 1e-11
     assert np.abs(np.linalg.det(S) - 1).max() < 1e-11
     assert np.abs(np.trace(S, axis1=1, axis2=2) + 2 - np.trace(M, axis1=1, axis2=2)).max() < 1e-10
@@ -164,7 +164,7 @@ def test_monodromy_against_differences_of_scipy():
     z, T, h = found.z[:, 2], found.time[2], 1e-5
     ends = [naive.solve(fa.HenonHeiles(), z + s * h * e, T)[0] for e in np.eye(4) for s in (1, -1)]
     expected = np.transpose([(up - down) / (2 * h) for up, down in zip(ends[::2], ends[1::2], strict=True)])
-    np.testing.assert_allclose(found.monodromy[2], expected, atol=2e-8)
+    np.testing.assert_allclose(found.monodromy[:, :, 2], expected, atol=2e-8)
 
 
 def test_convergence_is_quadratic():
@@ -186,7 +186,7 @@ def test_longer_orbits_come_in_pairs():
     assert found.period.tolist() == sorted(found.period)
     np.testing.assert_array_equal(found.prime, found.period)
     assert len(np.unique(found.same())) == found.period.size
-    np.testing.assert_array_equal(np.isfinite(found.points).all(axis=2).sum(axis=1), found.period)
+    np.testing.assert_array_equal(np.isfinite(found.points).all(axis=0).sum(axis=0), found.period)
     chains = found.residue[found.period == 3]
     assert chains.size >= 2
     assert (chains > 0).sum() == (chains < 0).sum()
@@ -195,7 +195,7 @@ def test_longer_orbits_come_in_pairs():
 def test_same_orbits_are_one_wherever_they_start():
     model, found = radial_orbits()
     chain = found.take(found.period == 3)
-    starts = chain.points[0].T
+    starts = chain.points[:, :, 0]
     again = fa.periodic_orbits(model, starts, section=RADIAL, period=3, energy=1.5)
     again.raise_if_failed()
     assert again.same().tolist() == [0, 0, 0]
@@ -261,7 +261,7 @@ def _check_alone(threads):
         alone = run(z0[:, o], threads=1)
         assert alone.status[0] == together.status[o] == Status.OK
         np.testing.assert_array_equal(alone.z[:, 0], together.z[:, o])
-        np.testing.assert_array_equal(alone.monodromy[0], together.monodromy[o])
+        np.testing.assert_array_equal(alone.monodromy[:, :, 0], together.monodromy[:, :, o])
 
 
 @pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.DOP853, fa.SOFRONIOU_SPALETTA10], ids=naive.label)
@@ -289,9 +289,13 @@ def test_a_scheme_that_chooses_itself():
 
 def test_files_keep_a_branch(tmp_path):
     branch = fa.continuation(fa.HenonHeiles(), straight(0.1), section=X, steps=3)
-    saved = fa.files.load(fa.files.save(tmp_path / "branch", branch))
+    path = fa.files.save(tmp_path / "branch", branch)
+    saved = fa.files.contents(path)
     np.testing.assert_array_equal(saved.arrays["orbits_z"], branch.orbits.z)
     assert saved.metadata["orbits"]["names"] == list(branch.orbits.names)
+    again = fa.files.load(path)
+    np.testing.assert_array_equal(again.orbits.monodromy, branch.orbits.monodromy)
+    assert (again.status, again.orbits.section, again.orbits.scheme) == (branch.status, X, fa.KAHAN_LI8)
 
 
 def test_reduced_body_is_the_body():
@@ -403,8 +407,8 @@ def test_each_orbit_has_its_own_step_and_no_neighbour():
     for o in range(4):
         alone = fa.periodic_orbits(model, guesses[:, o], section=section, period=2)
         for name in ("status", "time", "monodromy", "residual", "error", "step"):
-            np.testing.assert_array_equal(getattr(alone, name)[0], getattr(together, name)[o])
-            np.testing.assert_array_equal(getattr(shuffled, name)[order.index(o)], getattr(together, name)[o])
+            np.testing.assert_array_equal(getattr(alone, name)[..., 0], getattr(together, name)[..., o])
+            np.testing.assert_array_equal(getattr(shuffled, name)[..., order.index(o)], getattr(together, name)[..., o])
         np.testing.assert_array_equal(alone.z[:, 0], together.z[:, o])
 
 
@@ -438,7 +442,7 @@ def test_a_branch_goes_on_where_its_orbits_need_other_steps():
     assert up.orbits.step[-1] < up.orbits.step.max()
     end = up.orbits.take(-1)
     z, T = end.z[:, 0], end.time[0]
-    np.testing.assert_allclose(naive.solve(model, z, T)[0], z, atol=1e-9 * np.linalg.norm(end.monodromy[0]))
+    np.testing.assert_allclose(naive.solve(model, z, T)[0], z, atol=1e-9 * np.linalg.norm(end.monodromy))
     down = fa.continuation(
         model, start.z[:, 0], section=RADIAL, energy=1.5, bounds=(0.0, 7.0), direction=-1, longest=0.3, steps=200
     )
@@ -472,12 +476,12 @@ def test_relative_periodic_orbits_return_in_all_invariants_of_the_body():
         z = model.to_planes(found.z[:, o], eta=0.4, gamma=-1.1)
         end = fa.integrate(BODY, z, time=found.time[o], step=0.005).z[:, 0]
         np.testing.assert_allclose(
-            model.from_planes(end), found.z[:, o], atol=1e-10 * np.linalg.norm(found.monodromy[o])
+            model.from_planes(end), found.z[:, o], atol=1e-10 * np.linalg.norm(found.monodromy[:, :, o])
         )
         crossings = fa.poincare_map(
             BODY, z, section=fa.AlphaTurning(), crossings=int(found.period[o]), max_time=100.0, step=0.005
         )
-        assert crossings.times[0, -1] == pytest.approx(found.time[o], rel=1e-9)
+        assert crossings.times[-1, 0] == pytest.approx(found.time[o], rel=1e-9)
 
 
 def test_harmonic_body_has_unit_multipliers_in_four_degrees_of_freedom():

@@ -9,6 +9,7 @@ import pytest
 
 import fastaff
 from fastaff import plot
+from fastaff.flows.coordinates import row_names
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.figure import Figure  # noqa: E402
@@ -26,13 +27,13 @@ def ax():
 
 def section_map(orbits=3, crossings=5):
     rng = np.random.default_rng(0)
-    points = rng.uniform(0.5, 1.0, (orbits, crossings, 8))
+    points = rng.uniform(0.5, 1.0, (8, crossings, orbits))
     counts = np.full(orbits, crossings)
     counts[-1] = 0
-    points[-1] = np.nan
+    points[..., -1] = np.nan
     return fastaff.analysis.SectionMap(
         points,
-        np.where(np.isnan(points[..., 0]), np.nan, 1.0),
+        np.where(np.isnan(points[0]), np.nan, 1.0),
         counts,
         np.zeros(orbits),
         np.zeros(orbits),
@@ -40,6 +41,7 @@ def section_map(orbits=3, crossings=5):
         fastaff.AlphaTurning(),
         fastaff.KAHAN_LI8,
         0.01,
+        row_names(fastaff.Body(fastaff.Hyperelastic())),
     )
 
 

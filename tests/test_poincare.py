@@ -55,13 +55,13 @@ every_section = pytest.mark.parametrize("section", SECTIONS, ids=[str(s) for s i
 
 
 def assert_same(one, other, orbits=slice(None)):
-    """Bit for bit, for every array over orbits (first axis)."""
+    """Bit for bit, for every array over orbits."""
     for name in ("points", "times", "counts", "section_error", "energy_error", "status"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[orbits], err_msg=name)
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[..., orbits], err_msg=name)
 
 
 def found(cut, i=0):
-    return cut.times[i, : cut.counts[i]]
+    return cut.times[: cut.counts[i], i]
 
 
 # --- against the twins -------------------------------------------------------------------------------------------
@@ -78,7 +78,7 @@ def test_crossings_are_those_of_scipy(section):
         np.testing.assert_allclose(found(cut, i), truth, rtol=0, atol=2e-9)
         if truth.size:
             points = solve(BODY, z0[:, i], [truth[-1], 12.0])[0]
-            np.testing.assert_allclose(cut.points[i, cut.counts[i] - 1], points, rtol=0, atol=1e-8)
+            np.testing.assert_allclose(cut.points[:, cut.counts[i] - 1, i], points, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("scheme", [LEAPFROG, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4], ids=label)
@@ -91,7 +91,7 @@ def test_crossings_are_roots_on_fractional_steps_of_the_scheme(scheme, section):
     for i in range(3):
         times, points = scheme_crossings(BODY, scheme, z0[:, i], section, 0.1, 8.0)
         np.testing.assert_allclose(found(cut, i), times, rtol=0, atol=2e-12)
-        np.testing.assert_allclose(cut.points[i, : len(times)], points, rtol=0, atol=2e-12)
+        np.testing.assert_allclose(cut.points[:, : len(times), i].T, points, rtol=0, atol=2e-12)
 
 
 @pytest.mark.parametrize("direction", [1, -1, 0])
@@ -104,7 +104,7 @@ def test_henon_heiles_on_x(direction):
         truth = truth[truth > 1e-9]  # the first orbit starts on the section
         np.testing.assert_allclose(found(cut, i), truth, rtol=0, atol=1e-10)
         assert cut.counts[i] == len(truth) > 5
-    assert (np.sign(cut.points[np.isfinite(cut.times)][:, 2]) == direction).all() or direction == 0
+    assert (np.sign(cut.points[2, np.isfinite(cut.times)]) == direction).all() or direction == 0
 
 
 def test_a_closed_form():
@@ -114,7 +114,9 @@ def test_a_closed_form():
     cut = poincare_map(
         Body(Harmonic()), z0, section=section, crossings=5, max_time=100.0, step=0.1, scheme=SOFRONIOU_SPALETTA10
     )
-    np.testing.assert_allclose(cut.times[0], np.arccos(0.7 / np.sqrt(2)) + 2 * np.pi * np.arange(5), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        cut.times[:, 0], np.arccos(0.7 / np.sqrt(2)) + 2 * np.pi * np.arange(5), rtol=0, atol=1e-12
+    )
 
 
 # --- accuracy ----------------------------------------------------------------------------------------------------
@@ -126,15 +128,16 @@ def test_crossings_lie_on_section_and_energy_surface(section):
     cut = poincare_map(BODY, z0, section=section, crossings=20, max_time=100.0, step=0.02, scheme=SOFRONIOU_SPALETTA10)
     kept = np.isfinite(cut.times)
     assert kept.sum() > 300
-    z = cut.points[kept].T
+    z = cut.points[:, kept]
     values = np.zeros(kept.shape)
     values[kept] = np.abs(section(z))
     assert values.max() <= 1e-12
-    np.testing.assert_allclose(values.max(axis=1), cut.section_error, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(values.max(axis=0), cut.section_error, rtol=0, atol=1e-15)
     drift = np.zeros(kept.shape)
     start = energy(BODY, z0), BODY.kinetic_energy(*z0[4:]) + np.abs(BODY.potential_energy(*z0[:4]))
-    drift[kept] = np.abs(energy(BODY, z) - np.repeat(start[0], cut.counts)) / np.repeat(start[1], cut.counts)
-    assert (drift.max(axis=1) <= cut.energy_error + 1e-14).all()  # rounding of E itself does not count
+    E0, scale = (np.broadcast_to(values, kept.shape)[kept] for values in start)
+    drift[kept] = np.abs(energy(BODY, z) - E0) / scale
+    assert (drift.max(axis=0) <= cut.energy_error + 1e-14).all()  # rounding of E itself does not count
     assert np.quantile(cut.energy_error, 0.9) < 1e-11
 
 
@@ -142,7 +145,7 @@ def test_crossings_lie_on_section_and_energy_surface(section):
 def test_crossings_go_the_right_way(section):
     """The derivative of the section function along the flow, by a complex step in the state."""
     cut = poincare_map(BODY, states(BODY, 20, seed=5), section=section, crossings=10, max_time=50.0, step=0.05)
-    z = cut.points[np.isfinite(cut.times)].T
+    z = cut.points[:, np.isfinite(cut.times)]
     flow = np.array([*BODY.velocity(*z[4:]), *BODY.force(*z[:4])])
     rate = section.value(*(z + 1e-30j * flow)).imag / 1e-30
     if section.direction:
@@ -198,8 +201,8 @@ def test_a_start_on_the_section_is_not_counted(direction, options):
     assert (cut.counts == 3).all()
     half = np.pi / np.sqrt(1.1 / 0.8) / 2  # half a dilatation, roughly: alpha turns at each
     first = {-1: 2 * half, 1: half, 0: half}[direction]
-    np.testing.assert_allclose(np.median(cut.times[:, 0]), first, rtol=0.25)
-    assert cut.times[:, 0].min() > 0.5 * first
+    np.testing.assert_allclose(np.median(cut.times[0]), first, rtol=0.25)
+    assert cut.times[0].min() > 0.5 * first
 
 
 def test_both_directions_are_the_union():
@@ -251,23 +254,23 @@ def test_a_wanted_pair_is_cut_at_the_wanted_number():
     assert whole.counts[0] == 20
     for wanted in range(1, 20):
         part = poincare_map(BODY, z0, section=section, crossings=wanted, max_time=60.0, step=0.3, energy_tolerance=1.0)
-        np.testing.assert_array_equal(part.times[0], whole.times[0, :wanted])
-        np.testing.assert_array_equal(part.points[0], whole.points[0, :wanted])
+        np.testing.assert_array_equal(part.times[:, 0], whole.times[:wanted, 0])
+        np.testing.assert_array_equal(part.points[:, :, 0], whole.points[:, :wanted, 0])
         assert part.status[0] == Status.OK
 
 
 def test_times_increase_and_end_in_nan():
     z0 = states(BODY, 60, seed=9)
     cut = poincare_map(BODY, z0, section=BetaEquals(0.35, 0), crossings=12, max_time=8.0, step=0.1)
-    assert cut.points.shape == (60, 12, 8)
+    assert cut.points.shape == (8, 12, 60)
     assert len(set(cut.counts)) > 2
     for i in range(60):
         n = cut.counts[i]
-        assert (np.diff(cut.times[i, :n]) > 0).all()
-        assert (cut.times[i, :n] <= 8.0 * (1 + 2e-15)).all()
-        assert np.isnan(cut.times[i, n:]).all()
-        assert np.isnan(cut.points[i, n:]).all()
-        assert np.isfinite(cut.points[i, :n]).all()
+        assert (np.diff(cut.times[:n, i]) > 0).all()
+        assert (cut.times[:n, i] <= 8.0 * (1 + 2e-15)).all()
+        assert np.isnan(cut.times[n:, i]).all()
+        assert np.isnan(cut.points[:, n:, i]).all()
+        assert np.isfinite(cut.points[:, :n, i]).all()
         assert (cut.status[i] == Status.OK) == (n == 12)
 
 
@@ -275,7 +278,7 @@ def test_many_crossings_beyond_the_spare_records():
     """Hundreds of crossings of one orbit, the same as in pieces by the twin's count."""
     cut = poincare_map(BALL, states(BALL, 2), section=ON_X, crossings=400, max_time=1e4, step=0.2)
     assert (cut.counts == 400).all()
-    np.testing.assert_allclose(np.diff(cut.times, axis=1), 2 * np.pi, rtol=0.25)
+    np.testing.assert_allclose(np.diff(cut.times, axis=0), 2 * np.pi, rtol=0.25)
     assert cut.energy_error.max() < 1e-6
 
 
@@ -387,7 +390,7 @@ def test_small_coordinates_are_not_on_the_section():
     for size in (1e-12, 1e-7, 1.0, 1e5):
         z0 = size * np.array([[-1.0, -1e-9], [0.3, 0.3], [0.0, 1.0], [0.2, 0.1]])
         cut = poincare_map(model, z0, section=ON_X, crossings=1, max_time=7.0, step=0.1)
-        np.testing.assert_allclose(cut.times[:, 0], [np.pi / 2, 1e-9], rtol=1e-6)
+        np.testing.assert_allclose(cut.times[0], [np.pi / 2, 1e-9], rtol=1e-6)
 
 
 def test_nothing_comes_after_max_time():
@@ -424,18 +427,18 @@ def test_energy_drift_cuts_the_orbit_off():
     path = integrate(BODY, z0, time=540.0, step=0.1, samples=5400).samples
     assert np.nanmax(all_of_it.times) < 540.0
     scale = BODY.kinetic_energy(*np.moveaxis(path, 1, 0)[4:]).max(axis=0)  # nearly the largest that is met
-    drift = np.abs(energy(BODY, np.moveaxis(all_of_it.points, -1, 0)) - energy(BODY, z0)[:, None]) / scale[:, None]
-    tolerance = float(np.median(drift[:, 100]))
+    drift = np.abs(energy(BODY, all_of_it.points) - energy(BODY, z0)) / scale
+    tolerance = float(np.median(drift[100]))
     cut = poincare_map(BODY, z0, energy_tolerance=tolerance, **options)
     lost = cut.status == Status.ENERGY_DRIFT
     assert lost.any()
     for i in np.flatnonzero(lost):
         n = cut.counts[i]
         assert 0 < n < 200
-        assert (drift[i, :n] <= 1.001 * tolerance).all()
-        assert drift[i, n] > 0.998 * tolerance
-        np.testing.assert_array_equal(cut.times[i, :n], all_of_it.times[i, :n])
-        assert np.isnan(cut.times[i, n:]).all()
+        assert (drift[:n, i] <= 1.001 * tolerance).all()
+        assert drift[n, i] > 0.998 * tolerance
+        np.testing.assert_array_equal(cut.times[:n, i], all_of_it.times[:n, i])
+        assert np.isnan(cut.times[n:, i]).all()
         assert cut.energy_error[i] > tolerance
 
 
@@ -518,11 +521,11 @@ def test_a_lost_orbit_does_not_change_its_neighbours(options):
 def test_coordinates_in_charts(chart):
     cut = poincare_map(BODY, states(BODY, 30), section=BetaEquals(0.3, 1), crossings=10, max_time=15.0, step=0.1)
     q = cut.coordinates(chart)
-    assert q.shape == (8, 30, 10)
+    assert q.shape == (8, 10, 30)
     kept = np.isfinite(cut.times)
     assert 0 < kept.sum() < kept.size
     assert np.isnan(q[:, ~kept]).all()
-    np.testing.assert_allclose(chart.to_planes(q[:, kept]), cut.points[kept].T, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(chart.to_planes(q[:, kept]), cut.points[:, kept], rtol=0, atol=1e-12)
     if chart is ALPHA_BETA:
         np.testing.assert_allclose(q[1][kept], 0.3, rtol=0, atol=1e-12)
         assert (q[5][kept] > 0).all()
@@ -585,8 +588,8 @@ def test_ctrl_c_stops_a_map_and_hands_over_what_there_is(options):
     interrupt(
         f"call = lambda time: poincare_map(body, z0, section=AlphaTurning(), crossings=4000, max_time=time, {options})",
         2e4,
-        "counts = partial.counts; assert 4000 > counts.max() > 10, counts; k = counts.argmax()\n"
-        "    assert np.isfinite(partial.points[k, :counts[k]]).all() and np.isnan(partial.times[k, counts[k]:]).all()\n"
+        "counts = partial.counts; assert 4000 > counts.max() > 10, counts; k = counts.argmax(); n = counts[k]\n"
+        "    assert np.isfinite(partial.points[:, :n, k]).all() and np.isnan(partial.times[n:, k]).all()\n"
         "    assert partial.section_error.max() < 1e-12",
     )
 
@@ -613,6 +616,6 @@ def test_ctrl_c_while_crossings_are_located_keeps_only_located_ones(monkeypatch,
         poincare_map(BODY, states(BODY, 10, seed=3), section=AlphaTurning(), crossings=8, max_time=200.0, step=0.1)
     partial = caught.value.partial
     assert partial.counts.sum() == located
-    assert (np.isfinite(partial.times).sum(axis=1) == partial.counts).all()
-    assert np.abs(AlphaTurning()(partial.points[np.isfinite(partial.times)].T)).max(initial=0) < 1e-12
+    assert (np.isfinite(partial.times).sum(axis=0) == partial.counts).all()
+    assert np.abs(AlphaTurning()(partial.points[:, np.isfinite(partial.times)])).max(initial=0) < 1e-12
     assert np.isin(partial.status, (Status.OK, Status.INTERRUPTED)).all()

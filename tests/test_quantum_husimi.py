@@ -162,10 +162,10 @@ def test_figures_of_husimi_functions_and_spacings():
     state = wavefunction(body, m=3, l=-1, n=(2, 3), hbar=0.2)
     surface = {"energy": state.energy, "section": AlphaTurning(1), "p_eta": 0.4, "p_gamma": 0.2}
     grid = energy_grid(body, axes=(np.linspace(0.1, 2, 20), np.linspace(-2, 2, 21)), **surface)
-    starts = fastaff.energy_sample(body, orbits=20, **surface).z0.T.reshape(4, 5, 8)
+    starts = fastaff.energy_sample(body, orbits=20, **surface).z0.reshape(8, 5, 4)
     fine = np.zeros(4)
     crossings = fastaff.analysis.SectionMap(
-        starts, np.ones((4, 5)), fine + 5, fine, fine, fine, AlphaTurning(1), fastaff.KAHAN_LI8, 0.1
+        starts, np.ones((5, 4)), fine + 5, fine, fine, fine, AlphaTurning(1), fastaff.KAHAN_LI8, 0.1, ()
     )
     left, right = Figure().subplots(1, 2)
     drawn = plot_husimi(grid, husimi(state)(grid.z0), ax=left, section_map=crossings, colorbar=True)

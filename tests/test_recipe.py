@@ -69,7 +69,7 @@ def test_the_text_of_a_formula_is_in_the_file(tmp_path):
     model.
     """
     path = files.save(tmp_path / "own", fa.integrate(OWN, Z4, time=1.0, step=0.1), model=OWN)
-    metadata = files.load(path).metadata
+    metadata = files.contents(path).metadata
     for model in (metadata["model"], metadata["call"]["arguments"]["body"]):
         assert model["formula"] == [OWN.formula, OWN.domain, ["a", "b", "c"], ["x", "y"], "masses"]
         assert (model["a"], model["m_1"], model["m_2"]) == (A, D, A)
@@ -91,7 +91,7 @@ def test_the_call_keeps_what_was_given_then(tmp_path):
 
 def test_arrays_are_written_once(tmp_path):
     result = fa.integrate(OWN, Z4, time=2.0, step=0.1)
-    arrays, metadata = files.load(files.save(tmp_path / "run", result, z0=Z4))
+    arrays, metadata = files.contents(files.save(tmp_path / "run", result, z0=Z4))
     assert metadata["call"]["arguments"]["z0"] == {"array": "z0"}
     assert "call_z0" not in arrays
 
@@ -136,7 +136,7 @@ def test_what_was_put_together_by_hand_has_no_call(tmp_path):
 def test_a_forged_file_executes_nothing(tmp_path):
     """Names of classes outside of the list, and formulas that are no mathematics."""
     path = files.save(tmp_path / "run", fa.integrate(OWN, Z4, time=2.0, step=0.1))
-    arrays, metadata = files.load(path)
+    arrays, metadata = files.contents(path)
     body = metadata["call"]["arguments"]["body"]
     code = ["__import__('os')", None, ["a"], ["x", "y"], "unit"]
     own = encoded(HenonHeiles(2.0))

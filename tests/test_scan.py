@@ -55,7 +55,7 @@ def test_points_are_on_the_surface_and_the_return_map_keeps_their_distribution(b
     np.testing.assert_allclose(canonical(body, section, drawn.z0), drawn.points, atol=1e-9)
     image = fastaff.poincare_map(body, drawn.z0, section=section, crossings=1, max_time=200.0)
     image.raise_if_failed()
-    after = canonical(body, section, image.points[:, 0].T)
+    after = canonical(body, section, image.points[:, 0])
     for direction in ((1.0, 0.0), (0.0, 1.0), (1.0, 0.5)):
         assert stats.ks_2samp(direction @ drawn.points, direction @ after).pvalue > 1e-3
 
@@ -66,7 +66,7 @@ def test_uniform_in_the_wrong_momentum_is_not_kept():
     (u0, u1), (v0, v1) = edge(NEO, section, energy=1.5, **PLANES).axes
     axes = (np.linspace(u0, u1, 90)[1:-1], np.linspace(v0, v1, 90)[1:-1])
     z0 = fastaff.energy_grid(NEO, energy=1.5, section=section, axes=axes, **PLANES).z0
-    image = fastaff.poincare_map(NEO, z0, section=section, crossings=1, max_time=200.0).points[:, 0].T
+    image = fastaff.poincare_map(NEO, z0, section=section, crossings=1, max_time=200.0).points[:, 0]
     before, after = (canonical(NEO, section, z) for z in (z0, image))
     assert min(stats.ks_2samp(b, a).pvalue for b, a in zip(before, after)) < 1e-6
 

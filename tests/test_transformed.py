@@ -279,7 +279,7 @@ def test_crossings_are_those_of_other_schemes_up_to_max_time():
     ]
     found, truth = maps
     assert found.section is section
-    assert found.points.shape == truth.points.shape == (3, 100, 4)
+    assert found.points.shape == truth.points.shape == (4, 100, 3)
     assert np.array_equal(found.counts, truth.counts)
     assert found.counts.min() > 5
     assert np.all(found.status == Status.TOO_FEW_CROSSINGS)

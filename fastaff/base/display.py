@@ -12,19 +12,22 @@ SMALL = 6
 """Arrays of at most so many numbers are shown whole, larger ones as dtype and shape."""
 
 
+def short(result: Any) -> str:
+    """Return the class of a result and its `summary()` where it has one: the line that results are at a prompt."""
+    said = result.summary() if hasattr(result, "summary") else ""
+    return _cut(f"{type(result).__name__}: {said}" if said else type(result).__name__, 2 * WIDTH)
+
+
 def screen(result: Any) -> str:
-    """Return the class of a result, its `summary()` where it has one, and a line for each field: the `__repr__` of
-    results.
-    """
+    """Return the line of `short` and one for each field: what a result prints."""
     names = (
         [f.name for f in dataclasses.fields(result) if f.repr]
         if hasattr(result, "__dataclass_fields__")
         else result._fields
     )
-    said = result.summary() if hasattr(result, "summary") else ""
     width = max(map(len, names), default=0)
     lines = [f"  {name:<{width}}  {_cut(brief(getattr(result, name)), WIDTH - width - 4)}" for name in names]
-    return "\n".join([_cut(f"{type(result).__name__}: {said}" if said else type(result).__name__, 2 * WIDTH), *lines])
+    return "\n".join([short(result), *lines])
 
 
 def brief(value: Any) -> str:

@@ -15,6 +15,7 @@ from .. import files, plot
 from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
 from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
 from ..analysis.sections.poincare_map import SectionMap, poincare_map
+from ..base.provenance import cores, provenance
 from ..base.status import describe
 from ..models import Body, Hyperelastic, NeoHookean
 from ..models.sections import AlphaTurning
@@ -107,7 +108,7 @@ def run(
             "energy": p.energy,
             "p_eta": P_ETA,
             "seed": SEED,
-            "threads": threads or files.cores(),
+            "threads": threads or cores(),
             "quick": quick,
         }
         for part, result, extra in (
@@ -132,7 +133,7 @@ def run(
     image = stem.with_name(stem.name + ".png")
     figure = draw(*portraits)
     facts = {
-        **files.provenance(),
+        **provenance(),
         "seed": SEED,
         "energies": [p.energy for p in portraits],
         "p_eta": P_ETA,

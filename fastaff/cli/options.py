@@ -46,8 +46,8 @@ class Wrong(ValueError):
 HELP = """Poincaré sections, frequency maps and chaos maps of planar affinely-rigid bodies.
 
 Each command computes many orbits on all cores, draws a PNG and writes an .npz file with the numbers, all
-parameters, versions and the seed (read it with `fastaff.files.load`). Ctrl-C stops within a second and keeps
-what is finished. Exit codes: 0, 2 for wrong input, 130 after Ctrl-C.
+parameters, versions and the seed (read it with `fastaff.files.load`, or `contents`). Ctrl-C stops within a second and
+keeps what is finished. Exit codes: 0, 2 for wrong input, 130 after Ctrl-C.
 
 Start with one of
 
@@ -375,7 +375,7 @@ def return_times(body: Any, z0: np.ndarray, section: Any, choices: dict[str, Any
 
     few = np.ascontiguousarray(z0[:, :: max(1, z0.shape[1] // 64)])
     found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **choices)
-    return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times, found.counts)])
+    return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times.T, found.counts)])
 
 
 def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:

@@ -9,14 +9,13 @@ import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
+from ..base.interruption import Interrupted
 from ..base.recipe import keep
 from ..base.status import Status, summary
-from ..flows.flow import Interrupted
 
 EXIT_INTERRUPTED = 130
 COMPILE_SECONDS = {"poincare": 20, "frequency-map": 40, "chaos-map": 60}
@@ -107,9 +106,8 @@ def begun(partial: Any, z0: np.ndarray) -> tuple[Any, dict[str, Any]]:
     write.
     """
     rows = np.flatnonzero((partial.status != Status.INTERRUPTED) | (partial.counts > 0))
-    values = {entry.name: getattr(partial, entry.name) for entry in fields(partial)}
-    cut = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
-    return keep(replace(partial, **cut), getattr(partial, "call", None)), {"z0": z0[:, rows], "begun": rows}
+    # The file says which orbits these are, beside the call that made all.
+    return keep(partial.take(rows), getattr(partial, "call", None)), {"z0": z0[:, rows], "begun": rows}
 
 
 @contextlib.contextmanager

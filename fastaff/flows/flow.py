@@ -13,6 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from ..base.interruption import Interrupted as Interrupted
 from ..base.numbers import fits, number_of_steps, whole
 from ..base.status import Status
 from ..compile.blocks import idle_block, model_block, parameters
@@ -26,12 +27,6 @@ from .observers import Observer
 
 Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED."""
-
-    partial: Any = None
 
 
 def default_threads() -> int:

@@ -1,6 +1,7 @@
 """Figures: every function takes `ax=` and returns the artists it made; Matplotlib is imported when one is drawn."""
 
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
+from .figures import FIGURES
 from .periodic import plot_periodic
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
 from .quantum_chaos import plot_husimi, plot_spacings
@@ -22,6 +23,7 @@ from .sections import (
 )
 
 __all__ = [
+    "FIGURES",
     "Artists",
     "Edge",
     "clipped",

@@ -13,6 +13,7 @@ import numpy as np
 from ..analysis.periodic.periodic_orbits import PeriodicOrbits, Stability
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
+from ..flows.coordinates import in_chart
 from .sections import Artists, symbol
 
 STYLES = {
@@ -54,7 +55,7 @@ def plot_periodic(
     for name in chosen:
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
-    u, v = (rows[names.index(name)] for name in chosen)
+    u, v = (rows[names.index(name)].T for name in chosen)
     kinds, drawn = orbits.stability, orbits.status == Status.OK
     marks = []
     for kind, style in STYLES.items():
@@ -74,14 +75,10 @@ def _name(kind: Stability) -> str:
 
 
 def _coordinates(orbits: PeriodicOrbits, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return names and values (names, orbits, period) of all coordinates of the crossings."""
-    rows = np.moveaxis(orbits.points, -1, 0)
-    if len(rows) != 8:
-        return orbits.names, rows
-    kept = np.isfinite(rows).all(axis=0)
-    converted = np.full(rows.shape, np.nan)
-    converted[:, kept] = chart.from_planes(rows[:, kept])
-    return (*chart.names, *chart.momenta), converted
+    """Return names and values (names, period, orbits) of all coordinates of the crossings."""
+    if len(orbits.points) != 8:
+        return orbits.names, orbits.points
+    return (*chart.names, *chart.momenta), in_chart(orbits.points, chart)
 
 
 def _free(orbits: PeriodicOrbits, names: tuple[str, ...]) -> str:

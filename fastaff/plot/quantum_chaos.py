@@ -55,7 +55,7 @@ def plot_husimi(
     lines: list[Any] = []
     if section_map is not None:
         names, z = (*ALPHA_BETA.names, *ALPHA_BETA.momenta), section_map.coordinates(ALPHA_BETA)
-        u, v = (z[names.index(name)].ravel() for name in grid.names)
+        u, v = (z[names.index(name)].T.ravel() for name in grid.names)
         kept = np.isfinite(u) & np.isfinite(v)
         lines.append(ax.scatter(u[kept], v[kept], s=size, color="#00306f", alpha=0.55, linewidths=0, rasterized=True))
     if boundary is not None:

@@ -129,11 +129,11 @@ def plot_section(
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
     u, v = coordinates[names.index(x)], coordinates[names.index(y)]
-    each = np.zeros(u.shape[0]) if values is None else np.asarray(values, dtype=np.float64)
-    if each.shape != u.shape[:1]:
-        raise ValueError(f"values must have shape ({u.shape[0]},), one for each orbit, got {each.shape}")
+    each = np.zeros(u.shape[1]) if values is None else np.asarray(values, dtype=np.float64)
+    if each.shape != u.shape[1:]:
+        raise ValueError(f"values must have shape ({u.shape[1]},), one for each orbit, got {each.shape}")
     drawn = np.isfinite(each) & (section_map.counts > 0)
-    u, v, c = u[drawn].ravel(), v[drawn].ravel(), np.repeat(each[drawn], u.shape[1])
+    u, v, c = u.T[drawn].ravel(), v.T[drawn].ravel(), np.repeat(each[drawn], len(u))
     kept = np.isfinite(u) & np.isfinite(v)
     # In an order without meaning, so that no kind of orbit covers another.
     order = np.random.default_rng(0).permutation(np.flatnonzero(kept))
@@ -155,10 +155,10 @@ def plot_section(
 
 
 def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return names and values (names, orbits, crossings) of all coordinates."""
-    if section_map.points.shape[-1] == 8:
+    """Return names and values (names, crossings, orbits) of all coordinates."""
+    if len(section_map.points) == 8:
         return (*chart.names, *chart.momenta), section_map.coordinates(chart)
-    return ("x", "y", "p_x", "p_y"), np.moveaxis(section_map.points, -1, 0)
+    return ("x", "y", "p_x", "p_y"), section_map.points
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:

@@ -6,16 +6,17 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import flag, positive, real, whole
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status, describe
 from ...flows.checks import checked_model
-from ...flows.flow import Flow, Interrupted, Report, energy_error, mark_drift
+from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model
@@ -41,7 +42,7 @@ from .streamed import ChaosRun
 
 
 @dataclass(frozen=True)
-class ChaosMap:
+class ChaosMap(Result):
     """Indicators of orbits and what they say.
 
     names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,
@@ -55,25 +56,22 @@ class ChaosMap:
     """
 
     names: tuple[str, ...]
-    values: np.ndarray
-    limits: np.ndarray
-    verdicts: np.ndarray
-    verdict: np.ndarray
-    longer: np.ndarray
-    detected: np.ndarray
-    spectrum: np.ndarray | None
-    spectrum_error: np.ndarray | None
-    history: np.ndarray
-    history_times: np.ndarray
-    t: np.ndarray
-    energy_error: np.ndarray
-    status: np.ndarray
+    values: Annotated[np.ndarray, along("indicator", "orbit", labels="names", plain=True)]
+    limits: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
+    verdicts: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
+    verdict: Annotated[np.ndarray, along("orbit")]
+    longer: Annotated[np.ndarray, along("orbit", unit="time")]
+    detected: Annotated[np.ndarray, along("indicator", "orbit", unit="time", labels="names")]
+    spectrum: Annotated[np.ndarray | None, along("exponent", "orbit", unit="1/time")]
+    spectrum_error: Annotated[np.ndarray | None, along("exponent", "orbit", unit="1/time")]
+    history: Annotated[np.ndarray, along("indicator", "record", "orbit", labels="names")]
+    history_times: Annotated[np.ndarray, along("record", "orbit", unit="time")]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
     time: float
     scheme: Splitting | RungeKutta
-    step: float | np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -108,10 +106,6 @@ class ChaosMap:
         """Share of chaotic orbits among those that are decided; NaN where none is."""
         fine = (self.status == Status.OK) & ~self.undecided
         return float(self.chaotic[fine].mean()) if fine.any() else math.nan
-
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
 
     def summary(self) -> str:
         """Say in one line what became of the orbits."""
@@ -174,18 +168,10 @@ def chaos_map(
         for kind, own in _OWN_PASS.items():
             if isinstance(entry, kind):
                 passes.append(functools.partial(work.adopt, entry, own))
-    interrupted = False
-    try:
+    with keeping("chaos_map", lambda: _result(work, options.energy_tolerance, True)):
         for number, run in enumerate(passes):
             run(None if report is None else functools.partial(_portion, report, number, len(passes)))
-    except KeyboardInterrupt:
-        interrupted = True
-    result = _result(work, options.energy_tolerance, interrupted)
-    if interrupted:
-        stopped = Interrupted("chaos_map")
-        stopped.partial = result
-        raise stopped
-    return result
+    return _result(work, options.energy_tolerance, False)
 
 
 _OWN_PASS: dict[type, Callable] = {

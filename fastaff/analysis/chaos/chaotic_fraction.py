@@ -6,19 +6,20 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import entries, function, numbers, positive, shown, texts
 from ...base.recipe import recorded
+from ...base.results import Result, along
 from ...base.status import Status
-from ...flows.flow import Interrupted, Report
+from ...flows.flow import Report
 from ...schemes.catalogue import KAHAN_LI8, VERNER9, RungeKutta, Splitting
 from ..sections.energy_grid import NotReached
-from .chaos_map import ChaosMap, chaos_map
+from .chaos_map import chaos_map
 from .indicators import MEGNO, SALI, Indicator
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
@@ -26,7 +27,7 @@ TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
 
 
 @dataclass(frozen=True)
-class ChaoticFraction:
+class ChaoticFraction(Result, axis=None):
     """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
 
     names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and
@@ -39,23 +40,20 @@ class ChaoticFraction:
 
     names: tuple[str, ...]
     axes: tuple[np.ndarray, ...]
-    orbits: np.ndarray
-    chaotic: np.ndarray
-    regular: np.ndarray
-    undecided: np.ndarray
-    rescued: np.ndarray
-    statuses: np.ndarray
+    orbits: Annotated[np.ndarray, along("case")]
+    chaotic: Annotated[np.ndarray, along("case")]
+    regular: Annotated[np.ndarray, along("case")]
+    undecided: Annotated[np.ndarray, along("case")]
+    rescued: Annotated[np.ndarray, along("case")]
+    statuses: Annotated[np.ndarray, along("status", "case")]
     indicators: tuple[str, ...]
-    medians: np.ndarray
-    chaotic_medians: np.ndarray
-    limits: np.ndarray
-    time: np.ndarray
-    step: np.ndarray
-    energy_error: np.ndarray
-    done: np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    chaotic_medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    limits: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    time: Annotated[np.ndarray, along("case", unit="time")]
+    step: Annotated[np.ndarray, along("case", unit="time")]
+    energy_error: Annotated[np.ndarray, along("case", unit="largest kinetic energy")]
+    done: Annotated[np.ndarray, along("case")]
 
     @property
     def failed(self) -> np.ndarray:
@@ -186,11 +184,8 @@ def chaotic_fraction(
     for number, cell in enumerate(cells):
         share = None if report is None else functools.partial(_portion, report, number, len(cells))
         try:
-            _fill(scan, cell, make, time, run, step, scheme, second, indicators, share)
-        except KeyboardInterrupt:
-            stopped = Interrupted("chaotic_fraction")
-            stopped.partial = scan
-            raise stopped from None
+            with keeping("chaotic_fraction", lambda: scan):
+                _fill(scan, cell, make, time, run, step, scheme, second, indicators, share)
         except (TypeError, ValueError) as problem:
             at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
             raise type(problem)(f"axes at {at}: {problem}") from problem
@@ -255,7 +250,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
     if second is not None and lost.size:
-        found = _joined(found, lost, run(body, z0[:, lost], time=length, scheme=second))
+        found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK
     row = (slice(None), *cell)
     with np.errstate(all="ignore"):
@@ -273,14 +268,3 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     scan.limits[row], scan.time[cell], scan.step[cell] = np.median(found.limits, axis=1), length, np.median(found.step)
     scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan
     scan.done[cell] = True
-
-
-def _joined(first: ChaosMap, where: np.ndarray, again: ChaosMap) -> ChaosMap:
-    """Return the map with the orbits numbered `where` taken from another."""
-    changed: dict[str, Any] = {}
-    for entry in fields(first):
-        old, new = getattr(first, entry.name), getattr(again, entry.name)
-        if isinstance(old, np.ndarray) and isinstance(new, np.ndarray):
-            changed[entry.name] = old.copy()
-            changed[entry.name][..., where] = new
-    return replace(first, **changed)

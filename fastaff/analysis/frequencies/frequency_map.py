@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import fits, positive
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
-from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
+from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import natural_rates
 from ...flows.options import Options, plan
 from ...models.contracts import Angles, Model, coordinate_names, isotropic
@@ -58,7 +59,7 @@ class FrequencyKind(IntEnum):
 
 
 @dataclass(frozen=True)
-class FrequencyMap:
+class FrequencyMap(Result):
     """Fundamental frequencies of orbits.
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
@@ -76,43 +77,32 @@ class FrequencyMap:
     """
 
     names: tuple[str, ...]
-    nu: np.ndarray
-    error: np.ndarray
-    diffusion: np.ndarray
-    method: np.ndarray
-    energy_error: np.ndarray
-    status: np.ndarray
-    nu_eta: np.ndarray | None
-    nu_gamma: np.ndarray | None
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names", plain=True)]
+    error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    diffusion: Annotated[np.ndarray, along("orbit", unit="log10(cycles/time)")]
+    method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
+    nu_eta: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
+    nu_gamma: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
     time: float
     scheme: Splitting | RungeKutta
-    step: float | np.ndarray
-    kind: np.ndarray
-    rank: np.ndarray
-    leading: np.ndarray
-    leading_error: np.ndarray
-    basis: np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    kind: Annotated[np.ndarray, along("orbit")]
+    rank: Annotated[np.ndarray, along("orbit")]
+    leading: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    leading_error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
 
     @property
     def omega(self) -> np.ndarray:
         """Angular frequencies 2 pi nu, in radians per unit time."""
         return 2 * np.pi * self.nu
 
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
-
     @property
     def regular(self) -> np.ndarray:
         """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
-
-    def summary(self) -> str:
-        """Say in one line what became of the orbits."""
-        return describe(self.status)
 
 
 @recorded
@@ -175,17 +165,9 @@ def frequency_map(
     angles = checked_angles(angles, checked_model(body))
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, 0.0 if method == "naff" else fallback, report)
-    interrupted = False
-    try:
+    with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):
         work.run(options.energy_tolerance)
-    except KeyboardInterrupt:
-        interrupted = True
-    result = work.result(options.energy_tolerance)
-    if interrupted:
-        stopped = Interrupted("frequency_map")
-        stopped.partial = result
-        raise stopped
-    return result
+    return work.result(options.energy_tolerance)
 
 
 def checked_angles(angles: Any, body: Any) -> Any:

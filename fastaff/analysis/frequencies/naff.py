@@ -5,15 +5,18 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import NamedTuple
+from typing import Annotated, Any
 
-import numba
 import numpy as np
 
-from ...base.display import screen
-from ...base.numbers import an_array, positive, whole
+from ...base.interruption import keeping
+from ...base.numbers import an_array, positive, reporter, whole
+from ...base.results import Result, along
+from ...flows.flow import Report, checked_threads
 from ...kernels.naff_lines import Window, find_lines, workspace
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
@@ -21,24 +24,23 @@ MAX_ORDER = 12
 SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so that squares stay finite
 
 
-class FrequencyLines(NamedTuple):
+@dataclass(frozen=True)
+class FrequencyLines(Result, axis="signal"):
     """Hold the lines sum_k amplitude_k exp(2 pi i nu_k t) of each signal, the largest first.
 
     A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places.
-    Source: Laskar (1990), Icarus 88, 266.
+    Signals come first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the
+    FFT takes them. Source: Laskar (1990), Icarus 88, 266.
     """
 
-    nu: np.ndarray
+    nu: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
     """(..., lines) frequencies in cycles per unit time, signed, in [-1/(2 dt), 1/(2 dt))."""
-    amplitude: np.ndarray
+    amplitude: Annotated[np.ndarray, along("signal", "line")]
     """(..., lines) complex amplitudes at the first sample (t = 0)."""
-    error: np.ndarray
+    error: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
     """(..., lines) error bars of nu, about two standard deviations; inf where a line is missing."""
-    residual: np.ndarray
+    residual: Annotated[np.ndarray, along("signal")]
     """(...) root mean square of what the lines leave, weighted by the squared window."""
-
-    def __repr__(self) -> str:
-        return screen(self)
 
     @property
     def omega(self) -> np.ndarray:
@@ -46,7 +48,15 @@ class FrequencyLines(NamedTuple):
         return 2 * np.pi * self.nu
 
 
-def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> FrequencyLines:
+def naff(
+    signal,
+    dt: float,
+    *,
+    lines: int,
+    window_order: int = 2,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> FrequencyLines:
     """Find the strongest `lines` spectral lines of each signal and fit them together.
 
     Parameters
@@ -56,6 +66,7 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> FrequencyLi
     lines : number of lines per signal, >= 1, with samples >= 4*(lines + window_order).
     window_order : p of the window (1 + cos)^p, 0 (none) to 12. Higher orders suppress far lines that are not
         fitted (their pull falls like distance^-(2p+1)), widen a line to p + 1 bins and pass more noise.
+    threads, report : as in `integrate`.
 
     Returns
     -------
@@ -64,6 +75,7 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> FrequencyLi
     Raises
     ------
     TypeError, ValueError : naming the argument, what it got and what it takes.
+    Interrupted : on Ctrl-C, with `.partial`, where signals that were left out have no lines and the residual NaN.
 
     Notes
     -----
@@ -78,7 +90,7 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> FrequencyLi
     by this bound and twice the standard deviation from the noise level around the line, times the coupling to the
     other lines; it cannot know of a line hidden within one bin. Lines below 2 eps |nu| T of the largest are the
     rounding of the signal's own phase and count as missing. The result of a signal has the same bits in any batch
-    and for any number of threads (`numba.set_num_threads`).
+    and for any number of threads.
 
     Cost: one FFT, and one pass of about 20 lines flops per sample and iteration (one or two for separate lines).
     Memory beyond the signal and the results: about 5 MiB per thread, or 6 signals.
@@ -86,40 +98,56 @@ def naff(signal, dt: float, *, lines: int, window_order: int = 2) -> FrequencyLi
     Source: Laskar (1990) Icarus 88, 266; Laskar, Froeschle, Celletti (1992) Physica D 56, 253; Laskar (1999),
     Introduction to frequency map analysis, NATO ASI C 533, 134.
     """
+    reporter(report)
     signal, dt, lines, order = _checked(signal, dt, lines, window_order)
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
     batch = len(flat)
-    result = FrequencyLines(
-        np.empty((batch, lines)), np.empty((batch, lines), complex), np.empty((batch, lines)), np.empty(batch)
-    )
+    nu, error, residual = np.empty((batch, lines)), np.empty((batch, lines)), np.empty(batch)
+    amplitude, finished = np.empty((batch, lines), complex), np.zeros(batch, bool)
     rows = max(1, CHUNK_SAMPLES // samples)
     chunks = [slice(start, min(start + rows, batch)) for start in range(0, batch, rows)]
-    threads = max(1, min(len(chunks), numba.get_num_threads())) if len(chunks) > 1 else 1
+    workers = max(1, min(len(chunks), checked_threads(threads))) if len(chunks) > 1 else 1
     stop = threading.Event()
 
-    def analyse(thread: int) -> None:
+    def analyse(worker: int, report: Report | None = None) -> None:
         scratch = _Scratch(min(rows, batch), _window(samples, order), lines)
-        for chunk in chunks[thread::threads]:
+        for chunk in chunks[worker::workers]:
             if stop.is_set():
                 return
-            scratch.analyse(flat[chunk], chunk.start, FrequencyLines(*(field[chunk] for field in result)))
+            part = FrequencyLines(nu[chunk], amplitude[chunk], error[chunk], residual[chunk])
+            scratch.analyse(flat[chunk], chunk.start, part)
+            finished[chunk] = True
+            if report is not None:
+                report(float(finished.mean()))
 
-    if threads == 1:
-        analyse(0)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                for _ in pool.map(analyse, range(threads)):
-                    pass
-            finally:
-                stop.set()
-    unit = samples * dt
-    nu, amplitude, error, residual = result
-    nu /= unit
-    error /= unit
-    full = (*shape, lines)
-    return FrequencyLines(nu.reshape(full), amplitude.reshape(full), error.reshape(full), residual.reshape(shape))
+    def found() -> FrequencyLines:
+        missing = ~finished
+        nu[missing], amplitude[missing], error[missing], residual[missing] = 0.0, 0.0, np.inf, np.nan
+        unit, full = samples * dt, (*shape, lines)
+        values = (nu / unit).reshape(full), amplitude.reshape(full), (error / unit).reshape(full)
+        return FrequencyLines(*values, residual.reshape(shape))
+
+    with keeping("naff", found):
+        if workers == 1:
+            analyse(0, report)
+        else:
+            _together(analyse, workers, stop, lambda: report is not None and report(float(finished.mean())))
+    return found()
+
+
+def _together(work: Callable[[int], None], workers: int, stop: threading.Event, progress: Callable[[], Any]) -> None:
+    """Run work(worker) of each of several threads; an error or Ctrl-C stops all of them."""
+    with ThreadPoolExecutor(workers) as pool:
+        left = {pool.submit(work, worker) for worker in range(workers)}
+        try:
+            while left:
+                ended, left = wait(left, 0.1, FIRST_EXCEPTION)
+                for future in ended:
+                    future.result()
+                progress()
+        finally:
+            stop.set()
 
 
 class _Scratch:
@@ -147,7 +175,9 @@ class _Scratch:
             floats[row] = np.ldexp(floats[row], -exponent[row])
         np.multiply(signals, self.window.weight, out=transforms)
         np.fft.fft(transforms, axis=-1, out=transforms)
-        find_lines(signals, transforms, self.window, self.work, *result)
+        find_lines(
+            signals, transforms, self.window, self.work, result.nu, result.amplitude, result.error, result.residual
+        )
         with np.errstate(over="ignore"):  # an amplitude may exceed what a float holds by the root of 2
             for row in np.flatnonzero(exponent):
                 amplitude = result.amplitude[row].view(np.float64)

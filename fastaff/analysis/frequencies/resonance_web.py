@@ -5,16 +5,18 @@ ratios.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
+from ...base.results import Result, along
 from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
 
 
-class ResonanceLine(NamedTuple):
+@dataclass(frozen=True)
+class ResonanceLine(Result, axis=None):
     """One resonance k . nu = 0 of a web.
 
     vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
@@ -25,10 +27,7 @@ class ResonanceLine(NamedTuple):
     vector: tuple[int, ...]
     order: int
     lines: tuple[np.ndarray, ...]
-    locked: np.ndarray | None
-
-    def __repr__(self) -> str:
-        return screen(self)
+    locked: Annotated[np.ndarray | None, along("first", "second")]
 
     @property
     def length(self) -> float:

@@ -6,12 +6,13 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
+from ...base.results import Result, along
 from ...base.status import Status, describe
 from ...compile.jit import LANES
 from ...flows.flow import Report, checked_threads, launch
@@ -22,7 +23,7 @@ MAX_ORDER = 50
 
 
 @dataclass(frozen=True)
-class Resonances:
+class Resonances(Result):
     """The resonance module of each orbit: the lattice of integer vectors k with k . nu = 0 within its width.
 
     Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
@@ -37,16 +38,13 @@ class Resonances:
     names: tuple[str, ...]
     max_order: int
     tolerance: float
-    rank: np.ndarray
-    basis: np.ndarray
-    order: np.ndarray
-    distance: np.ndarray
-    width: np.ndarray
-    accidental: np.ndarray
-    status: np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    rank: Annotated[np.ndarray, along("orbit")]
+    basis: Annotated[np.ndarray, along("vector", "angle", "orbit")]
+    order: Annotated[np.ndarray, along("orbit")]
+    distance: Annotated[np.ndarray, along("vector", "orbit", unit="cycles/time")]
+    width: Annotated[np.ndarray, along("vector", "orbit", unit="cycles/time")]
+    accidental: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
 
     @property
     def dimension(self) -> np.ndarray:
@@ -132,8 +130,8 @@ def resonances(
     Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and
     errors, a FrequencyMap or ActionAngles; max_order: of the vectors searched, 1 to 50; tolerance >= 0, relative;
     errors: of the shape of nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels; threads,
-    report as in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted never:
-    Ctrl-C is KeyboardInterrupt.
+    report as in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C,
+    with `.partial`.
 
     A relation is a primitive k, its first entry that is not zero positive, with |k|_1 = sum |k_i| <= max_order and
 
@@ -176,32 +174,34 @@ def resonances(
     table = np.zeros((len(vectors(n, max_order)), 4), np.int64)
     table[:, :n] = vectors(n, max_order)
     stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(status.size / LANES))
-    if status.size:
-        arguments = (n, table, flat, spread, rank, basis)
-        launch(relations, arguments, stop, progress, float(progress.size), count, report)
-    basis = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
-    size = np.abs(basis)
-    present = np.arange(n)[:, None] < rank
-    distance = np.where(
-        present, np.abs(np.einsum("ijo,jo->io", basis, np.where(status == Status.OK, flat[:n], 0.0))), np.nan
-    )
-    width = np.where(present, np.einsum("ijo,jo->io", size, np.where(status == Status.OK, spread[:n], 0.0)), np.nan)
-    order = size[0].sum(axis=0)
-    accidental = _accidental(flat[:n], spread[:n], n, max_order)
-    orbits = (rank, order, accidental, status)
-    rank, order, accidental, status = (array.reshape(shape) for array in orbits)
-    return Resonances(
-        names,
-        max_order,
-        tolerance,
-        rank,
-        basis.reshape(n, n, *shape),
-        order,
-        distance.reshape(n, *shape),
-        width.reshape(n, *shape),
-        accidental,
-        status,
-    )
+
+    def found() -> Resonances:
+        done = np.repeat(progress > 0, LANES)[: status.size]
+        outcome = np.where(done | (status != Status.OK), status, Status.INTERRUPTED)
+        bases = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
+        size = np.abs(bases)
+        present = np.arange(n)[:, None] < rank
+        frequencies, allowed = (np.where(outcome == Status.OK, rows[:n], 0.0) for rows in (flat, spread))
+        distance = np.where(present, np.abs(np.einsum("ijo,jo->io", bases, frequencies)), np.nan)
+        width = np.where(present, np.einsum("ijo,jo->io", size, allowed), np.nan)
+        return Resonances(
+            names,
+            max_order,
+            tolerance,
+            rank.reshape(shape),
+            bases.reshape(n, n, *shape),
+            size[0].sum(axis=0).reshape(shape),
+            distance.reshape(n, *shape),
+            width.reshape(n, *shape),
+            _accidental(flat[:n], spread[:n], n, max_order).reshape(shape),
+            outcome.reshape(shape),
+        )
+
+    with keeping("resonances", found):
+        if status.size:
+            arguments = (n, table, flat, spread, rank, basis)
+            launch(relations, arguments, stop, progress, float(progress.size), count, report)
+    return found()
 
 
 def widths(nu: np.ndarray, tolerance: float, errors: np.ndarray) -> np.ndarray:
@@ -274,23 +274,21 @@ def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> n
     return np.where(resting, most, np.minimum(expected, most))
 
 
-class DiffusionHistogram(NamedTuple):
+@dataclass(frozen=True)
+class DiffusionHistogram(Result, axis=None):
     """Counts of log10 diffusion: edges (bins + 1,), counts (bins,), and the fraction of orbits above a threshold.
 
     error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: how many
     were counted; missing: how many were not (not finite, or a status other than OK).
     """
 
-    edges: np.ndarray
-    counts: np.ndarray
+    edges: Annotated[np.ndarray, along("edge", unit="log10(cycles/time)")]
+    counts: Annotated[np.ndarray, along("bin")]
     threshold: float
     fraction: float
     error: float
     orbits: int
     missing: int
-
-    def __repr__(self) -> str:
-        return screen(self)
 
 
 def diffusion_histogram(

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
-from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error, mark_drift
+from ...flows.coordinates import chart_row, row_names
+from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
@@ -31,7 +33,7 @@ MOMENTS = 8
 
 
 @dataclass(frozen=True)
-class Orbits:
+class Orbits(Result):
     """End states, samples and outcomes of integrated orbits.
 
     z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,); samples
@@ -40,31 +42,25 @@ class Orbits:
     orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the
     largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed
     step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose rate
-    the scheme holds), or inf for an adaptive scheme.
+    the scheme holds), or inf for an adaptive scheme; names (2n,): of the rows, so that `result["p_x"]` is one of z, and
+    of a body any coordinate or momentum of its charts, such as `result["p_beta"]`.
     """
 
-    z: np.ndarray
-    t: np.ndarray
-    times: np.ndarray
-    samples: np.ndarray
-    error: np.ndarray | None
-    sample_error: np.ndarray | None
-    accurate_until: np.ndarray | None
-    energy_error: np.ndarray
-    status: np.ndarray
+    z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    times: Annotated[np.ndarray, along("sample", unit="time")]
+    samples: Annotated[np.ndarray, along("sample", "coordinate", "orbit")]
+    error: Annotated[np.ndarray | None, along("coordinate", "orbit", labels="names")]
+    sample_error: Annotated[np.ndarray | None, along("sample", "coordinate", "orbit")]
+    accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
     scheme: Splitting | RungeKutta | TimeTransformed
-    step: float | np.ndarray
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    names: tuple[str, ...]
 
-    def __repr__(self) -> str:
-        return screen(self)
-
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
-
-    def summary(self) -> str:
-        """Say in one line what became of the orbits."""
-        return describe(self.status)
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.z, name)
 
 
 @recorded
@@ -111,17 +107,9 @@ def integrate(
     work: Any = (
         _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
     )
-    interrupted = False
-    try:
+    with keeping("integrate", lambda: work.result(body, options.energy_tolerance, True)):
         work.run()
-    except KeyboardInterrupt:
-        interrupted = True
-    result = work.result(body, options.energy_tolerance, interrupted)
-    if interrupted:
-        stopped = Interrupted("integrate")
-        stopped.partial = result
-        raise stopped
-    return result
+    return work.result(body, options.energy_tolerance, False)
 
 
 class _Plain:
@@ -274,4 +262,5 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
         ensemble.status,
         flow.scheme,
         step,
+        row_names(body),
     )

@@ -3,55 +3,50 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import numbers, positive
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status
 from ...flows import observers
 from ...flows.checks import checked_tangent_model
-from ...flows.flow import Interrupted, Report, energy_error, mark_drift, no_memory
+from ...flows.coordinates import chart_row, row_names
+from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, plan
 from ...models.contracts import Model
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 
 
 @dataclass(frozen=True)
-class TangentMap:
+class TangentMap(Result):
     """End states of orbits and of their tangent vectors.
 
     z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), where deviations[j] of the start was taken by
-    the derivative of the map; energy_error, status (orbits,) and step as in `Orbits`.
+    the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
     """
 
-    z: np.ndarray
-    vectors: np.ndarray
-    t: np.ndarray
-    energy_error: np.ndarray
-    status: np.ndarray
+    z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+    vectors: Annotated[np.ndarray, along("vector", "coordinate", "orbit")]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
     scheme: Splitting | RungeKutta
-    step: float | np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    names: tuple[str, ...]
 
     @property
     def matrix(self) -> np.ndarray:
-        """The vectors as columns, (orbits, 2n, count): the monodromy matrix where the deviations were the unit
+        """The vectors as columns, (2n, count, orbits): the monodromy matrix where the deviations were the unit
         vectors.
         """
-        return self.vectors.transpose(2, 1, 0)
+        return self.vectors.transpose(1, 0, 2)
 
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
-
-    def summary(self) -> str:
-        """Say in one line what became of the orbits."""
-        return describe(self.status)
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.z, name)
 
 
 @recorded
@@ -86,22 +81,18 @@ def tangent_map(
     start = checked_deviations(deviations, z)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
-    interrupted = False
-    try:
+    with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.energy_tolerance)):
         flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
-    except KeyboardInterrupt:
-        interrupted = True
-        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
-    error = energy_error(body, ensemble)
-    mark_drift(ensemble, error, options.energy_tolerance)
-    result = TangentMap(
-        ensemble.points, ensemble.deviations, ensemble.time, error, ensemble.status, flow.scheme, flow.step
-    )
-    if interrupted:
-        stopped = Interrupted("tangent_map")
-        stopped.partial = result
-        raise stopped
-    return result
+    return _assembled(flow, ensemble, time, options.energy_tolerance)
+
+
+def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) -> TangentMap:
+    """Return the orbits and vectors as far as they have come."""
+    ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+    error = energy_error(flow.model, ensemble)
+    mark_drift(ensemble, error, tolerance)
+    state = ensemble.points, ensemble.deviations, ensemble.time, error, ensemble.status
+    return TangentMap(*state, flow.scheme, flow.step, row_names(flow.model))
 
 
 def stable_plan(body: Any, z0: Any, options: Options) -> Plan:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.results import Result, along
 from .periodic_orbits import PeriodicOrbits
 
 VANISHING, NEAR = 1e-5, 1e-10
@@ -29,7 +30,8 @@ class Event(IntEnum):
     DOUBLING = 2
 
 
-class Bifurcation(NamedTuple):
+@dataclass(frozen=True)
+class Bifurcation(Result, axis=None):
     """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in
     time.
 
@@ -40,12 +42,9 @@ class Bifurcation(NamedTuple):
     event: Event
     arclength: float
     value: float
-    z: np.ndarray
+    z: Annotated[np.ndarray, along("coordinate")]
     time: float
     error: float
-
-    def __repr__(self) -> str:
-        return screen(self)
 
 
 def residue_products(orbits: PeriodicOrbits) -> np.ndarray:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, real, shown, whole
 from ...base.recipe import recorded
+from ...base.results import Result, along
 from ...base.status import Status
 from ...flows.checks import checked_section, checked_tangent_model, energies
 from ...flows.flow import Flow
@@ -19,8 +20,7 @@ from ...flows.options import Options, plan
 from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .bifurcations import Bifurcation, bifurcations, residue_products
-from .find_periodic_orbits import joined
-from .periodic_orbits import WAIT, PeriodicOrbits, packed, periodic_orbits
+from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, packed, periodic_orbits
 from .return_map import (
     Returns,
     Scale,
@@ -63,23 +63,20 @@ VANISHED = 1e-3
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Result, axis="point"):
     """A family of periodic orbits.
 
     value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of
     the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
     bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
-    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed.
+    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C.
     """
 
-    value: np.ndarray
-    arclength: np.ndarray
-    orbits: PeriodicOrbits
+    value: Annotated[np.ndarray, along("point")]
+    arclength: Annotated[np.ndarray, along("point")]
+    orbits: Annotated[PeriodicOrbits, along("point")]
     bifurcations: tuple[Bifurcation, ...]
     status: Status
-
-    def __repr__(self) -> str:
-        return screen(self)
 
 
 @recorded
@@ -115,7 +112,8 @@ def continuation(
     first orbit's amplitudes (`PeriodicOrbits.scale`), the value in its kinetic energy, or in the change of the
     parameter that moves its return by an amplitude; steps: the most points beside the first; max_time, tolerance as in
     `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`. Returns Branch. Raises ValueError or
-    TypeError for wrong input, and where the first guess leads to no periodic orbit.
+    TypeError for wrong input, and where the first guess leads to no periodic orbit; Interrupted on Ctrl-C, with the
+    branch until there in `.partial`, its bifurcations not looked for.
 
     Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is
     normal to it, so that the branch passes folds. The step grows by half after an easy correction and is halved after a
@@ -136,44 +134,59 @@ def continuation(
     longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
-    first = periodic_orbits(
-        first_model,
-        z0,
-        section=section,
-        period=period,
-        energy=energy,
-        max_time=max_time,
-        tolerance=tolerance,
-        step=step,
-        scheme=scheme,
-        rtol=rtol,
-        atol=atol,
-        threads=threads,
-    )
-    if first.status.size != 1 or first.status[0] != Status.OK:
-        raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
-    value = float(first.energy[0]) if parameter is None else parameter
-    if not low <= value <= high:
-        raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-    taken = None if np.isinf(first.step[0]) else float(first.step[0])
-    flow = plan(first_model, first.z, Options(first.scheme, taken, None, rtol, atol, threads=threads)).flow
-    limit = None if max_time is None else positive("max_time", max_time)
-    own = step is None and not flow.adaptive
-    scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
-    units = np.append(scale.rows[:, 0], scale.energy[0])
-    family = _Family(
-        make, flow, section, period, limit, tolerance, None if parameter is None else float(first.energy[0]), own, units
-    )
-    if parameter is not None:
-        units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
-    start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
-    if start is None:
-        raise ValueError("z0 leads to an orbit that cannot be continued")
-    points, status = _follow(family, start, direction, length, longest, steps, (low, high))
-    orbits = joined([family.orbits(p) for p in points])
+    none = no_orbits(first_model, section, scheme)
+    with keeping("continuation", lambda: Branch(np.zeros(0), np.zeros(0), none, (), Status.INTERRUPTED)):
+        first = periodic_orbits(
+            first_model,
+            z0,
+            section=section,
+            period=period,
+            energy=energy,
+            max_time=max_time,
+            tolerance=tolerance,
+            step=step,
+            scheme=scheme,
+            rtol=rtol,
+            atol=atol,
+            threads=threads,
+        )
+        if first.status.size != 1 or first.status[0] != Status.OK:
+            raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
+        value = float(first.energy[0]) if parameter is None else parameter
+        if not low <= value <= high:
+            raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
+        taken = None if np.isinf(first.step[0]) else float(first.step[0])
+        flow = plan(first_model, first.z, Options(first.scheme, taken, None, rtol, atol, threads=threads)).flow
+        limit = None if max_time is None else positive("max_time", max_time)
+        own = step is None and not flow.adaptive
+        scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
+        units = np.append(scale.rows[:, 0], scale.energy[0])
+        kept = None if parameter is None else float(first.energy[0])
+        family = _Family(make, flow, section, period, limit, tolerance, kept, own, units)
+        if parameter is not None:
+            units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
+        start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
+        if start is None:
+            raise ValueError("z0 leads to an orbit that cannot be continued")
+    points = [_turned(start, direction)]
+    with keeping("continuation", lambda: _branch(family, points, Status.INTERRUPTED)):
+        status = _follow(family, points, length, longest, steps, (low, high))
+        branch = _branch(family, points, status)
+        return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
+
+
+def _branch(family: _Family, points: list[_Point], status: Status) -> Branch:
+    """Return the branch of the points found so far, without its bifurcations."""
+    orbits = PeriodicOrbits.concat([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
     arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
-    return Branch(values, arclength, orbits, tuple(bifurcations(family, points, arclength, orbits)), status)
+    return Branch(values, arclength, orbits, (), status)
+
+
+def _turned(start: _Point, direction: int) -> _Point:
+    """Return the first point with its tangent the way that the energy or parameter goes at first."""
+    forward = start.tangent if start.tangent[-1] * direction >= 0 else -start.tangent
+    return replace(start, tangent=forward)
 
 
 def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
@@ -398,10 +411,11 @@ def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:
     return np.delete(change, len(change) - 2)
 
 
-def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[list[_Point], Status]:
-    """Step along the branch to its bounds, its number of steps, or the shortest step."""
-    forward = start.tangent if start.tangent[-1] * direction >= 0 else -start.tangent
-    points, signs = [replace(start, tangent=forward)], family.products(start)
+def _follow(family, points: list[_Point], length, longest, steps, bounds) -> Status:
+    """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
+    points.
+    """
+    start, signs = points[0], family.products(points[0])
     shortest = SHORTEST * length
     while len(points) <= steps:
         last = points[-1]
@@ -413,7 +427,7 @@ def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[l
             length *= 0.5
             if length < shortest:
                 vanished = last.scale.energy[0] < VANISHED * start.scale.energy[0]
-                return points, Status.ACTION_ZERO if vanished else Status.NOT_CONVERGED
+                return Status.ACTION_ZERO if vanished else Status.NOT_CONVERGED
             continue
         if not bounds[0] <= point.u[-1] <= bounds[1]:
             edge = bounds[0] if point.u[-1] < bounds[0] else bounds[1]
@@ -421,10 +435,12 @@ def _follow(family, start, direction, length, longest, steps, bounds) -> tuple[l
             between = np.append(((1 - share) * last.u + share * point.u)[:-1], edge)
             end = family.corrected(between, None, last.scale, last.following)
             if end is None and share > 1e-9:
-                return points, Status.NOT_CONVERGED
-            return [*points, end] if end is not None and share > 1e-9 else points, Status.OK
+                return Status.NOT_CONVERGED
+            if end is not None and share > 1e-9:
+                points.append(end)
+            return Status.OK
         points.append(point)
         signs = ahead
         if point.corrections <= EASY:
             length = min(1.5 * length, longest)
-    return points, Status.OK
+    return Status.OK

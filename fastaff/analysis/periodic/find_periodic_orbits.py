@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
 from ...flows.checks import checked_section, checked_tangent_model
@@ -15,7 +15,7 @@ from ...flows.options import Options
 from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..sections.poincare_map import SectionMap, poincare_map
-from .periodic_orbits import PER_ORBIT, WAIT, PeriodicOrbits, periodic_orbits
+from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, periodic_orbits
 from .return_map import checked_guesses
 
 
@@ -33,7 +33,7 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
     period, most, apart = whole("period", period, 1), whole("most", most, 1), positive("apart", apart)
-    points = section_map.points
+    points = section_map.points.transpose(2, 1, 0)
     rows = points.shape[2]
     if points.shape[1] <= period:
         return np.zeros((rows, 0))
@@ -89,7 +89,7 @@ def find_periodic_orbits(
     them; tolerance, iterations as in `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`. Returns
     PeriodicOrbits, one of each that was found, all OK, of their least periods, the short ones first; on a resonant
     torus of an integrable model as many of its orbits as there were guesses. Raises ValueError or TypeError for wrong
-    input; Interrupted on Ctrl-C.
+    input; Interrupted on Ctrl-C, with those found until then in `.partial`.
 
     Complete only as the grid is fine: on one energy surface of two degrees of freedom the fixed points of the map and
     of its powers have a total index, the number of those with R > 0 less that with R < 0, which tells what is missing.
@@ -99,18 +99,18 @@ def find_periodic_orbits(
     checked_section(section, checked_tangent_model(model, "model"))
     longest = whole("max_period", max_period, 1)
     given = isinstance(z0, SectionMap)
-    if given and z0.points.shape[2] != 2 * model.degrees_of_freedom:
-        raise ValueError(
-            f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {z0.points.shape[2]}"
-        )
-    starts = z0.points[:, 0].T[:, z0.counts > 0] if given else z0
-    options = Options(scheme, step, None, rtol, atol, threads=threads)
-    flow, z, _ = checked_guesses(model, starts, None, options)
+    if given and len(z0.points) != 2 * model.degrees_of_freedom:
+        raise ValueError(f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {len(z0.points)}")
+    starts = z0.points[:, 0, z0.counts > 0] if given else z0
+    flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, None, rtol, atol, threads=threads))
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
-    seen = z0
-    if not given:
-        seen = poincare_map(
+    found: list[PeriodicOrbits] = []
+
+    def near_returns() -> SectionMap:
+        if given:
+            return z0
+        return poincare_map(
             model,
             z,
             section=section,
@@ -122,11 +122,10 @@ def find_periodic_orbits(
             atol=atol,
             threads=threads,
         )
-    found: list[PeriodicOrbits] = []
 
-    def search(guesses: np.ndarray, period: int) -> None:
-        if guesses.size:
-            orbits = periodic_orbits(
+    def newton(guesses: np.ndarray, period: int) -> PeriodicOrbits:
+        try:
+            return periodic_orbits(
                 model,
                 guesses,
                 section=section,
@@ -141,28 +140,25 @@ def find_periodic_orbits(
                 atol=atol,
                 threads=threads,
             )
+        except Interrupted as stopped:
+            found.append(stopped.partial.take(stopped.partial.prime == period))
+            raise
+
+    def search(guesses: np.ndarray, period: int) -> None:
+        if guesses.size:
+            orbits = newton(guesses, period)
             prime = orbits.prime
             found.append(orbits.take(prime == period))
             for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
                 search(orbits.z[:, prime == shorter], int(shorter))
 
-    for period in range(1, longest + 1):
-        search(periodic_guesses(seen, period, most=most, apart=apart), period)
-    if not found:
-        raise ValueError("z0 has no orbit that returns to the section more than once")
-    return joined(found).unique()
+    def partial() -> PeriodicOrbits:
+        return PeriodicOrbits.concat([no_orbits(model, section, flow.scheme), *found]).unique()
 
-
-def joined(parts: list[PeriodicOrbits]) -> PeriodicOrbits:
-    """Return the orbits of several searches of one section as one."""
-    longest = max(part.points.shape[1] for part in parts)
-    whole_of = {f.name: getattr(parts[0], f.name) for f in fields(PeriodicOrbits)}
-    for name in set(PER_ORBIT) - {"points"}:
-        whole_of[name] = np.concatenate([getattr(part, name) for part in parts])
-    for name in ("z", "scale"):
-        whole_of[name] = np.concatenate([getattr(part, name) for part in parts], axis=1)
-    filled = [
-        np.pad(p.points, ((0, 0), (0, longest - p.points.shape[1]), (0, 0)), constant_values=np.nan) for p in parts
-    ]
-    whole_of["points"] = np.concatenate(filled)
-    return PeriodicOrbits(**whole_of)
+    with keeping("find_periodic_orbits", partial):
+        seen = near_returns()
+        for period in range(1, longest + 1):
+            search(periodic_guesses(seen, period, most=most, apart=apart), period)
+        if not found:
+            raise ValueError("z0 has no orbit that returns to the section more than once")
+        return PeriodicOrbits.concat(found).unique()

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
-from ...base.numbers import an_array, fits, positive, shown, whole
+from ...base.interruption import keeping
+from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status, describe
 from ...flows.checks import checked_section, checked_tangent_model
-from ...flows.flow import Flow, Interrupted
+from ...flows.coordinates import chart_row, row_names
+from ...flows.flow import Flow
 from ...flows.options import Options
 from ...models.contracts import Model, Section
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
@@ -68,50 +70,48 @@ class Stability(IntEnum):
 
 
 @dataclass(frozen=True)
-class PeriodicOrbits:
-    """Periodic orbits of a section map, with orbits on the last axis of z; where one is not OK, points, time and
-    matrices are NaN.
+class PeriodicOrbits(Result):
+    """Periodic orbits of a section map; where one is not OK, points, time and matrices are NaN.
 
-    z (2n, orbits) on the section; period (orbits,) in crossings; points (orbits, longest period, 2n): all crossings, z
-    first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (orbits, 2n, 2n): the
-    derivative of the flow over the period at z; reduced (orbits, 2n - 2, 2n - 2): that of the section map within the
+    z (2n, orbits) on the section; period (orbits,) in crossings; points (2n, longest period, orbits): all crossings, z
+    first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (2n, 2n, orbits): the
+    derivative of the flow over the period at z; reduced (2n - 2, 2n - 2, orbits): that of the section map within the
     energy surface, in a basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error
     (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
     the residual; iterations (orbits,): returns computed; status (orbits,) of `Status`; step (orbits,), inf for an
     adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows.
     """
 
-    z: np.ndarray
-    period: np.ndarray
-    points: np.ndarray
-    time: np.ndarray
-    energy: np.ndarray
-    monodromy: np.ndarray
-    reduced: np.ndarray
-    residual: np.ndarray
-    error: np.ndarray
-    iterations: np.ndarray
-    status: np.ndarray
-    step: np.ndarray
-    scale: np.ndarray
+    z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+    period: Annotated[np.ndarray, along("orbit", unit="crossings")]
+    points: Annotated[np.ndarray, along("coordinate", "crossing", "orbit", labels="names", padded="crossing")]
+    time: Annotated[np.ndarray, along("orbit", unit="time")]
+    energy: Annotated[np.ndarray, along("orbit", unit="energy")]
+    monodromy: Annotated[np.ndarray, along("coordinate", "start coordinate", "orbit", labels="names")]
+    reduced: Annotated[np.ndarray, along("direction", "start direction", "orbit")]
+    residual: Annotated[np.ndarray, along("orbit")]
+    error: Annotated[np.ndarray, along("orbit")]
+    iterations: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+    step: Annotated[np.ndarray, along("orbit", unit="time")]
+    scale: Annotated[np.ndarray, along("coordinate", "orbit", labels="names")]
     names: tuple[str, ...]
     section: Any
     scheme: Splitting | RungeKutta
 
-    def __repr__(self) -> str:
-        return screen(self)
-
     @property
     def multipliers(self) -> np.ndarray:
         """The eigenvalues (2n - 2, orbits) of the reduced monodromy: without the two 1 of the flow and the energy."""
-        return each(np.linalg.eigvals, self.reduced, self.reduced.shape[2:], np.complex128).T
+        matrices = np.moveaxis(self.reduced, -1, 0)
+        return each(np.linalg.eigvals, matrices, matrices.shape[2:], np.complex128).T
 
     @property
     def indices(self) -> np.ndarray:
         """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for
         n = 2.
         """
-        return each(stability_indices, self.reduced, (self.reduced.shape[2] // 2,), np.complex128).T
+        matrices = np.moveaxis(self.reduced, -1, 0)
+        return each(stability_indices, matrices, (len(self.reduced) // 2,), np.complex128).T
 
     @property
     def residues(self) -> np.ndarray:
@@ -130,7 +130,7 @@ class PeriodicOrbits:
         """The kinds (orbits,), codes of `Stability`."""
         R = np.take_along_axis(self.residues, self._worst[None], axis=0)[0]
         with np.errstate(all="ignore"):
-            near = MARGINAL * np.maximum(1.0, np.linalg.norm(self.reduced, axis=(1, 2)))
+            near = MARGINAL * np.maximum(1.0, np.linalg.norm(self.reduced, axis=(0, 1)))
             kind = np.where((R.real < 0), Stability.HYPERBOLIC, Stability.ELLIPTIC)
             kind = np.where(R.real > 1, Stability.INVERSE_HYPERBOLIC, kind)
             kind = np.where(np.abs(R.imag) > near, Stability.COMPLEX, kind)
@@ -147,25 +147,10 @@ class PeriodicOrbits:
     @property
     def prime(self) -> np.ndarray:
         """The least periods (orbits,): the first crossing that is back at z; a divisor of `period`, 0 where not OK."""
-        back = np.linalg.norm((self.points - self.z.T[:, None]) / self.scale.T[:, None], axis=2) <= SAME
-        back = np.concatenate([back[:, 1:], np.zeros((len(back), 1), bool)], axis=1)
-        first = np.where(back.any(axis=1), back.argmax(axis=1) + 1, self.period)
+        back = np.linalg.norm((self.points - self.z[:, None]) / self.scale[:, None], axis=0) <= SAME
+        back = np.concatenate([back[1:], np.zeros((1, len(self)), bool)])
+        first = np.where(back.any(axis=0), back.argmax(axis=0) + 1, self.period)
         return np.where(self.status == Status.OK, np.minimum(first, self.period), 0)
-
-    def take(self, which: Any) -> PeriodicOrbits:
-        """Return the orbits `which`: numbers or a mask (orbits,)."""
-        which = np.atleast_1d(an_array("which", which))
-        if not (which.dtype == bool and which.shape == self.status.shape) and not (
-            which.dtype.kind in "iu"
-            and which.ndim == 1
-            and np.all((which >= -self.status.size) & (which < self.status.size))
-        ):
-            raise ValueError(f"which must be numbers of {self.status.size} orbits or a mask, got {shown(which)}")
-        kept = {f.name: getattr(self, f.name) for f in fields(self)}
-        for name in PER_ORBIT:
-            kept[name] = kept[name][which]
-        kept["z"], kept["scale"] = self.z[:, which], self.scale[:, which]
-        return PeriodicOrbits(**kept)
 
     def same(self) -> np.ndarray:
         """Number the orbits (orbits,) so that the same closed orbits, whatever crossing they start at, have one number;
@@ -175,8 +160,8 @@ class PeriodicOrbits:
         # Least periods first, so that a number stands for a prime orbit where there is one.
         for o in np.lexsort((np.arange(good.size), self.period)):
             if good[o] and number[o] < 0:
-                away = (self.z.T[:, None] - self.points[o, : self.period[o]]) / self.scale[:, o]
-                number[(np.linalg.norm(away, axis=2).min(axis=1) <= SAME) & good & (number < 0)] = o
+                away = (self.z[:, None] - self.points[:, : self.period[o], o, None]) / self.scale[:, o, None, None]
+                number[(np.linalg.norm(away, axis=0).min(axis=0) <= SAME) & good & (number < 0)] = o
         return np.unique(number, return_inverse=True)[1] - (not good.all())
 
     def unique(self) -> PeriodicOrbits:
@@ -187,9 +172,8 @@ class PeriodicOrbits:
         chosen = self.take(np.array(kept, np.int64))
         return chosen.take(np.lexsort((chosen.residue, chosen.energy, chosen.period)))
 
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.z, name)
 
     def summary(self) -> str:
         """Say in one line what became of the guesses, and of which kind the orbits are."""
@@ -197,22 +181,6 @@ class PeriodicOrbits:
         return "; ".join(
             [describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))]
         )
-
-
-PER_ORBIT = (
-    "period",
-    "points",
-    "time",
-    "energy",
-    "monodromy",
-    "reduced",
-    "residual",
-    "error",
-    "iterations",
-    "status",
-    "step",
-)
-"""The fields of PeriodicOrbits with orbits on the first axis."""
 
 
 @recorded
@@ -265,17 +233,12 @@ def periodic_orbits(
     fits("period", *z.shape, period)
     search = _Search(flow, section, period, end, tolerance, iterations, step is None and not flow.adaptive)
     state = search.start(z, energy)
-    try:
+    with keeping("periodic_orbits", lambda: search.partial(state)):
         search.run(state)
         for _ in range(ROUNDS):
             if not search.shorten(state).any():
                 break
             search.run(state)
-    except KeyboardInterrupt:
-        state.status[state.live] = Status.INTERRUPTED
-        stopped = Interrupted("periodic_orbits")
-        stopped.partial = search.result(state)
-        raise stopped from None
     return search.result(state)
 
 
@@ -420,6 +383,11 @@ class _Search:
             right = np.concatenate([(z.T - end) / scale.rows.T, np.zeros((which.size, 2))], axis=1)
             state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T
 
+    def partial(self, state: _State) -> PeriodicOrbits:
+        """Assemble what there is after Ctrl-C."""
+        state.status[state.live] = Status.INTERRUPTED
+        return self.result(state)
+
     def result(self, state: _State) -> PeriodicOrbits:
         """Assemble the orbits; those that failed keep their best point and lose the rest."""
         return packed(
@@ -458,22 +426,29 @@ def packed(
     time, monodromy, error = found.time.copy(), found.monodromy.copy(), error.copy()
     for array in (points, time, monodromy, reduced, error):
         array[~good] = np.nan
-    names = (*model.coordinates, *(f"p_{name}" for name in model.coordinates))
     return PeriodicOrbits(
         z,
         np.full(good.size, points.shape[1]),
-        points,
+        points.transpose(2, 1, 0),
         time,
         energy,
-        monodromy,
-        reduced,
+        np.moveaxis(monodromy, 0, -1),
+        np.moveaxis(reduced, 0, -1),
         residual,
         error,
         iterations,
         status,
         np.array(np.broadcast_to(flow.step, good.shape)),
         scale.rows,
-        names,
+        row_names(model),
         section,
         flow.scheme,
     )
+
+
+def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
+    """Return PeriodicOrbits of none: what a search that was stopped at once has found."""
+    rows, none, whole = 2 * model.degrees_of_freedom, np.zeros(0), np.zeros(0, np.int64)
+    z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
+    state = z, whole, np.zeros((rows, 0, 0)), none, none, matrices, matrices[2:, 2:], none, none, whole, whole, none, z
+    return PeriodicOrbits(*state, row_names(model), section, scheme)

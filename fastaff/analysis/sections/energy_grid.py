@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
 from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
+from ...base.results import Result, along
 from ...flows.checks import checked_model, checked_section, energies
 from ...models.contracts import isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
@@ -27,22 +27,26 @@ ARRAYS = 32
 
 
 @dataclass(frozen=True)
-class EnergyGrid:
+class EnergyGrid(Result):
     """Initial conditions on the cells of a grid over two section coordinates.
 
     z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2): cells
-    that the energy surface does not reach; axes and names: the two coordinates, first along rows.
+    that the energy surface does not reach; axes and names: the two coordinates, first along rows; `grid["p_beta"]`, by
+    name: those of each orbit.
     """
 
-    z0: np.ndarray
-    cell: np.ndarray
-    forbidden: np.ndarray
+    z0: Annotated[np.ndarray, along("coordinate", "orbit")]
+    cell: Annotated[np.ndarray, along("orbit")]
+    forbidden: Annotated[np.ndarray, along("first", "second")]
     axes: tuple[np.ndarray, np.ndarray]
     names: tuple[str, str]
     energy: float
 
-    def __repr__(self) -> str:
-        return screen(self)
+    def _row(self, name: str) -> np.ndarray | None:
+        if name not in self.names:
+            return None
+        k = self.names.index(name)
+        return self.axes[k][np.unravel_index(self.cell, self.forbidden.shape)[k]]
 
     def spread(self, values: Any) -> np.ndarray:
         """Return values (orbits,) as a masked (n1, n2) array in which forbidden cells are masked."""

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ...base.display import screen
 from ...base.numbers import entries, fits, shown, span, whole
 from ...base.recipe import recorded
+from ...base.results import Result, along
 from ...models.contracts import Model, Section, isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, NotReached, checked_surface, lift_sheets, planes, radial, room
 
 
-class Edge(NamedTuple):
+@dataclass(frozen=True)
+class Edge(Result, axis=None):
     """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there."""
 
-    coordinate: np.ndarray
-    momentum: np.ndarray
+    coordinate: Annotated[np.ndarray, along("point")]
+    momentum: Annotated[np.ndarray, along("point")]
 
     @property
     def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -30,19 +31,16 @@ class Edge(NamedTuple):
 
 
 @dataclass(frozen=True)
-class EnergySample:
+class EnergySample(Result):
     """Random points on a section of an energy surface.
 
     z0 (2n, orbits); points (2, orbits): the section's coordinate and its momentum, of the names given; energy.
     """
 
-    z0: np.ndarray
-    points: np.ndarray
+    z0: Annotated[np.ndarray, along("coordinate", "orbit")]
+    points: Annotated[np.ndarray, along("section coordinate", "orbit", labels="names", plain=True)]
     names: tuple[str, str]
     energy: float
-
-    def __repr__(self) -> str:
-        return screen(self)
 
 
 @recorded

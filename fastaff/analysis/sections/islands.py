@@ -1,20 +1,20 @@
 """What the points of a section say: rotation numbers, invariant curves, chains of islands, chaos.
 
-Points are (orbits, crossings, 2), two coordinates of a section at successive crossings, NaN past the last; from a
-SectionMap in the alpha-beta chart: np.moveaxis(found.coordinates(ALPHA_BETA)[[1, 5]], 0, -1) for (beta, p_beta).
+Points are (2, crossings, orbits), two coordinates of a section at successive crossings, NaN past the last; from a
+SectionMap of a body: np.array([found["beta"], found["p_beta"]]).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
 from ...base.numbers import an_array, fits, numbers, positive, whole
-from ...base.status import Status, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
 from ..frequencies.fundamental import SPANS, damping
 from .scatter import scattered
@@ -45,50 +45,45 @@ class Kind(IntEnum):
     UNDECIDED = 3
 
 
-class Rotation(NamedTuple):
+@dataclass(frozen=True)
+class Rotation(Result):
     """Rotation numbers of section orbits: arrays over orbits.
 
     rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
     error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m
     can do that are too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation
-    number or for the relative mean squared radius, whichever is fewer; centre (orbits, 2); counts of points; status: OK
+    number or for the relative mean squared radius, whichever is fewer; centre (2, orbits); counts of points; status: OK
     or TOO_FEW_CROSSINGS, where error is inf.
     """
 
-    rotation: np.ndarray
-    error: np.ndarray
-    digits: np.ndarray
-    centre: np.ndarray
-    counts: np.ndarray
-    status: np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    rotation: Annotated[np.ndarray, along("orbit", unit="turns per crossing")]
+    error: Annotated[np.ndarray, along("orbit", unit="turns per crossing")]
+    digits: Annotated[np.ndarray, along("orbit")]
+    centre: Annotated[np.ndarray, along("coordinate", "orbit")]
+    counts: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
 
 
 @dataclass(frozen=True)
-class Islands:
+class Islands(Result):
     """Kinds of section orbits, with the places and sizes of islands.
 
     kind (orbits,) of `Kind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q islands,
-    0 where there is none; centres, extents (orbits, most, 2): the mean point of each island in the order of visits and
+    0 where there is none; centres, extents (2, most, orbits): the mean point of each island in the order of visits and
     its full size in the two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first island's
     centre in q crossings, NaN where q is 0; status (orbits,) of `Status`. Points that keep to q sectors without going
     around the centre have p = 0.
     """
 
-    kind: np.ndarray
-    turning: Rotation
-    p: np.ndarray
-    q: np.ndarray
-    centres: np.ndarray
-    extents: np.ndarray
-    inner: np.ndarray
-    inner_error: np.ndarray
-    status: np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    kind: Annotated[np.ndarray, along("orbit")]
+    turning: Annotated[Rotation, along("orbit")]
+    p: Annotated[np.ndarray, along("orbit")]
+    q: Annotated[np.ndarray, along("orbit")]
+    centres: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
+    extents: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
+    inner: Annotated[np.ndarray, along("orbit", unit="turns per period")]
+    inner_error: Annotated[np.ndarray, along("orbit", unit="turns per period")]
+    status: Annotated[np.ndarray, along("orbit")]
 
     def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
         """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods
@@ -98,7 +93,7 @@ class Islands:
         found = []
         for q, p in chains:
             own = (self.p == p) & (self.q == q)
-            size = np.fmax.reduce(self.extents[own].reshape(-1, 2), axis=0)
+            size = np.fmax.reduce(self.extents[:, :, own].reshape(2, -1), axis=1)
             found.append((p, q, int(own.sum()), (float(size[0]), float(size[1]))))
         return found
 
@@ -107,15 +102,11 @@ class Islands:
         kinds, counts = np.unique(self.kind, return_counts=True)
         return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
 
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
-
 
 def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
     """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
 
-    Parameters: points (crossings, 2) or (orbits, crossings, 2), NaN past the last; centre: (2,) or (orbits, 2), a point
+    Parameters: points (2, crossings) or (2, crossings, orbits), NaN past the last; centre: (2,) or (2, orbits), a point
     inside the invariant curves; by default each orbit's own weighted mean, which lies inside of any convex curve.
     Returns Rotation. Raises ValueError or TypeError for wrong input; an orbit of fewer than 32 points has a status.
 
@@ -174,7 +165,7 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
         if not tried.size:
             continue
         sub = _visits(points[tried], counts[tried], period)
-        apart, returns = _sectors(sub, turning.centre[tried])
+        apart, returns = _sectors(sub, turning.centre.T[tried])
         returns |= still[tried]
         kind[tried[apart]] = np.where(returns[apart], Kind.ISLANDS, Kind.UNDECIDED)
         found = tried[apart]
@@ -187,17 +178,18 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
         own = _rotation(sub[:, :, 0], visits, centres[found, 0])
         inner[found], inner_error[found] = own.rotation, own.error
     most = int(q.max(initial=1))
-    return Islands(kind, turning, p, q, centres[:, :most], extents[:, :most], inner, inner_error, turning.status.copy())
+    centres, extents = (array[:, :most].transpose(2, 1, 0) for array in (centres, extents))
+    return Islands(kind, turning, p, q, centres, extents, inner, inner_error, turning.status.copy())
 
 
 def _checked(points: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (orbits, crossings, 2), NaN from the first that is not finite, and how many there are."""
+    """Return points (orbits, crossings, 2), fresh ones, NaN from the first that is not finite, and their numbers."""
     array = an_array("points", points)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"points must be an array of real numbers, got {type(points).__name__} of {array.dtype}")
-    if array.ndim not in (2, 3) or array.shape[-1] != 2 or array.shape[-2] == 0:
-        raise ValueError(f"points must have shape (crossings, 2) or (orbits, crossings, 2), got {array.shape}")
-    array = array.astype(np.float64).reshape(-1, *array.shape[-2:])
+    if array.ndim not in (2, 3) or array.shape[0] != 2 or array.shape[1] == 0:
+        raise ValueError(f"points must have shape (2, crossings) or (2, crossings, orbits), got {array.shape}")
+    array = np.array(array.reshape(*array.shape[:2], -1).transpose(2, 1, 0), np.float64, order="C")
     if array.shape[1] == 1:  # a slot for the image of the only crossing
         array = np.concatenate([array, np.full_like(array, np.nan)], axis=1)
     missing = ~np.isfinite(array).all(axis=2)
@@ -211,11 +203,11 @@ def _centres(centre: Any, points: np.ndarray, counts: np.ndarray) -> np.ndarray:
     if centre is None:
         return _mean(points, counts)
     given = numbers("centre", centre)
-    if given.shape not in ((2,), (len(points), 2)) or not np.isfinite(given).all():
+    if given.shape not in ((2,), (2, len(points))) or not np.isfinite(given).all():
         raise ValueError(
-            f"centre must be a finite point (2,) or one for each of {len(points)} orbits (orbits, 2), got {centre!r}"
+            f"centre must be a finite point (2,) or one for each of {len(points)} orbits (2, orbits), got {centre!r}"
         )
-    return np.broadcast_to(given, (len(points), 2)).copy()
+    return np.broadcast_to(given.T, (len(points), 2)).copy()
 
 
 def _weights(slots: int, first: np.ndarray, last: np.ndarray) -> np.ndarray:
@@ -263,7 +255,7 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
     digits = np.where(enough, -np.log10(np.maximum(np.maximum(difference, spread), 1e-16)), 0.0)
     rotation = np.where(enough, turns[0] - np.ceil(turns[0] - 0.5), 0.0)
     error = np.where(enough, SAFETY * uneven + _unresolved(turns[0], steps) + ROUNDING, np.inf)
-    return Rotation(rotation, error, digits, centre, counts, np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS))
+    return Rotation(rotation, error, digits, centre.T, counts, np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS))
 
 
 def _unresolved(rotation: np.ndarray, steps: np.ndarray) -> np.ndarray:

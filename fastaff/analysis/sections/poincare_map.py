@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along, put
+from ...base.status import Status
 from ...charts import Chart
 from ...flows import observers
 from ...flows.accuracy import Steps, halved, planned
 from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
-from ...flows.flow import Ensemble, Flow, Interrupted, Report, energy_error
+from ...flows.coordinates import chart_row, in_chart, row_names
+from ...flows.flow import Ensemble, Flow, Report, energy_error
 from ...flows.motion import Motion, motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
@@ -42,68 +44,50 @@ rounding.
 SAME = 0.1
 """Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
 
-PER_ORBIT = (
-    "points",
-    "times",
-    "counts",
-    "section_error",
-    "energy_error",
-    "status",
-    "step",
-    "time_error",
-    "point_error",
-    "accurate_until",
-)
-
 LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
 
 
 @dataclass(frozen=True)
-class SectionMap:
+class SectionMap(Result):
     """Crossings of a section.
 
-    points (orbits, crossings, 2n), the states at the crossings, and times (orbits, crossings): NaN past counts
+    points (2n, crossings, orbits), the states at the crossings, and times (crossings, orbits): NaN past counts
     (orbits,). section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
     |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step,
-    one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (orbits, crossings) and
-    point_error (orbits, crossings, 2n): the estimated errors of both, inf where a run with another step has no such
+    one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (crossings, orbits) and
+    point_error (2n, crossings, orbits): the estimated errors of both, inf where a run with another step has no such
     crossing; accurate_until (orbits,): the time up to which they stay below the accuracy; None where a step or
     tolerances were given. An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded
-    the tolerance.
+    the tolerance. names (2n,): of the rows, as in `Orbits`: `result["p_beta"]` (crossings, orbits) of a body.
     """
 
-    points: np.ndarray
-    times: np.ndarray
-    counts: np.ndarray
-    section_error: np.ndarray
-    energy_error: np.ndarray
-    status: np.ndarray
+    points: Annotated[
+        np.ndarray, along("coordinate", "crossing", "orbit", labels="names", plain=True, padded="crossing")
+    ]
+    times: Annotated[np.ndarray, along("crossing", "orbit", unit="time", padded="crossing")]
+    counts: Annotated[np.ndarray, along("orbit")]
+    section_error: Annotated[np.ndarray, along("orbit", unit="section function")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
     section: Any
     scheme: Splitting | RungeKutta | TimeTransformed
-    step: float | np.ndarray
-    time_error: np.ndarray | None = None
-    point_error: np.ndarray | None = None
-    accurate_until: np.ndarray | None = None
-    __repr__ = screen
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    names: tuple[str, ...]
+    time_error: Annotated[np.ndarray | None, along("crossing", "orbit", unit="time", padded="crossing")] = None
+    point_error: Annotated[
+        np.ndarray | None, along("coordinate", "crossing", "orbit", labels="names", padded="crossing")
+    ] = None
+    accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
 
     def coordinates(self, chart: Chart) -> np.ndarray:
-        """Return the crossings in a chart of GL(2,R): (8, orbits, crossings), coordinates and momenta, NaN past
+        """Return the crossings in a chart of GL(2,R): (8, crossings, orbits), coordinates and momenta, NaN past
         counts.
         """
-        z = np.moveaxis(self.points, -1, 0)
-        kept = np.isfinite(self.times)
-        converted = np.full(z.shape, np.nan)
-        converted[:, kept] = checked_chart(chart).from_planes(z[:, kept])
-        return converted
+        return in_chart(self.points, checked_chart(chart))
 
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
-
-    def summary(self) -> str:
-        """Say in one line what became of the orbits."""
-        return describe(self.status)
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.points, name)
 
 
 @recorded
@@ -149,18 +133,12 @@ def poincare_map(
     flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
     goal, tolerance = options.goal(), options.energy_tolerance
     if goal is not None:
-        result, interrupted = _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
-    else:
-        result, _, interrupted = _mapped(flow, z, section, wanted, max_time, tolerance, report)
-    if interrupted:
-        stopped = Interrupted("poincare_map")
-        stopped.partial = result
-        raise stopped
-    return result
+        return _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
+    return _mapped(flow, body, z, section, wanted, max_time, tolerance, report)[0]
 
 
-def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) -> tuple[SectionMap, np.ndarray, bool]:
-    """Follow the orbits once; return their crossings, the times that they reached, and whether it was interrupted."""
+def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=None) -> tuple[SectionMap, np.ndarray]:
+    """Follow the orbits once; return their crossings and the times that they reached."""
     asked, section = section, flow.section(section)
     ensemble = flow.ensemble(z, radius=radius)
     rows, orbits = ensemble.z.shape
@@ -169,21 +147,21 @@ def _mapped(flow, z, section, wanted, max_time, tolerance, report, radius=None) 
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
     start_crossings(flow, memory, section, ensemble)
-    interrupted = False
-    try:
+
+    def found(interrupted: bool) -> SectionMap:
+        result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
+        result = replace(result, points=flow.states(result.points), section=asked)
+        if interrupted:
+            result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
+        return result
+
+    with keeping("poincare_map", lambda: found(True)):
         follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
-    except KeyboardInterrupt:
-        interrupted = True
-    result = _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance)
-    points = np.moveaxis(flow.states(np.moveaxis(result.points, -1, 0)), 0, -1)
-    result = replace(result, points=np.ascontiguousarray(points), section=asked)
-    if interrupted:
-        result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
-    return result, ensemble.time, interrupted
+    return found(False), ensemble.time
 
 
 class _Crossings(NamedTuple):
-    """Orbits after a run: their map, the times they reached, and how slanting (orbits, crossings) they cross; see
+    """Orbits after a run: their map, the times they reached, and how slanting (crossings, orbits) they cross; see
     `slants`.
     """
 
@@ -193,19 +171,18 @@ class _Crossings(NamedTuple):
 
     def of(self, orbits: np.ndarray) -> _Crossings:
         """Return those of some of the orbits."""
-        changed = {name: entry[orbits] for name in PER_ORBIT if (entry := getattr(self.found, name)) is not None}
-        return _Crossings(replace(self.found, **changed), self.reached[orbits], self.slant[orbits])
+        return _Crossings(self.found.take(orbits), self.reached[orbits], self.slant[:, orbits])
 
 
 def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
-    """Return how many times the error of a state is the error of its crossing (orbits, crossings), at least 1, NaN
+    """Return how many times the error of a state is the error of its crossing (crossings, orbits), at least 1, NaN
     where there is none.
 
     That is the change of the section function by an amplitude of the motion over its change in a radian: large where
     orbits graze.
     """
     n = model.degrees_of_freedom
-    z = np.ascontiguousarray(np.moveaxis(points, -1, 0))
+    z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
     size = np.concatenate([scales.position, scales.momentum])[:, :, None]
     with np.errstate(all="ignore"):
         speed = np.array([*model.velocity(*z[n:]), *model.force(*z[:n])]) / scales.rate[:, None]
@@ -216,7 +193,7 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
             slope = (section.value(*(z + shift * size)) - section.value(*(z - shift * size))) / (2 * NUDGE)
             change += slope**2
             passing += np.where(size[row] > 0, slope / size[row], 0.0) * speed[row]
-        return np.maximum(np.sqrt(change) / np.abs(passing), 1.0)
+        return np.maximum(np.sqrt(change) / np.abs(passing), 1.0).T
 
 
 def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
@@ -226,15 +203,13 @@ def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
     return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
 
 
-def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> tuple[SectionMap, bool]:
-    """Follow the orbits with steps that are halved until their crossings agree; return the map and whether it was
-    interrupted.
-    """
+def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> SectionMap:
+    """Follow the orbits with steps that are halved until their crossings agree."""
     steps = _steps(flow, body, z, wanted, max_time, accuracy)
     rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
     result = SectionMap(
-        np.full((orbits, wanted, rows), np.nan),
-        np.full((orbits, wanted), np.nan),
+        np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
+        np.full((orbits, wanted), np.nan).T,
         np.zeros(orbits, np.int64),
         np.zeros(orbits),
         np.zeros(orbits),
@@ -242,71 +217,56 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         section,
         flow.scheme,
         np.full(orbits, np.nan),
-        np.full((orbits, wanted), np.nan),
-        np.full((orbits, wanted, rows), np.nan),
+        row_names(body),
+        np.full((orbits, wanted), np.nan).T,
+        np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         np.zeros(orbits),
     )
 
-    def take(where: np.ndarray, part: SectionMap) -> None:
-        for name in PER_ORBIT:
-            if getattr(part, name) is not None:
-                getattr(result, name)[where] = getattr(part, name)
-
     def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
-        part, reached, interrupted = _mapped(
-            flow.sized(step),
-            np.ascontiguousarray(z[:, orbits]),
-            section,
-            wanted,
-            max_time,
-            tolerance,
-            report,
-            steps.motion.radius[orbits],
-        )
-        part = replace(part, step=np.full(len(step), np.inf) if flow.adaptive else step)
-        if interrupted:
-            take(orbits, part)
-            raise KeyboardInterrupt
-        return _Crossings(part, reached, slants(body, section, part.points, steps.motion.of(orbits)))
+        used = np.full(len(step), np.inf) if flow.adaptive else step
+        start = np.ascontiguousarray(z[:, orbits])
+        asked = section, wanted, max_time, tolerance, report, steps.motion.radius[orbits]
+        try:
+            part, reached = _mapped(flow.sized(step), body, start, *asked)
+        except Interrupted as stopped:
+            put(result, orbits, replace(stopped.partial, step=used))
+            raise
+        slant = slants(body, section, part.points, steps.motion.of(orbits))
+        return _Crossings(replace(part, step=used), reached, slant)
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         scales = steps.motion.of(orbits)
         with np.errstate(all="ignore"):
-            late = np.abs(fine.found.times - coarse.found.times) * scales.rate[:, None]
-            apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 2, 0))
-            apart = np.maximum(apart, late.T)
-            straight = apart / fine.slant.T
-        phase = fine.found.times.T * scales.rate
+            late = np.abs(fine.found.times - coarse.found.times) * scales.rate
+            apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 0, 2))
+            apart = np.maximum(apart, late)
+            straight = apart / fine.slant
+        phase = fine.found.times * scales.rate
         same = np.isfinite(apart) & (apart < SAME)
         # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is
         # known.
-        ended = ~np.isfinite(fine.found.times.T)
+        ended = ~np.isfinite(fine.found.times)
         known = np.logical_and.accumulate(same | ended, axis=0)
         straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
-        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, fine.slant.T)
+        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, fine.slant)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
         where, part = orbits[chosen], fine.of(chosen)
-        error = error[:, chosen].T
+        error = error[:, chosen]
         scales = steps.motion.of(where)
         there = np.isfinite(part.found.times)
-        late = np.where(there, error / scales.rate[:, None], np.nan)
-        apart = np.where(
-            there[:, :, None], error[:, :, None] * np.concatenate([scales.position, scales.momentum]).T[:, None], np.nan
-        )
+        late = np.where(there, error / scales.rate, np.nan)
+        apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
         holds = np.where(there, error <= accuracy, True)
-        first = np.where(holds.all(axis=1), wanted, (~holds).argmax(axis=1))
-        before = np.take_along_axis(
-            np.pad(part.found.times, ((0, 0), (1, 0))), np.minimum(first, wanted)[:, None], axis=1
-        )[:, 0]
-        until = np.where(holds.all(axis=1), part.reached, before)
-        take(where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
+        first = np.where(holds.all(axis=0), wanted, (~holds).argmax(axis=0))
+        before = np.take_along_axis(np.pad(part.found.times, ((1, 0), (0, 0))), first[None], axis=0)[0]
+        until = np.where(holds.all(axis=0), part.reached, before)
+        put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
 
-    try:
+    with keeping("poincare_map", lambda: result):
         halved(flow, steps, accuracy, run, compare, keep)
-    except KeyboardInterrupt:
-        return result, True
-    return result, False
+    return result
 
 
 def start_crossings(
@@ -417,7 +377,7 @@ def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, m
         ensemble.count[finished] = np.broadcast_to(flow.steps(max_time), finished.shape)[finished]
 
 
-def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -> SectionMap:
+def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> SectionMap:
     """Assemble the map: cut each orbit at the wanted number and where its energy has drifted."""
     rows, orbits = ensemble.z.shape
     width = kernels.RECORD + rows
@@ -442,4 +402,5 @@ def _result(flow, ensemble, section, wanted, memory, out, max_time, tolerance) -
     points[dropped], times[dropped] = np.nan, np.nan
     residual = np.zeros(orbits)
     np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
-    return SectionMap(points, times, counts, residual, np.maximum(error, 0.0), status, section, flow.scheme, flow.step)
+    found = points.transpose(2, 1, 0), times.T, counts, residual, np.maximum(error, 0.0), status
+    return SectionMap(*found, section, flow.scheme, flow.step, row_names(body))

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
-from ...base.status import Status, describe, raise_if_failed
+from ...base.results import Result, along
+from ...base.status import Status
 from ...flows.checks import phase_points
 from ...flows.flow import Report, checked_threads, launch
 from ...kernels import tori_closed, tori_inverse, tori_quadrature
@@ -25,8 +26,8 @@ LARGEST_ACTION = 1e150
 """Actions whose squares are numbers."""
 
 
-@dataclass(frozen=True, repr=False)
-class ActionAngles:
+@dataclass(frozen=True)
+class ActionAngles(Result):
     """Action-angle description of states of a separable body; arrays over orbits last, rows as `names`.
 
     names: the two coordinates of the chart, then phi, psi (eta, gamma where an angle has a potential); J (4, orbits),
@@ -41,24 +42,21 @@ class ActionAngles:
     """
 
     names: tuple[str, ...]
-    J: np.ndarray
-    nu: np.ndarray
-    theta: np.ndarray
-    energy: np.ndarray
+    J: Annotated[np.ndarray, along("angle", "orbit", unit="action", labels="names")]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    theta: Annotated[np.ndarray, along("angle", "orbit", unit="cycles", labels="names")]
+    energy: Annotated[np.ndarray, along("orbit", unit="energy")]
     constant_names: tuple[str, ...]
-    constants: np.ndarray
-    region: np.ndarray
-    error: np.ndarray
-    status: np.ndarray
-    nu_eta: np.ndarray
-    nu_gamma: np.ndarray
-    theta_eta: np.ndarray
-    theta_gamma: np.ndarray
+    constants: Annotated[np.ndarray, along("constant", "orbit", labels="constant_names", plain=True)]
+    region: Annotated[np.ndarray, along("plane", "orbit")]
+    error: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+    nu_eta: Annotated[np.ndarray, along("orbit", unit="cycles/time")]
+    nu_gamma: Annotated[np.ndarray, along("orbit", unit="cycles/time")]
+    theta_eta: Annotated[np.ndarray, along("orbit", unit="cycles")]
+    theta_gamma: Annotated[np.ndarray, along("orbit", unit="cycles")]
     separated: Separated
-    regular_turning_points: np.ndarray
-
-    def __repr__(self) -> str:
-        return f"<ActionAngles of {self.status.size} states, {', '.join(self.names)}: {self.summary()}>"
+    regular_turning_points: Annotated[np.ndarray, along("coordinate", "end", "orbit")]
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
@@ -86,14 +84,6 @@ class ActionAngles:
         """Action of the primitive cycle of gamma."""
         return (self.J[2] + self.J[3]) / 2 if self.separated.isotropic else self.J[3]
 
-    def raise_if_failed(self) -> None:
-        """Raise OrbitError unless every orbit is OK."""
-        raise_if_failed(self.status)
-
-    def summary(self) -> str:
-        """Say in one line what became of the orbits."""
-        return describe(self.status)
-
 
 @recorded
 def action_angles(
@@ -105,9 +95,10 @@ def action_angles(
     SeparableAlphaBeta, SeparableRVartheta, SeparableElliptic, or any with a property alpha_beta, r_vartheta or
     elliptic; z0 (8,) or (8, orbits); chart: which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA,
     ELLIPTIC; default the first of these); threads, report as in `integrate`. Returns ActionAngles. Raises TypeError or
-    ValueError for wrong input and for bodies that do not separate. Status, never an exception, for orbits: UNBOUND (J,
-    nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the limit of all that has one, NaN for the angle of
-    a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit through alpha = 0 or beta = 0, or an equilibrium
+    ValueError for wrong input and for bodies that do not separate; Interrupted on Ctrl-C, with `.partial`. Status,
+    never an exception, for orbits: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the
+    limit of all that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an
+    orbit through alpha = 0 or beta = 0, or an equilibrium
     there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable
     equilibrium). Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals'
     derivatives to the separation constants. Oscillators with walls in closed form. Else sums over midpoints of the
@@ -120,20 +111,28 @@ def action_angles(
     separated = separate(body, chart)
     z = phase_points("z0", z0, body)
     n = z.shape[1]
-    J, nu, theta, constants = (np.empty((4, n)) for _ in range(4))
-    turning, error, status = np.empty((2, 3, n)), np.empty(n), np.empty(n, np.int64)
+    J, nu, theta, constants = np.full((4, 4, n), np.nan)
+    turning, error = np.full((2, 3, n), np.nan), np.full(n, np.nan)
+    status = np.full(n, int(Status.INTERRUPTED))
     out = (z, J, nu, theta, turning, constants, error, status)
-    closed = _closed_form(separated)
-    if closed is not None:
-        kernel, parameters = closed
-        _run(kernel, (separated.mu, *parameters, *out), n, tori_closed.UNIT, threads, report)
-    else:
-        angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
-        functions = (*separated.blocks(), *separated.angular_blocks())
-        arguments = (separated.family.code, *functions, separated.mu, angular, *separated.knots(), *out)
-        _run(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, report)
+    with keeping("tori", lambda: _assembled(separated, out)):
+        closed = _closed_form(separated)
+        if closed is not None:
+            kernel, parameters = closed
+            _run(kernel, (separated.mu, *parameters, *out), n, tori_closed.UNIT, threads, report)
+        else:
+            angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
+            functions = (*separated.blocks(), *separated.angular_blocks())
+            arguments = (separated.family.code, *functions, separated.mu, angular, *separated.knots(), *out)
+            _run(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, report)
+    return _assembled(separated, out)
+
+
+def _assembled(separated: Separated, out: tuple[np.ndarray, ...]) -> ActionAngles:
+    """Return the tori of what a kernel has written; the angles of planes become those of spin and vorticity."""
+    z, J, nu, theta, turning, constants, error, status = out
     primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
-    region = np.zeros((2, n), np.int8)
+    region = np.zeros((2, z.shape[1]), np.int8)
     np.sign(_momenta(z), out=region, casting="unsafe")
     if separated.isotropic:
         constants[2:] = J[2:] / TURN
@@ -237,18 +236,15 @@ def from_action_angles(
 
 
 @dataclass(frozen=True)
-class EnergyOfActions:
+class EnergyOfActions(Result):
     """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits), the names of the rows; status (orbits,): NaN
     where not OK.
     """
 
     names: tuple[str, ...]
-    energy: np.ndarray
-    nu: np.ndarray
-    status: np.ndarray
-
-    def __repr__(self) -> str:
-        return screen(self)
+    energy: Annotated[np.ndarray, along("orbit", unit="energy")]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names", plain=True)]
+    status: Annotated[np.ndarray, along("orbit")]
 
 
 @recorded

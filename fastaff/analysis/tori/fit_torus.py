@@ -8,30 +8,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, shown, whole
 from ...base.recipe import recorded
+from ...base.results import Result, along
 from ...base.status import Status
 from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points
 from ...flows.flow import Flow, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
-from ...models.contracts import Model
+from ...models.contracts import Model, coordinate_names
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
 from ..chaos.chaos_map import chaos_map
-from ..frequencies.integer_lattice import determinant, first_basis, inverse, quotient, relations
+from ..frequencies.integer_lattice import determinant, inverse, quotient, relations
 from .fit_series import Samples, Series, fit, grow, weights, window
 from .fit_signals import signals
+from .fourier import actions, canonical, evaluate
 
 GRID = 512
 """Points of the torus where the invariance equation is tried, and of the orbit where the prediction is."""
-
-TERMS = 1e-16
-"""Relative size of the coefficients that are kept."""
 
 MOST_SAMPLES = 2**17
 
@@ -59,7 +58,7 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class TorusFit:
+class TorusFit(Result, axis=None):
     """The torus of an orbit as a Fourier series: z(theta) = Re sum_k z_k exp(2 pi i k . theta), one k of each pair +-k.
 
     names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,),
@@ -72,21 +71,20 @@ class TorusFit:
     """
 
     names: tuple[str, ...]
-    nu: np.ndarray
-    nu_error: np.ndarray
-    J: np.ndarray
-    theta0: np.ndarray
-    k: np.ndarray
-    coefficients: np.ndarray
+    nu: Annotated[np.ndarray, along("angle", unit="cycles/time", labels="names", plain=True)]
+    nu_error: Annotated[np.ndarray, along("angle", unit="cycles/time", labels="names")]
+    J: Annotated[np.ndarray, along("angle", unit="action", labels="names")]
+    theta0: Annotated[np.ndarray, along("angle", unit="cycles", labels="names")]
+    k: Annotated[np.ndarray, along("term", "angle")]
+    coefficients: Annotated[np.ndarray, along("coordinate", "term")]
     residual: float
     prediction_error: float
     verdict: Verdict
     dimension: int
-    relations: np.ndarray
+    relations: Annotated[np.ndarray, along("relation", "frequency")]
     evidence: Mapping[str, float]
     energy: float
     body: Any
-    __repr__ = screen
 
     @property
     def I(self) -> np.ndarray:  # noqa: E743
@@ -111,7 +109,7 @@ class TorusFit:
         if not np.isfinite(theta).all():
             raise ValueError(f"theta must be finite, got {shown(theta)}")
         flat = theta.reshape(self.dimension, int(np.prod(theta.shape[1:])))
-        return _evaluate(self.k, self.coefficients, flat).reshape(len(self.coefficients), *theta.shape[1:])
+        return evaluate(self.k, self.coefficients, flat).reshape(len(self.coefficients), *theta.shape[1:])
 
     def in_basis(self, M: Any) -> TorusFit:
         """Return the same torus with the angles M theta, M (d, d) integer of determinant +-1: nu' = M nu, J' = M^-T J.
@@ -146,7 +144,7 @@ class TorusFit:
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
         k, z = self.k[kept], self.coefficients[:, kept]
-        return replace(self, k=k, coefficients=z, J=_actions(k, z), residual=_residual(self.body, k, z, self.nu))
+        return replace(self, k=k, coefficients=z, J=actions(k, z), residual=_residual(self.body, k, z, self.nu))
 
     def summary(self) -> str:
         """Say in one line what was found."""
@@ -156,9 +154,12 @@ class TorusFit:
             f"residual {self.residual:.1e}, prediction error {self.prediction_error:.1e}"
         )
         if self.verdict is Verdict.UNDECIDED:
+            outcome = Status(int(self.evidence["status"]))
             text += (
                 f"; a time of {self.evidence['longer']:.3g} may decide"
                 if "longer" in self.evidence
+                else f"; {outcome.sentence}"
+                if outcome == Status.INTERRUPTED
                 else "; the orbit failed"
             )
         return text
@@ -180,8 +181,9 @@ def fit_torus(
 
     Parameters: z0 (2n,); time > 0 that is fitted, best 200 periods or more (half as much again is integrated for the
     prediction); tolerance: residual and prediction error up to which there is a torus; step, scheme, rtol, atol as in
-    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; KeyboardInterrupt on Ctrl-C. An orbit
-    that escapes is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
+    what was known until then in `.partial`. An orbit that escapes is "not a torus", one that fails otherwise
+    "undecided", with its status as evidence.
 
     The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations
     of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
@@ -207,7 +209,17 @@ def fit_torus(
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol))
-    energy, own = float(energies(body, z)[0]), motion(body, z)
+    energy = float(energies(body, z)[0])
+    known = [_nothing(body, energy, {"status": float(Status.INTERRUPTED)}, Verdict.UNDECIDED)]
+    with keeping("fit_torus", lambda: known[-1]):
+        return _found(flow, body, z, time, tolerance, energy, known)
+
+
+def _found(
+    flow: Flow, body: Any, z: np.ndarray, time: float, tolerance: float, energy: float, known: list[TorusFit]
+) -> TorusFit:
+    """Return the torus of the orbit from z (2n, 1), if there is one; add to `known` what is known on the way."""
+    own = motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0
     times, inside, (path, evidence) = np.zeros(0), 0, _path(flow, z, time, 64) if short else (z, {})
@@ -227,7 +239,10 @@ def fit_torus(
     finer, state = _path(taken.finer(), z, time, inside)
     finer = finer if state["status"] == Status.OK else path
     found = _fitted(body, times, path, finer, inside, energy, evidence)
-    return found if max(found.residual, found.prediction_error) <= tolerance else _doubted(found, z, time)
+    if max(found.residual, found.prediction_error) <= tolerance:
+        return found
+    known.append(_unsure(found, time))
+    return _doubted(known[-1], z, time)
 
 
 def _sampled(flow: Flow, z0: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray, int, dict]:
@@ -307,7 +322,7 @@ def _fitted(
     carriers = np.vstack([R[start.rank :], np.zeros((1, R.shape[1]), int)])
     k = np.concatenate([carriers[c] + series.k @ R[: start.rank] for c in start.carrier])
     z = np.concatenate([back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)], axis=1)
-    k, z, angles = _canonical(k, z)
+    k, z, angles = canonical(k, z)
     nu = C @ series.nu
     prediction = _distance(body, times[inside:], path[:, inside:], k, z, angles, nu, (t[0] + t[-1]) / 2)
     residual = _residual(body, k, z, nu)
@@ -325,7 +340,7 @@ def _fitted(
         tuple(_basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
         nu,
         np.abs(C) @ error,
-        _actions(k, z),
+        actions(k, z),
         (angles - nu * (t[0] + t[-1]) / 2) % 1.0,
         k,
         z,
@@ -340,16 +355,20 @@ def _fitted(
     )
 
 
+def _unsure(found: TorusFit, time: float) -> TorusFit:
+    """Return a fit that is not good enough, undecided."""
+    evidence, none = MappingProxyType({**found.evidence, "longer": 4 * time}), np.full_like(found.nu_error, np.inf)
+    return replace(found, verdict=Verdict.UNDECIDED, nu_error=none, evidence=evidence)
+
+
 def _doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
-    """Return a fit that is not good enough with the verdict that chaos gives, or that there is none to be seen."""
-    evidence, verdict = {**found.evidence, "longer": 4 * time}, Verdict.UNDECIDED
-    if hasattr(found.body, "tangent_force"):
-        seen = chaos_map(found.body, z, time=1.5 * time)
-        evidence |= {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
-        verdict = Verdict.NOT_A_TORUS if seen.chaotic[0] else verdict
-    return replace(
-        found, verdict=verdict, nu_error=np.full_like(found.nu_error, np.inf), evidence=MappingProxyType(evidence)
-    )
+    """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
+    if not hasattr(found.body, "tangent_force"):
+        return found
+    seen = chaos_map(found.body, z, time=1.5 * time)
+    values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
+    verdict = Verdict.NOT_A_TORUS if seen.chaotic[0] else found.verdict
+    return replace(found, verdict=verdict, evidence=MappingProxyType({**found.evidence, **values}))
 
 
 def _errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[np.ndarray, float]:
@@ -379,52 +398,6 @@ def _reach(error: float) -> int:
     return 8 if error < 1e-9 else 4 if error < 1e-7 else 2 if error < 1e-5 else 0
 
 
-def _canonical(k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return k, z with one of each pair +-k, the largest first, and the angles at the middle, their origin made
-    canonical.
-    """
-    d = k.shape[1]
-    for i in range(d):  # the last component that is not 0 is positive
-        negative = (k[:, i] < 0) & (k[:, i + 1 :] == 0).all(axis=1)
-        k, z = np.where(negative[:, None], -k, k), np.where(negative, z.conj(), z)
-    k, place = np.unique(k, axis=0, return_inverse=True) if d else (k[:1], np.zeros(len(k), int))
-    summed = np.zeros((len(z), len(k)), complex)
-    np.add.at(summed.T, place.ravel(), z.T)
-    summed[:, ~k.any(axis=1)] = summed[:, ~k.any(axis=1)].real
-    n = len(z) // 2
-    scale = np.repeat([np.sqrt((np.abs(part) ** 2).sum()) or 1.0 for part in (summed[:n], summed[n:])], n)[:, None]
-    size = np.abs(summed / scale).max(axis=0)
-    order = np.argsort(-np.round(np.log(np.maximum(size, 1e-300)), 6), kind="stable")  # equal sizes in the order of k
-    order = order[size[order] > TERMS * size.max()]
-    k, z = k[order], summed[:, order]
-    leading = np.flatnonzero(k.any(axis=1))[:60]
-    chosen = leading[first_basis(k[leading])]
-    large = np.abs(z[:n, chosen])
-    coordinate = (large > (1 - 1e-6) * large.max(axis=0)).argmax(axis=0)  # the first of equals
-    phases = np.angle(z[coordinate, chosen]) / (2 * np.pi)
-    angles = np.linalg.lstsq(k[chosen].astype(float), phases, rcond=None)[0] if len(chosen) else np.zeros(d)
-    return k, z * np.exp(-2j * np.pi * (k @ angles)), angles
-
-
-def _actions(k: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return J = 2 pi I, I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k."""
-    n = len(z) // 2
-    return np.pi * k.T @ (1j * (z[n:].conj() * z[:n]).sum(axis=0)).real
-
-
-def _evaluate(k: np.ndarray, z: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """Return Re sum_k z_k exp(2 pi i k . theta) at theta (d, points), from tables of exp(2 pi i j theta_i)."""
-    out = np.empty((len(z), theta.shape[1]))
-    reach = np.abs(k).max(axis=0, initial=0)
-    for start in range(0, theta.shape[1], 64):
-        part = slice(start, start + 64)
-        waves = np.ones((len(k), theta[:, part].shape[1]), complex)
-        for component, largest, angle in zip(k.T, reach, theta[:, part] % 1.0, strict=True):
-            waves *= np.exp(2j * np.pi * np.arange(-largest, largest + 1)[:, None] * angle)[component + largest]
-        out[:, part] = (z @ waves).real
-    return out
-
-
 def _residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
     """Return the largest |nu . dz/dtheta - X(z)| on the torus over the largest |X|, for coordinates and momenta
     apart.
@@ -432,7 +405,7 @@ def _residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
     n, d = len(z) // 2, k.shape[1]
     ratio = np.roots([1.0, *[0.0] * (d - 1), -1.0, -1.0]).real.max() if d else 1.0  # evenly spread points (Roberts)
     theta = np.arange(GRID) * ratio ** -np.arange(1.0, d + 1)[:, None] % 1.0
-    point, slope = np.split(_evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
+    point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
     with np.errstate(all="ignore"):
         field = np.array([*body.velocity(*point[n:]), *body.force(*point[:n])])
         parts = [
@@ -454,7 +427,7 @@ def _distance(
     """Return the largest distance of the orbit from the torus at the predicted angles, relative to the orbit's size."""
     every = max(1, len(times) // GRID)
     times, path, n = times[::every], path[:, ::every], len(z) // 2
-    apart = path - _evaluate(k, z, angles[:, None] + nu[:, None] * (times - middle))
+    apart = path - evaluate(k, z, angles[:, None] + nu[:, None] * (times - middle))
     return float(max(np.abs(apart[s]).max() / (np.abs(path[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))))
 
 
@@ -463,7 +436,7 @@ def _nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Toru
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
-        tuple(body.coordinates),
+        coordinate_names(body),
         unknown,
         np.full(n, np.inf),
         unknown,

@@ -113,7 +113,8 @@ def caption(figure: Any, text: str) -> None:
 
 def write(figure, stem, facts) -> None:
     """Write the figure with the parameters inside the PNG; name the file."""
-    from ...files import plain, provenance
+    from ...base.provenance import provenance
+    from ...files import plain
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     path = stem.with_name(stem.name + ".png")

@@ -18,11 +18,11 @@ def doctor() -> int:
     """
     import fastaff
 
-    from ... import files
+    from ...base.provenance import provenance
     from ...compile.jit import cache_directory, cache_root
     from ...flows.flow import default_threads
 
-    facts = files.provenance()
+    facts = provenance()
     folder = cache_directory()
     size = sum(f.stat().st_size for f in cache_root().rglob("*") if f.is_file()) / 2**20 if folder else 0.0
     writable = "writable" if folder else "NOT USED: not writable, or writable by others (set FASTAFF_CACHE_DIR)"

@@ -1,0 +1,468 @@
+"""What all results can do: a field says along which axes its array runs, and the rest follows from that.
+
+A result is a frozen dataclass that inherits from `Result` and declares its arrays with `along`:
+
+    @dataclass(frozen=True)
+    class Orbits(Result):
+        z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+        status: Annotated[np.ndarray, along("orbit")]
+        names: tuple[str, ...]
+
+Its items, orbits unless the class names another axis (`class Levels(Result, axis="level")`), have the last axis of
+every array that they share; the few results with items first declare that in the same way.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import html
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import singledispatch
+from importlib import import_module
+from typing import Any, ClassVar, NamedTuple, Self, cast, get_type_hints
+
+import numpy as np
+
+from . import status as outcomes
+from .display import brief, screen, short
+from .numbers import an_array, shown
+from .provenance import provenance
+
+
+class Axes(NamedTuple):
+    """What `along` keeps of a field: names of its axes, its unit, which field has the labels of its first axis and
+    whether these alone name its rows, and the axis that is filled with NaN to a common length.
+    """
+
+    names: tuple[str, ...]
+    unit: str
+    labels: str
+    plain: bool
+    padded: str
+
+
+def along(*axes: str, unit: str = "", labels: str = "", plain: bool = False, padded: str = "") -> Axes:
+    """Declare what an array of a `Result` runs along: the names of its axes in their order.
+
+    unit: of its numbers, in words; labels: the field that names the entries of its first axis, so that
+    `result["FIELD_LABEL"]` is one of them; plain: `result["LABEL"]` too; padded: an axis that may differ between
+    results to be joined, NaN past its end. A number in place of an array holds for all items, None for a field that
+    was not asked for, a result within the result has the same items.
+    """
+    return Axes(axes, unit, labels, plain, padded)
+
+
+@functools.cache
+def _declared(cls: type) -> dict[str, Axes]:
+    """Return what a class declares of its arrays."""
+    hints = get_type_hints(cls, include_extras=True)
+    found = {
+        name: [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Axes)]
+        for name, hint in hints.items()
+    }
+    return {name: marks[0] for name, marks in found.items() if marks}
+
+
+class Result:
+    """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `save`, `to_xarray`
+    and `plot`.
+    """
+
+    axis: ClassVar[str | None] = "orbit"
+    """Name of the axis over the items; None for a result that is one whole."""
+
+    def __init_subclass__(cls, *, axis: str | None = "orbit", **others: Any) -> None:
+        super().__init_subclass__(**others)
+        cls.axis = axis
+        if "__repr__" not in cls.__dict__:
+            cls.__repr__ = Result.__repr__  # type: ignore[method-assign]  # so that `dataclass` writes no other
+
+    def __repr__(self) -> str:
+        return short(self)
+
+    def __str__(self) -> str:
+        return screen(self)
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows."""
+        rows = []
+        for field in dataclasses.fields(cast(Any, self)):
+            axes, value = _axes(self, field.name), getattr(self, field.name)
+            named = ", ".join(_dims(self, field.name, value)) if isinstance(value, np.ndarray) else ""
+            cells = (field.name, named, brief(value), axes.unit if axes else "")
+            rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+        head = "<tr><th>field</th><th>axes</th><th>value</th><th>unit</th></tr>"
+        return f"<table><caption>{html.escape(repr(self))}</caption>{head}{''.join(rows)}</table>"
+
+    def __array__(self, *_: Any, **__: Any) -> np.ndarray:
+        raise TypeError(f"a {type(self).__name__} is no array; its arrays are {', '.join(_names(self))}")
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def item_shape(self) -> tuple[int, ...]:
+        """Shape of the axes over items: (orbits,), () of a single one."""
+        for field in dataclasses.fields(cast(Any, self)):
+            axes, value = _axes(self, field.name), getattr(self, field.name)
+            if axes is None or self.axis not in axes.names:
+                continue
+            if isinstance(value, Result):
+                return value.item_shape
+            if isinstance(value, (np.ndarray, np.generic)):
+                before, after = _around(axes, self.axis)
+                return value.shape[before : value.ndim - after]
+        raise TypeError(f"{type(self).__name__} is one result, not one of many items")
+
+    def __len__(self) -> int:
+        shape = self.item_shape
+        if not shape:
+            raise TypeError(f"{type(self).__name__} of a single {self.axis} has no length")
+        return shape[0]
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return an array by name, or the result of some items: a number, slice, mask or array of numbers."""
+        return named(self, key) if isinstance(key, str) else self.take(key)
+
+    def __iter__(self) -> Iterator[Self]:
+        return (self.take(k) for k in range(len(self)))
+
+    def take(self, items: Any) -> Self:
+        """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
+        have several axes.
+
+        Slices and numbers give views. Its `call` stays behind: it would make all of them again. Raises TypeError or
+        ValueError naming what it takes.
+        """
+        index = _index(self, items)
+        return dataclasses.replace(
+            cast(Any, self),
+            **{name: _taken(value, axes, self, index) for name, axes, value in _shared(self)},
+        )
+
+    def select(self, **wanted: Any) -> Self:
+        """Return the items whose arrays have the wanted value, or one of several: `select(status=Status.OK)`."""
+        kept = np.ones(self.item_shape, bool)
+        for name, values in wanted.items():
+            array = np.asarray(named(self, name))
+            if array.shape != kept.shape:
+                raise ValueError(f"{name} must have one entry for each of {kept.shape} items, it has {array.shape}")
+            kept &= np.isin(array, np.atleast_1d(an_array(name, list(values) if isinstance(values, set) else values)))
+        return self.take(kept)
+
+    @classmethod
+    def concat(cls, parts: Iterable[Any]) -> Self:
+        """Join results of one kind and the same settings, in their order.
+
+        An axis that is filled with NaN takes the longest length. Raises TypeError for results of different kinds and
+        ValueError naming the setting in which they differ. The joined result has no `call`.
+        """
+        return cast(Self, _joined(cls, list(parts)))
+
+    def replaced(self, items: Any, part: Self) -> Self:
+        """Return the result with these items taken from another one, which has as many; what all share stays."""
+        fresh = dataclasses.replace(
+            cast(Any, self),
+            **{name: value.copy() for name, _, value in _shared(self) if isinstance(value, np.ndarray)},
+        )
+        put(fresh, items, part)
+        return fresh
+
+    def summary(self) -> str:
+        """Say in one line what became of the items."""
+        if hasattr(self, "status"):
+            return outcomes.describe(self.status)
+        try:
+            count = int(np.prod(self.item_shape))
+        except TypeError:
+            return ""
+        return f"{count} {self.axis}{'' if count == 1 else 's'}"
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
+        outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
+
+    def save(self, path: Any, *, force: bool = False, **parameters: Any) -> Any:
+        """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
+        path.
+        """
+        return saved(self, path, force=force, **parameters)
+
+    def plot(self, *others: Any, **options: Any) -> Any:
+        """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
+
+        Without `ax` on new axes. Returns the artists drawn. Raises TypeError where there is no such figure.
+        """
+        import_module("..plot", __package__)  # which registers its figures; loaded when it is first used
+        return drawn(self, *others, **options)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
+
+        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, what
+        made it (`call`), versions and date.
+        """
+        return {**_labelled(self), "attrs": {**_facts(self), **_call(self), **provenance()}}
+
+    def to_xarray(self) -> Any:
+        """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError(
+                "to_xarray needs xarray: install fastaff[io], or take to_dict(), which needs nothing"
+            ) from None
+        return xarray.Dataset.from_dict(self.to_dict())
+
+    def _row(self, name: str) -> np.ndarray | None:
+        """Return what else has a name in this kind of result, such as a coordinate of a chart; None for nothing."""
+        return None
+
+
+@singledispatch
+def saved(result: Any, path: Any, **parameters: Any) -> Any:
+    """Write a result to a file; `fastaff.files`, which stands above, says how."""
+    raise TypeError(f"{type(result).__name__} can't be saved before fastaff.files is imported")
+
+
+@singledispatch
+def drawn(result: Any, *others: Any, **options: Any) -> Any:
+    """Draw a result; `fastaff.plot`, which stands above, registers its figures here."""
+    raise TypeError(f"there is no figure for a {type(result).__name__}")
+
+
+def put(result: Any, items: Any, part: Any) -> None:
+    """Write the arrays of `part` over those items of a result, in place, where both have an array."""
+    index = _index(result, items)
+    for name, axes, value in _shared(result):
+        new = getattr(part, name)
+        if isinstance(value, Result) and isinstance(new, Result):
+            put(value, items, new)
+        elif isinstance(value, np.ndarray) and isinstance(new, np.ndarray):
+            value[_place(axes, result.axis, index)] = new
+
+
+def named(result: Result, name: str) -> Any:
+    """Return what has that name: a field, a property, a row by its label. Raises KeyError naming what there is."""
+    own = _names(result)
+    if name in own or isinstance(getattr(type(result), name, None), property):
+        return getattr(result, name)
+    rows = _rows(result)
+    if name in rows:
+        return rows[name]()
+    derived = result._row(name)
+    if derived is not None:
+        return derived
+    raise KeyError(f"{type(result).__name__} has no {name!r}; it has {', '.join([*own, *rows])}")
+
+
+def _names(result: Any) -> list[str]:
+    return [field.name for field in dataclasses.fields(result)]
+
+
+def _axes(result: Any, name: str) -> Axes | None:
+    return _declared(cast(Any, type(result))).get(name)
+
+
+def _around(axes: Axes, axis: str | None) -> tuple[int, int]:
+    """Return how many axes stand before and after that of the items."""
+    before = axes.names.index(cast(str, axis))
+    return before, len(axes.names) - before - 1
+
+
+def _place(axes: Axes, axis: str | None, index: tuple) -> tuple:
+    """Return the index into a whole array for an index of its items."""
+    return (*(slice(None),) * _around(axes, axis)[0], *index)
+
+
+def _rows(result: Any) -> dict[str, Callable[[], np.ndarray]]:
+    """Return what gives the labelled rows of arrays, by name."""
+    found: dict[str, Callable[[], np.ndarray]] = {}
+    for field in dataclasses.fields(result):
+        axes, value = _axes(result, field.name), getattr(result, field.name)
+        if axes is None or not axes.labels or not isinstance(value, np.ndarray):
+            continue
+        for k, label in enumerate(getattr(result, axes.labels)):
+            entry = functools.partial(value.__getitem__, k)
+            found.setdefault(f"{field.name}_{label}", entry)
+            if axes.plain:
+                found.setdefault(label, entry)
+    return found
+
+
+def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
+    """Yield name, axes and value of the fields that have an entry for each item; not numbers that hold for all."""
+    orbits = len(result.item_shape)
+    for field in dataclasses.fields(result):
+        axes, value = _axes(result, field.name), getattr(result, field.name)
+        if axes is None or result.axis not in axes.names:
+            continue
+        if isinstance(value, Result) or (isinstance(value, np.ndarray) and value.ndim >= len(axes.names) - 1 + orbits):
+            yield field.name, axes, value
+
+
+def _taken(value: Any, axes: Axes, result: Any, index: tuple) -> Any:
+    return value.take(index) if isinstance(value, Result) else value[_place(axes, result.axis, index)]
+
+
+def _index(result: Any, items: Any) -> tuple:
+    """Return an index of the axes over items; a single number becomes a slice, so that every axis stays."""
+    shape = result.item_shape
+    if not shape:
+        raise TypeError(f"{type(result).__name__} of a single {result.axis} has no items to take")
+    given = items if isinstance(items, tuple) else (items,)
+    found: list[Any] = []
+    used = 0
+    for entry in given:
+        size = shape[used] if used < len(shape) else 0
+        if used >= len(shape):
+            raise ValueError(f"items must be an index of {len(shape)} axes, got {shown(items)}")
+        if isinstance(entry, slice):
+            found.append(entry)
+        elif isinstance(entry, (int, np.integer)) and not isinstance(entry, bool):
+            k = operator.index(entry)
+            if not -size <= k < size:
+                raise ValueError(f"items must be numbers of {size} {result.axis}s, got {k}")
+            found.append(slice(k % size, k % size + 1))
+        else:
+            found.append(_chosen(result, entry, shape[used:]))
+            used += found[-1].ndim - 1 if found[-1].dtype == bool else 0
+        used += 1
+    return tuple(found)
+
+
+def _chosen(result: Any, entry: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return numbers of items or a mask of them as an array."""
+    array = np.asarray(an_array("items", entry))
+    if not array.size and array.dtype.kind == "f":
+        array = array.astype(np.int64)
+    if array.dtype == bool and array.ndim and array.shape == shape[: array.ndim]:
+        return array
+    if array.dtype.kind in "iu" and array.ndim == 1:
+        if np.all((array >= -shape[0]) & (array < shape[0])):
+            return array
+        raise ValueError(f"items must be numbers of {shape[0]} {result.axis}s, got {shown(entry)}")
+    raise ValueError(f"items must be numbers of {shape[0]} {result.axis}s, a slice or a mask, got {shown(entry)}")
+
+
+def _joined(cls: type, parts: list[Any]) -> Any:
+    if not parts:
+        raise ValueError("parts must have at least one result")
+    kind = type(parts[0]) if cls is Result else cls
+    for part in parts:
+        if not isinstance(part, Result) or type(part) is not kind:
+            raise TypeError(f"parts must all be {kind.__name__}, got a {type(part).__name__}")
+    first, shared = parts[0], [{name for name, _, _ in _shared(part)} for part in parts]
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(first):
+        name, axes = field.name, _axes(first, field.name)
+        entries = [getattr(part, name) for part in parts]
+        if axes is None or not any(name in own for own in shared):
+            if not all(_alike(entries[0], entry) for entry in entries[1:]):
+                if axes is not None and axes.names == (first.axis,) and None not in entries:  # one number for each part
+                    values[name] = np.concatenate([np.full(p.item_shape, e) for p, e in zip(parts, entries)])
+                    continue
+                raise ValueError(f"parts must have the same {name}, got {' and '.join(map(brief, entries[:2]))}")
+            values[name] = entries[0]
+        elif any(entry is None for entry in entries):
+            raise ValueError(f"parts must all have {name}, or none of them: one has no such array")
+        elif all(isinstance(entry, Result) for entry in entries):
+            values[name] = Result.concat(entries)
+        else:
+            values[name] = _joined_arrays(name, axes, first.axis, entries, parts)
+    return kind(**values)
+
+
+def _joined_arrays(name: str, axes: Axes, axis: str | None, entries: list, parts: list) -> np.ndarray:
+    """Return the arrays of one field as one, a number that holds for all as an array too."""
+    place = _around(axes, axis)[0]
+    arrays = [
+        entry if np.ndim(entry) else np.full(part.item_shape, entry) for entry, part in zip(entries, parts, strict=True)
+    ]
+    if axes.padded:
+        grown = axes.names.index(axes.padded)
+        longest = max(array.shape[grown] for array in arrays)
+        arrays = [_padded(array, grown, longest) for array in arrays]
+    rest = [(*array.shape[:place], *array.shape[place + 1 :]) for array in arrays]
+    if any(shape != rest[0] for shape in rest):
+        raise ValueError(f"parts must have {name} of the same other axes, got {' and '.join(map(str, rest[:2]))}")
+    return np.concatenate(arrays, axis=place)
+
+
+def _padded(array: np.ndarray, axis: int, length: int) -> np.ndarray:
+    if array.shape[axis] == length:
+        return array
+    width = [(0, 0)] * array.ndim
+    width[axis] = (0, length - array.shape[axis])
+    return np.pad(array, width, constant_values=np.nan)
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Tell whether two settings are the same, NaN where NaN is."""
+    if one is other:
+        return True
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return one.shape == other.shape and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, (tuple, list)):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    if isinstance(one, Mapping):
+        return list(one) == list(other) and all(_alike(one[key], other[key]) for key in one)
+    if dataclasses.is_dataclass(one):
+        return all(_alike(getattr(one, name), getattr(other, name)) for name in _names(one))
+    return bool(one == other) or (one != one and other != other)
+
+
+def _dims(result: Any, name: str, value: np.ndarray) -> tuple[str, ...]:
+    """Return the names of an array's axes; where items have several axes these are numbered."""
+    axes = _axes(result, name)
+    if axes is None:
+        return tuple(f"{name}_{k + 1}" for k in range(value.ndim))
+    repeated = axes.names.index(result.axis) if result.axis in axes.names else len(axes.names) - 1
+    extra = value.ndim - len(axes.names)
+    item = axes.names[repeated]
+    if extra < 0:
+        return tuple(axes.names[:repeated] + axes.names[repeated + 1 :])[: value.ndim]
+    several = (item, *(f"{item}_{k + 2}" for k in range(extra)))
+    return (*axes.names[:repeated], *several, *axes.names[repeated + 1 :])
+
+
+def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
+    """Return data_vars and coords of a result and of those within it."""
+    data: dict[str, Any] = {}
+    coords: dict[str, Any] = {}
+    for field in dataclasses.fields(result):
+        axes, value = _axes(result, field.name), getattr(result, field.name)
+        name = prefix + field.name
+        if isinstance(value, Result):
+            inner = _labelled(value, f"{name}_")
+            data |= inner["data_vars"]
+            coords = {**inner["coords"], **coords}
+        elif isinstance(value, np.ndarray):
+            dims = _dims(result, field.name, value)
+            data[name] = {"dims": dims, "data": value, "attrs": {"units": axes.unit} if axes and axes.unit else {}}
+            if axes and axes.labels and len(getattr(result, axes.labels)) == value.shape[0]:
+                coords[dims[0]] = {"dims": dims[:1], "data": list(getattr(result, axes.labels)), "attrs": {}}
+    return {"data_vars": data, "coords": coords}
+
+
+def _facts(result: Any) -> dict[str, Any]:
+    """Return the numbers and texts of a result, other values as text."""
+    facts: dict[str, Any] = {"result": type(result).__name__}
+    for name in _names(result):
+        value = getattr(result, name)
+        if value is None or isinstance(value, (Result, np.ndarray)):
+            continue
+        facts[name] = value if type(value) in (int, float, str) else brief(value)
+    return facts
+
+
+def _call(result: Any) -> dict[str, str]:
+    call = getattr(result, "call", None)
+    if call is None:
+        return {}
+    given = ", ".join(f"{name}={brief(value)}" for name, value in call.arguments.items())
+    return {"call": f"{call.function}({given})"}

@@ -1,0 +1,38 @@
+"""Names of the rows of phase points, and their coordinates in the charts of GL(2,R)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR, Chart
+from ..models.contracts import coordinate_names
+
+NAMED = (ALPHA_BETA, R_VARTHETA, TWO_POLAR, ELLIPTIC)
+"""Charts in which a name means one coordinate."""
+
+
+def row_names(model: Any) -> tuple[str, ...]:
+    """Return the names of the rows of z (2n, ...): the model's coordinates, or q1 to qn, then their momenta."""
+    names = coordinate_names(model)
+    return (*names, *(f"p_{name}" for name in names))
+
+
+def in_chart(z: np.ndarray, chart: Chart) -> np.ndarray:
+    """Return phase points z (8, ...) in a chart, coordinates and momenta (8, ...); NaN where z is not finite."""
+    kept = np.isfinite(z).all(axis=0)
+    converted = np.full(z.shape, np.nan)
+    converted[:, kept] = chart.from_planes(z[:, kept])
+    return converted
+
+
+def chart_row(z: np.ndarray, name: str) -> np.ndarray | None:
+    """Return the coordinate or momentum of that name (...) of phase points z (8, ...): one of the four charts of the
+    paper's bodies, such as "p_beta"; None where there is none, or z is of another kind of system.
+    """
+    for chart in NAMED if len(z) == 8 else ():
+        names = (*chart.names, *chart.momenta)
+        if name in names:
+            return in_chart(z, chart)[names.index(name)]
+    return None

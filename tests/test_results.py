@@ -1,0 +1,628 @@
+"""What all results can do, each class on a small result: length, items, joining, names, one line, a table, files."""
+
+import dataclasses
+import json
+from functools import cache
+
+import battery
+import numpy as np
+import pytest
+from own_models import OneSpring
+
+import fastaff as fa
+from fastaff import Status, files
+from fastaff.analysis.sections.energy_sample import edge
+from fastaff.base.results import Result
+
+HH, BODY, X = battery.HH, battery.BODY, battery.X
+SURFACE = {"energy": 0.1, "section": X}
+GRID = {**SURFACE, "axes": ([-0.2, 0.0, 0.1], [-0.1, 0.1])}
+CLOSED = np.array([[0.0, 0.0, 0.3, 0.31], [0.0, 0.01, 0.3, 0.3]]).T
+FIXED = {"step": 0.1, "energy_tolerance": 1e9, "threads": 1}
+RATIOS = np.array([[0.31, 0.25, 0.2], [0.21, 0.125, 0.3]])
+
+MAKERS = {
+    "Orbits": lambda: fa.integrate(HH, battery.Z4, time=2.0, samples=2, **FIXED),
+    "TangentMap": lambda: fa.tangent_map(HH, battery.Z4, time=2.0, **FIXED),
+    "Grid": lambda: fa.energy_grid(HH, **GRID),
+    "Sample": lambda: fa.energy_sample(HH, **SURFACE, orbits=4),
+    "SectionMap": lambda: fa.poincare_map(HH, made("Grid").z0, section=X, crossings=3, max_time=60.0, **FIXED),
+    "Rotation": lambda: fa.rotation_number(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1)),
+    "Islands": lambda: fa.islands(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1), max_period=4),
+    "FrequencyMap": lambda: fa.frequency_map(HH, battery.Z4, time=20.0, **FIXED),
+    "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
+    "Lines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
+    "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
+    "PeriodicOrbits": lambda: fa.periodic_orbits(HH, CLOSED, **SURFACE, max_time=20.0, step=0.1, threads=1),
+    "Branch": lambda: fa.continuation(
+        HH, CLOSED[:, 0], **SURFACE, steps=2, max_time=20.0, length=1e-3, step=0.1, threads=1
+    ),
+    "Tori": lambda: fa.action_angles(fa.Body(fa.Hyperelastic()), battery.Z8, threads=1),
+    "EnergyOfActions": lambda: fa.energy_of_actions(battery.HARMONIC, np.array([[0.5, 1.0]] * 4), threads=1),
+}
+"""One for each class that is made of items."""
+
+WHOLE = {
+    "Edge": lambda: edge(BODY, fa.AlphaEquals(1.4), energy=6.0, p_eta=0.3, p_gamma=0.2),
+    "ChaosScan": lambda: fa.chaotic_fraction(battery.own_case, ([1.0],), time=2.0, **FIXED),
+    "DiffusionHistogram": lambda: fa.analysis.diffusion_histogram([-9.0, -3.0, np.nan]),
+    "WebLine": lambda: fa.analysis.ratio_web(x=(0.5, 1.5), y=(0.5, 1.5), max_order=3)[0],
+    "Bifurcation": lambda: fa.analysis.Bifurcation(fa.analysis.Event.FOLD, 0.5, 0.1, CLOSED[:, 0], 6.0, 1e-9),
+    "TorusFit": lambda: fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1),
+}
+"""One for each class that is one whole."""
+
+items = pytest.mark.parametrize("name", MAKERS)
+every = pytest.mark.parametrize("name", [*MAKERS, *WHOLE])
+
+
+@cache
+def made(name):
+    return {**MAKERS, **WHOLE}[name]()
+
+
+def below(cls):
+    return [cls, *(entry for child in cls.__subclasses__() for entry in below(child))]
+
+
+def same(one, other):
+    """Assert that two values are the same, arrays and numbers to the bit."""
+    assert type(one) is type(other)
+    if isinstance(one, (np.ndarray, np.generic)):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape)
+        assert one.tobytes() == other.tobytes()
+    elif dataclasses.is_dataclass(one):
+        for field in dataclasses.fields(one):
+            same(getattr(one, field.name), getattr(other, field.name))
+    elif isinstance(one, (tuple, list)):
+        assert len(one) == len(other)
+        for pair in zip(one, other, strict=True):
+            same(*pair)
+    elif hasattr(one, "keys"):
+        assert list(one) == list(other)
+        for key in one:
+            same(one[key], other[key])
+    elif isinstance(one, float):
+        assert np.float64(one).tobytes() == np.float64(other).tobytes()
+    else:
+        assert one == other
+
+
+def part_of(result, index):
+    """The arrays over items of a result at an index, taken one by one as the class declares them."""
+    found = {}
+    count = len(result)
+    for name in [field.name for field in dataclasses.fields(result)]:
+        value = getattr(result, name)
+        if isinstance(value, np.ndarray) and count in value.shape and name not in ("times", "forbidden"):
+            axis = 0 if isinstance(result, fa.analysis.FrequencyLines) else -1
+            assert value.shape[axis] == count, name
+            found[name] = np.take(value, np.arange(count)[index], axis=axis)
+    return found
+
+
+def test_every_class_is_here():
+    """A class that is missing from the tables above is tested by nothing."""
+    own = {cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith("fastaff.analysis")}
+    assert own == {*MAKERS, *WHOLE}
+    for name in own:
+        assert type(made(name)).__name__ == name
+
+
+@items
+def test_length_and_items(name):
+    result = made(name)
+    count = len(result)
+    assert count > 1
+    assert result
+    assert [len(part) for part in result] == [1] * count
+    mask = np.arange(count) % 2 == 0
+    for index in (mask, np.flatnonzero(mask), np.flatnonzero(mask).tolist(), slice(None, None, 2)):
+        for part in (result.take(index), result[index]):
+            assert type(part) is type(result)
+            assert len(part) == mask.sum()
+            expected = part_of(result, index)
+            assert expected
+            for field, array in expected.items():
+                np.testing.assert_array_equal(getattr(part, field), array, err_msg=field)
+            assert not hasattr(part, "call")
+    for index in (-1, count - 1):
+        for field, array in part_of(result, [count - 1]).items():
+            np.testing.assert_array_equal(getattr(result[index], field), array)
+    assert len(result[[]]) == len(result[~np.ones(count, bool)]) == 0
+
+
+@items
+def test_slices_copy_nothing(name):
+    result = made(name)
+    part = result[1:]
+    shared = [
+        np.shares_memory(getattr(part, field), getattr(result, field)) for field in part_of(result, slice(1, None))
+    ]
+    assert shared
+    assert all(shared)
+
+
+@items
+@pytest.mark.parametrize("wrong", [99, [0, 99], "z?", [True], 1.5, [[0]], (0, 0), None, np.zeros(50, bool)])
+def test_wrong_items_are_refused(name, wrong):
+    with pytest.raises((ValueError, TypeError, KeyError), match=r"items must be|has no"):
+        made(name)[wrong]
+
+
+@items
+def test_parts_join_to_the_whole(name):
+    result = made(name)
+    joined = type(result).concat([result[:1], result[1:]])
+    same(joined, result if not np.isscalar(getattr(result, "step", None)) else joined)
+    same(Result.concat(list(result)), joined)
+    assert not hasattr(joined, "call")
+    with pytest.raises(TypeError, match="parts must all be"):
+        type(result).concat([result, made("Edge")])
+    with pytest.raises(ValueError, match="at least one"):
+        type(result).concat([])
+
+
+@items
+def test_replaced_items(name):
+    result = made(name)
+    back = result[::-1]
+    count = len(result)
+    same(result.replaced(np.arange(count), back), result.replaced(slice(None), back))
+    for field, array in part_of(result, slice(None, None, -1)).items():
+        np.testing.assert_array_equal(getattr(result.replaced(slice(None), back), field), array)
+        np.testing.assert_array_equal(getattr(result.replaced([0], result[-1]), field)[..., 0], array[..., 0]) if (
+            name != "Lines"
+        ) else None
+
+
+def test_results_of_other_settings_do_not_join():
+    cut = made("SectionMap")
+    other = fa.poincare_map(HH, made("Grid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), crossings=3, max_time=60.0)
+    with pytest.raises(ValueError, match="parts must have the same section"):
+        fa.analysis.SectionMap.concat([cut, other])
+    with pytest.raises(ValueError, match="parts must all have time_error"):
+        fa.analysis.SectionMap.concat([cut, dataclasses.replace(other, section=cut.section)])
+
+
+def test_another_number_of_crossings_is_filled():
+    options = {"section": X, "max_time": 60.0, **FIXED}
+    few = fa.poincare_map(HH, made("Grid").z0, crossings=2, **options)
+    joined = fa.analysis.SectionMap.concat([few, made("SectionMap")])
+    assert joined.points.shape == (4, 3, 2 * len(few))
+    assert np.isnan(joined.points[:, 2, : len(few)]).all()
+    np.testing.assert_array_equal(joined.times[:2, : len(few)], few.times)
+    np.testing.assert_array_equal(joined.times[:, len(few) :], made("SectionMap").times)
+
+
+def test_each_part_brings_its_step():
+    parts = [fa.integrate(HH, battery.Z4, time=2.0, step=step) for step in (0.1, 0.2)]
+    joined = fa.analysis.Orbits.concat(parts)
+    orbits = len(parts[0])
+    np.testing.assert_array_equal(joined.step, [0.1] * orbits + [0.2] * orbits)
+
+
+def test_orbits_are_selected_by_what_they_are():
+    z0 = np.concatenate([battery.Z4, [[0.0], [5.0], [0.1], [0.1]]], axis=1)  # the last one escapes
+    run = fa.integrate(HH, z0, time=100.0, **FIXED)
+    fine = run.select(status=Status.OK)
+    assert len(fine) == len(run) - 1
+    assert (fine.status == Status.OK).all()
+    assert len(run.select(status=(Status.OK, run.status[-1]))) == len(run)
+    assert len(run.select(status={Status.OK}, t=100.0)) == len(fine)
+    fine.raise_if_failed()
+    with pytest.raises(fa.OrbitError):
+        run.raise_if_failed()
+    with pytest.raises(ValueError, match="z must have one entry"):
+        run.select(z=1.0)
+
+
+@every
+def test_one_line_and_a_table(name):
+    result = made(name)
+    assert repr(result).startswith(name)
+    assert "\n" not in repr(result)
+    assert len(repr(result)) <= 240
+    text = result._repr_html_()
+    assert text.count("<tr>") == 1 + len(dataclasses.fields(result)) == str(result).count("\n") + 1
+    for field in dataclasses.fields(result):
+        assert f"<td>{field.name}</td>" in text
+    result.summary()
+
+
+def test_tables_are_escaped():
+    named = dataclasses.replace(made("Sample"), names=("<b>", "&"))
+    assert "<b>" not in named._repr_html_()
+    assert "&lt;b&gt;" in named._repr_html_()
+
+
+@every
+def test_fields_by_name(name):
+    result = made(name)
+    for field in dataclasses.fields(result):
+        assert result[field.name] is getattr(result, field.name)
+    with pytest.raises(KeyError, match=f"{name} has no 'nothing'; it has "):
+        result["nothing"]
+
+
+@every
+def test_a_result_is_no_array(name):
+    """NumPy would take it apart, item by item."""
+    with pytest.raises(TypeError, match="is no array"):
+        np.asarray(made(name))
+
+
+def test_rows_by_name():
+    orbits, cut = made("Orbits"), made("SectionMap")
+    for k, label in enumerate(("x", "y", "p_x", "p_y")):
+        np.testing.assert_array_equal(orbits[label], orbits.z[k])
+        np.testing.assert_array_equal(cut[label], cut.points[k])
+        np.testing.assert_array_equal(made("PeriodicOrbits")[label], made("PeriodicOrbits").z[k])
+        np.testing.assert_array_equal(made("PeriodicOrbits")[f"scale_{label}"], made("PeriodicOrbits").scale[k])
+    nu, tori, chaos = made("FrequencyMap"), made("Tori"), made("ChaosMap")
+    np.testing.assert_array_equal(nu[f"nu_{nu.names[1]}"], nu.nu[1])
+    np.testing.assert_array_equal(tori["J_phi"], tori.J[2])
+    np.testing.assert_array_equal(tori["h_vartheta"], tori.constants[1])
+    np.testing.assert_array_equal(chaos["megno"], chaos.megno)
+    np.testing.assert_array_equal(chaos["limits_sali"], chaos.limits[1])
+    np.testing.assert_array_equal(made("Sample")["p_y"], made("Sample").points[1])
+    grid = made("Grid")
+    np.testing.assert_array_equal(grid["p_y"], grid.z0[3])
+    np.testing.assert_array_equal(grid["y"], grid.z0[1])
+    np.testing.assert_array_equal(nu["omega"], nu.omega)
+
+
+def test_coordinates_of_charts_by_name():
+    body = fa.Body(fa.NeoHookean())
+    surface = {"energy": 1.5, "section": fa.AlphaTurning(), "p_eta": 0.3, "p_gamma": 0.2}
+    start = fa.energy_sample(body, orbits=4, **surface)
+    run = fa.integrate(body, start.z0, time=3.0, **FIXED)
+    rows = {"beta": 1, "p_beta": 5, "p_gamma": 7}
+    for name, k in rows.items():
+        np.testing.assert_array_equal(run[name], fa.charts.ALPHA_BETA.from_planes(run.z)[k])
+    np.testing.assert_array_equal(run["vartheta"], fa.charts.R_VARTHETA.from_planes(run.z)[1])
+    cut = fa.poincare_map(body, start.z0, section=fa.AlphaTurning(), crossings=6, max_time=10.0, step=0.02)
+    assert 0 < np.isnan(cut.times).sum() < cut.times.size
+    np.testing.assert_array_equal(cut["p_beta"], cut.coordinates(fa.charts.ALPHA_BETA)[5])
+    assert cut["p_beta"].shape == cut.times.shape == (6, 4)
+    np.testing.assert_allclose(cut["p_gamma"][np.isfinite(cut.times)], 0.2, rtol=1e-10)
+    np.testing.assert_array_equal(cut["a1"], cut.points[0])
+
+
+def test_several_axes_of_orbits():
+    nu = RATIOS[:, :, None] * np.linspace(1.0, 1.1, 2)
+    grid = fa.resonances(nu, max_order=4)
+    assert grid.item_shape == (3, 2)
+    assert len(grid) == 3
+    assert grid[1:].basis.shape == (2, 2, 2, 2)
+    part = grid[:, 0]
+    np.testing.assert_array_equal(part.basis, grid.basis[..., :1])
+    assert grid.take(grid.rank > 0).item_shape == (int((grid.rank > 0).sum()),)
+    single = fa.resonances(RATIOS[:, 0])
+    with pytest.raises(TypeError, match="no length"):
+        len(single)
+    with pytest.raises(TypeError, match="single orbit"):
+        single[0]
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_a_whole_has_no_items(name):
+    with pytest.raises(TypeError, match="is one result"):
+        len(made(name))
+    with pytest.raises(TypeError, match="is one result"):
+        made(name)[0]
+    assert made(name)
+
+
+def test_a_branch_is_cut_with_its_orbits():
+    branch = made("Branch")
+    np.testing.assert_array_equal(branch[1:].orbits.z, branch.orbits.z[:, 1:])
+    assert branch[1:].status == branch.status
+
+
+# --- files ---------------------------------------------------------------------------------------------------------
+
+
+@every
+def test_files_give_the_same_back(name, tmp_path):
+    result = made(name)
+    again = files.load(result.save(tmp_path / name))
+    same(again, result)
+    if hasattr(result, "call"):
+        second = files.save(tmp_path / "second", again)
+        assert files.contents(second).metadata["call"] == files.contents(tmp_path / f"{name}.npz").metadata["call"]
+        assert (again.call.function, again.call.missing) == (result.call.function, result.call.missing)
+    else:
+        assert not hasattr(again, "call")
+
+
+RETURNED = [name for name in battery.CALLS if "." not in name]
+
+
+@pytest.mark.parametrize("name", RETURNED)
+def test_files_of_everything_that_functions_return(name, tmp_path):
+    """Quantum results too; what is no result is refused."""
+    result = battery.CALLS[name][0](**battery.base(name))
+    try:
+        path = files.save(tmp_path / name, result)
+    except TypeError as problem:
+        assert "must be a result of fastaff" in str(problem)  # noqa: PT017
+        assert not isinstance(result, Result)
+        return
+    try:
+        again = files.load(path)
+    except ValueError as problem:
+        assert "can't hold" in str(problem)  # noqa: PT017
+        assert not isinstance(result, Result)
+        return
+    same(again, result)
+
+
+def test_a_single_torus_keeps_its_numbers(tmp_path):
+    single = fa.energy_of_actions(battery.HARMONIC, np.full(4, 0.5))
+    same(files.load(single.save(tmp_path / "single")), single)
+
+
+def test_the_sign_of_zero_stays(tmp_path):
+    result = dataclasses.replace(made("Edge"), coordinate=np.array([0.0, 1.0]), momentum=np.array([-0.0, 1.0]))
+    same(files.load(result.save(tmp_path / "zero")), result)
+
+
+class Through(fa.Linear):
+    """A section of the user's own."""
+
+    __slots__ = ()
+
+
+def test_what_a_file_cannot_hold_is_to_be_given(tmp_path):
+    mine = Through((1.0, 0.0, 0.0, 0.0))
+    cut = fa.poincare_map(HH, made("Grid").z0, section=mine, crossings=2, max_time=60.0, **FIXED)
+    path = cut.save(tmp_path / "own")
+    with pytest.raises(ValueError, match=r"can't hold section: give section, as in load\(path, section=...\)"):
+        files.load(path)
+    same(files.load(path, section=mine), cut)
+    fit = dataclasses.replace(made("TorusFit"), body=OneSpring(2.0))
+    path = fit.save(tmp_path / "fit")
+    with pytest.raises(ValueError, match="give body"):
+        files.load(path)
+    same(files.load(path, body=fit.body), fit)
+
+
+def test_metadata_and_arrays_can_be_read_as_they_are(tmp_path):
+    cut = made("SectionMap")
+    arrays, metadata = files.contents(cut.save(tmp_path / "cut", z0=made("Grid").z0, seed=3))
+    np.testing.assert_array_equal(arrays["z0"], made("Grid").z0)
+    np.testing.assert_array_equal(arrays["points"], cut.points)
+    assert (metadata["seed"], metadata["result"], metadata["fastaff"]) == (3, "SectionMap", fa.__version__)
+
+
+FORGED = {
+    "unknown class": lambda m: m["content"].update(result="Popen"),
+    "class of Python": lambda m: m["content"].update(result="object"),
+    "base class": lambda m: m["content"].update(result="Result"),
+    "no fields": lambda m: m["content"].update(fields={}),
+    "another field": lambda m: m["content"]["fields"].update(__class__={"value": 1}),
+    "no such array": lambda m: m["content"]["fields"]["points"].update(array="nowhere"),
+    "text": lambda m: m.update(content="SectionMap"),
+    "number": lambda m: m.update(content=3),
+    "nothing": lambda m: m.pop("content"),
+    "unknown enumeration": lambda m: m["content"]["fields"].update(status={"enum": "Path", "name": "x"}),
+    "unknown value": lambda m: m["content"]["fields"].update(section={"value": {"class": "eval", "x": "1"}}),
+    "unknown scheme": lambda m: m["content"]["fields"].update(scheme={"value": {"scheme": "__import__('os')"}}),
+    "code": lambda m: m["content"]["fields"].update(
+        section={"value": {"class": "A", "formula": ["__import__('os')", None, ["a"], ["x", "y"], "unit"], "a": 1.0}}
+    ),
+    "deep": lambda m: m["content"]["fields"].update(section=_deep(600)),
+    "call": lambda m: m.update(call={"function": 1}),
+}
+
+
+def _deep(levels):
+    data = {"tuple": []}
+    for _ in range(levels):
+        data = {"tuple": [data]}
+    return data
+
+
+@pytest.mark.parametrize("how", FORGED)
+def test_forged_files_are_refused(how, tmp_path):
+    """They name no other classes, and nothing in them is run."""
+    arrays, metadata = files.contents(made("SectionMap").save(tmp_path / "cut"))
+    FORGED[how](metadata)
+    np.savez(tmp_path / "forged.npz", **arrays, metadata=np.array(json.dumps(metadata)))
+    with pytest.raises(ValueError, match=r"forged.npz must hold a result of this version"):
+        files.load(tmp_path / "forged.npz")
+
+
+def test_what_is_no_result_is_not_saved(tmp_path):
+    @dataclasses.dataclass
+    class Mine:
+        x: np.ndarray
+
+    for wrong in (Mine(np.zeros(2)), HH, np.zeros(3), fa.analysis.SectionMap, None, fa.MEGNO()):
+        with pytest.raises(TypeError, match="must be a result of fastaff"):
+            files.save(tmp_path / "wrong", wrong)
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- labels --------------------------------------------------------------------------------------------------------
+
+
+@every
+def test_arrays_have_named_axes(name):
+    result = made(name)
+    found = result.to_dict()
+    sizes = {}
+    assert found["data_vars"]
+    for field, entry in found["data_vars"].items():
+        assert len(entry["dims"]) == entry["data"].ndim, field
+        assert len(set(entry["dims"])) == len(entry["dims"]), field
+        for dim, size in zip(entry["dims"], entry["data"].shape, strict=True):
+            assert sizes.setdefault(dim, size) == size, (field, dim)
+    for dim, entry in found["coords"].items():
+        assert sizes[dim] == len(entry["data"])
+    assert found["attrs"]["result"] == name
+    assert found["attrs"]["fastaff"] == fa.__version__
+    assert all(isinstance(value, (int, float, str)) for value in found["attrs"].values())
+
+
+def test_labels_units_and_provenance():
+    found = made("FrequencyMap").to_dict()
+    assert found["data_vars"]["nu"]["dims"] == ("angle", "orbit")
+    assert found["data_vars"]["nu"]["attrs"] == {"units": "cycles/time"}
+    assert found["coords"]["angle"]["data"] == list(made("FrequencyMap").names)
+    assert found["attrs"]["call"].startswith("frequency_map(body=")
+    assert found["attrs"]["scheme"] == "KAHAN_LI8"
+    assert made("SectionMap").to_dict()["data_vars"]["points"]["dims"] == ("coordinate", "crossing", "orbit")
+
+
+def test_without_xarray_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "xarray", None)
+    with pytest.raises(ImportError, match=r"install fastaff\[io\]"):
+        made("Orbits").to_xarray()
+
+
+@every
+def test_xarray(name):
+    pytest.importorskip("xarray")
+    data = made(name).to_xarray()
+    for field, entry in made(name).to_dict()["data_vars"].items():
+        assert data[field].dims == entry["dims"]
+        np.testing.assert_array_equal(data[field].values, entry["data"])
+
+
+# --- figures -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["SectionMap", "FrequencyMap", "ChaosMap", "ChaosScan", "PeriodicOrbits"])
+def test_figures(name):
+    figure = pytest.importorskip("matplotlib.figure")
+    others = (fa.energy_sample(HH, **SURFACE, orbits=len(made(name))),) if name == "ChaosMap" else ()
+    ax = figure.Figure().subplots()
+    drawn = made(name).plot(*others, ax=ax)
+    assert drawn.points is not None
+    assert ax.get_xlabel()
+
+
+def test_what_has_no_figure():
+    with pytest.raises(TypeError, match="no figure for a Rotation"):
+        made("Rotation").plot()
+
+
+# --- interruption --------------------------------------------------------------------------------------------------
+
+
+def stop(_):
+    raise KeyboardInterrupt
+
+
+def interrupted(function, *given, **named):
+    with pytest.raises(fa.Interrupted) as caught:
+        function(*given, **named)
+    return caught.value.partial
+
+
+def test_tori_keep_what_is_done():
+    z0 = np.repeat(battery.Z8, 50_000, axis=1)
+    body = fa.Body(fa.Hyperelastic())
+    partial = interrupted(fa.action_angles, body, z0, threads=1, report=stop)
+    assert isinstance(partial, fa.analysis.ActionAngles)
+    left = partial.status == Status.INTERRUPTED
+    assert left.any()
+    assert np.isnan(partial.J[:, left]).all()
+    assert partial.call.function == "tori"
+    done = np.flatnonzero(~left)
+    np.testing.assert_array_equal(
+        partial[done].J, fa.action_angles(body, z0[:, done], threads=1).J
+    ) if done.size else None
+
+
+def test_resonances_keep_what_is_done():
+    nu = np.random.default_rng(1).random((4, 100_000))
+    partial = interrupted(fa.resonances, nu, max_order=12, threads=1, report=stop)
+    assert isinstance(partial, fa.analysis.Resonances)
+    left = partial.status == Status.INTERRUPTED
+    assert left.any()
+    assert not partial.rank[left].any()
+    assert np.isnan(partial.distance[:, left]).all()
+
+
+def test_lines_keep_what_is_done():
+    signals = np.repeat(battery.RING[None], 2000, axis=0)
+    whole = fa.naff(signals, 0.1, lines=2, threads=1)
+    asked = []
+
+    def once(fraction):
+        asked.append(fraction)
+        raise KeyboardInterrupt
+
+    partial = interrupted(fa.naff, signals, 0.1, lines=2, threads=1, report=once)
+    assert isinstance(partial, fa.analysis.FrequencyLines)
+    done = np.isfinite(partial.residual)
+    assert 0 < done.mean() == asked[0] < 1
+    np.testing.assert_array_equal(partial.nu[done], whole.nu[done])
+    assert np.isinf(partial.error[~done]).all()
+    fractions = []
+    same(fa.naff(signals, 0.1, lines=2, threads=1, report=fractions.append), whole)
+    assert fractions[-1] == 1.0
+
+
+def raising(monkeypatch, module, name, calls):
+    """Make the function `name` of a module raise KeyboardInterrupt at one of its calls."""
+    import sys
+
+    own, count = getattr(sys.modules[module], name), [0]
+
+    def counted(*given, **named):
+        count[0] += 1
+        if count[0] > calls:
+            raise KeyboardInterrupt
+        return own(*given, **named)
+
+    monkeypatch.setattr(sys.modules[module], name, counted)
+
+
+@pytest.mark.parametrize("calls", [0, 1])
+def test_a_torus_fit_is_undecided(monkeypatch, calls):
+    raising(monkeypatch, "fastaff.analysis.tori.fit_torus", "_path", calls)
+    partial = interrupted(fa.fit_torus, HH, battery.Z4[:, 0], time=60.0, step=0.1)
+    assert isinstance(partial, fa.analysis.TorusFit)
+    assert partial.verdict is fa.analysis.Verdict.UNDECIDED
+    assert partial.evidence["status"] == Status.INTERRUPTED
+    assert "stopped by the user" in partial.summary()
+
+
+@pytest.mark.parametrize("calls", [0, 1, 8])
+def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
+    raising(monkeypatch, "fastaff.analysis.periodic.periodic_orbits", "section_returns", calls)
+    partial = interrupted(
+        fa.find_periodic_orbits, HH, made("Grid").z0, **SURFACE, max_period=2, most=4, step=0.1, max_time=100.0
+    )
+    assert isinstance(partial, fa.analysis.PeriodicOrbits)
+    assert (partial.status == Status.OK).all()
+    assert partial.call.function == "find_periodic_orbits"
+    assert len(partial) == 0 or calls > 1
+
+
+def test_a_search_that_is_stopped_at_its_map_has_found_none(monkeypatch):
+    raising(monkeypatch, "fastaff.analysis.sections.poincare_map", "follow_crossings", 0)
+    partial = interrupted(fa.find_periodic_orbits, HH, made("Grid").z0, **SURFACE, max_period=1, step=0.1)
+    assert isinstance(partial, fa.analysis.PeriodicOrbits)
+    assert len(partial) == 0
+
+
+@pytest.mark.parametrize("calls", [0, 9, 15])
+def test_a_branch_ends_where_it_was_stopped(monkeypatch, calls):
+    module = "fastaff.analysis.periodic.return_map"
+    raising(monkeypatch, module, "follow_crossings", calls)
+    run = {**SURFACE, "max_time": 20.0, "length": 1e-3, "step": 0.1, "threads": 1}
+    partial = interrupted(fa.continuation, HH, CLOSED[:, 0], steps=4, **run)
+    assert isinstance(partial, fa.analysis.Branch)
+    assert partial.status == Status.INTERRUPTED
+    monkeypatch.undo()
+    whole = fa.continuation(HH, CLOSED[:, 0], steps=4, **run)
+    count = len(partial)
+    assert count < len(whole)
+    assert (count > 0) == (calls > 0)
+    np.testing.assert_array_equal(partial.value, whole.value[:count])
+    np.testing.assert_array_equal(partial.orbits.z, whole.orbits.z[:, :count])
