@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,11 +10,11 @@ import numpy as np
 from ...flows.interruptible import interruptible
 from ..states.level_table import LevelTable, Waves, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
-from .elements import Elements, elements, left_over, lowest, quadratic
+from .elements import elements, left_over, lowest, quadratic
 from .factor_tables import angle_of
 from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
 from .panels import DENSE, Panels, between, merged, panels
-from .plane_shape import PlaneShape, Polynomials
+from .plane_shape import ChannelWaves, ElementWaves
 from .separable import angular_interval, angular_potential
 from .singular_ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
 
@@ -139,47 +138,6 @@ def plane_levels(body: Any, chosen: SymmetryClass, count: int, hbar: float, tole
         functions=size,
         waves=waves,
     )
-
-
-@dataclass(frozen=True, repr=False)
-class _ChannelWaves:
-    """States of channels at nodes of rho: coefficients (size, levels) of the vectors G (size, n_x), grid, and lines."""
-
-    grid: np.ndarray
-    node: np.ndarray
-    G: np.ndarray
-    coefficients: np.ndarray
-    rho: Interval
-    x: Interval
-
-    def __repr__(self) -> str:
-        return f"{self.node.size} channels in rho and vartheta"
-
-    def shape(self, n: Sequence[int]) -> PlaneShape:
-        """Return the shape of a level."""
-        table = np.zeros((len(self.grid), self.G.shape[1]))
-        np.add.at(table, self.node, self.coefficients[:, n[0], None] * self.G)
-        table = self.grid @ table
-        lines = Polynomials(self.rho, len(table)), Polynomials(self.x, self.G.shape[1])
-        return PlaneShape(*lines, np.sign(table.flat[np.argmax(np.abs(table))]) * table)
-
-
-@dataclass(frozen=True, repr=False)
-class _ElementWaves:
-    """States on products of elements: coefficients (levels, n_rho, n_x)."""
-
-    rho: Elements
-    x: Elements
-    coefficients: np.ndarray
-
-    def __repr__(self) -> str:
-        return f"{self.rho.size} x {self.x.size} functions of elements in rho and vartheta"
-
-    def shape(self, n: Sequence[int]) -> PlaneShape:
-        """Return the shape of a level."""
-        table = self.coefficients[n[0]]
-        density = np.abs(table) / np.sqrt(np.outer(self.rho.mass, self.x.mass))
-        return PlaneShape(self.rho, self.x, np.sign(table.flat[np.argmax(density)]) * table)
 
 
 def _wanted(problem: _Problem, count: int, unit: float) -> float:
@@ -410,7 +368,7 @@ def _solve(
     H *= bases.kinetic[node[:, None], node]
     H[np.arange(node.size), np.arange(node.size)] += energies[node, channel]
     E, C = eigh(H, subset_by_index=(0, min(count, node.size) - 1), overwrite_a=True, check_finite=False, driver="evr")
-    return E, _ChannelWaves(bases.grid, node, G, C, bases.rho, bases.angular.interval), node.size, 0.0
+    return E, ChannelWaves(bases.grid, node, G, C, bases.rho, bases.angular.interval), node.size, 0.0
 
 
 def _solve_elements(
@@ -453,7 +411,7 @@ def _solve_elements(
             for line, part, side in zip((radii, angles), (rho, x), sides, strict=True)
         )
     order = np.argsort(E)
-    return E[order], _ElementWaves(radii, angles, tables[order]), U.size, left[order]
+    return E[order], ElementWaves(radii, angles, tables[order]), U.size, left[order]
 
 
 def _phases(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -102,3 +104,44 @@ class PlaneShape(NamedTuple):
         (q, w), (below, v) = (line.rule(order) for line, order in zip((self.rho, self.x), orders, strict=True))
         q = self.rho.lo + q
         return q * q, angle_of(self.x.lo, self.x.hi, below), np.outer(np.pi**2 * w * q**3, v)
+
+
+@dataclass(frozen=True, repr=False)
+class ChannelWaves:
+    """States of channels at nodes of rho: coefficients (size, levels) of the vectors G (size, n_x), grid, and lines."""
+
+    grid: np.ndarray
+    node: np.ndarray
+    G: np.ndarray
+    coefficients: np.ndarray
+    rho: Interval
+    x: Interval
+
+    def __repr__(self) -> str:
+        return f"{self.node.size} channels in rho and vartheta"
+
+    def shape(self, n: Sequence[int]) -> PlaneShape:
+        """Return the shape of a level."""
+        table = np.zeros((len(self.grid), self.G.shape[1]))
+        np.add.at(table, self.node, self.coefficients[:, n[0], None] * self.G)
+        table = self.grid @ table
+        lines = Polynomials(self.rho, len(table)), Polynomials(self.x, self.G.shape[1])
+        return PlaneShape(*lines, np.sign(table.flat[np.argmax(np.abs(table))]) * table)
+
+
+@dataclass(frozen=True, repr=False)
+class ElementWaves:
+    """States on products of elements: coefficients (levels, n_rho, n_x)."""
+
+    rho: Elements
+    x: Elements
+    coefficients: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"{self.rho.size} x {self.x.size} functions of elements in rho and vartheta"
+
+    def shape(self, n: Sequence[int]) -> PlaneShape:
+        """Return the shape of a level."""
+        table = self.coefficients[n[0]]
+        density = np.abs(table) / np.sqrt(np.outer(self.rho.mass, self.x.mass))
+        return PlaneShape(self.rho, self.x, np.sign(table.flat[np.argmax(density)]) * table)
