@@ -94,6 +94,7 @@ def load(path: Any, **given: Any) -> Any:
     Nothing in the file is executed: it names classes of the package, numbers and formulas, which are read as
     mathematics. Raises FileNotFoundError, or ValueError for a file that `save` did not write, for a class that is no
     result of the package, and naming what is to be given. `contents` reads a file's arrays and metadata as they are.
+    Source: as `save`.
     """
     arrays, metadata = contents(path)
     try:

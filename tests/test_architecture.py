@@ -236,7 +236,7 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    own = ("formula", "hamiltonian", "save")  # a formula's own named parameters, whatever else is worth keeping
+    own = ("formula", "hamiltonian", "load", "save")  # parameters of a formula, of a file
     assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 
 
