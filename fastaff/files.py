@@ -46,8 +46,8 @@ class Saved(NamedTuple):
 def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file and return its path; `load` gives the same result back.
 
-    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid or any other result;
-    force: replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`);
+    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid, any other result or
+    dataclass; force: replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`);
     parameters: anything else worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the
     result, the rest into the metadata. The call that made the result is kept with it: `recipe` reads it back. Returns
     the path written. Raises TypeError for what is no result or has arrays of objects, OSError as `open` does.
@@ -56,10 +56,11 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     status, scheme, section and the parameters. The file is complete or absent: it is written under another name and
     then moved. Needs no pickle to read. Source: the .npy format, NEP 1.
     """
-    if type(result) is not _results().get(type(result).__name__):
+    dataclass = dataclasses.is_dataclass(result) and not isinstance(result, type)
+    if not dataclass and type(result) is not _results().get(type(result).__name__):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     arrays: dict[str, np.ndarray] = {}
-    content = _packed("", result, arrays)
+    content = _opened("", result, arrays)
     facts = _facts(result)
     for name, value in parameters.items():
         if isinstance(value, np.ndarray) and value.ndim:
@@ -277,17 +278,16 @@ def _names(cls: Any) -> list[str]:
 
 @functools.cache
 def _results() -> dict[str, type]:
-    """The package's results by name: all kinds of `Result`, and what else of dataclasses and NamedTuples is public and
-    no value, or stands in the modules of these as a part of them.
+    """The package's results and their parts by name: dataclasses and NamedTuples of `analysis` and `quantum`, but for
+    values.
     """
-    import fastaff
-
-    public = [entry for entry in vars(fastaff).values() if isinstance(entry, type) and _is_own(entry)]
-    modules = {cls.__module__ for cls in public}
-    beside = [entry for name in modules for entry in vars(sys.modules[name]).values()]
-    parts = [entry for entry in beside if _is_own(entry) and entry.__module__ in modules]
+    rooms = tuple(f"{OWN}.{room}." for room in ("analysis", "quantum"))
+    beside = [
+        entry for name in list(sys.modules) if name.startswith(rooms) for entry in vars(sys.modules[name]).values()
+    ]
+    parts = [entry for entry in beside if _is_own(entry) and entry.__module__.startswith(rooms)]
     kinds = [entry for entry in parts if dataclasses.is_dataclass(entry) or hasattr(entry, "_fields")]
-    found = {entry.__name__: entry for entry in (*kinds, *filter(_is_own, _below(Result)))}
+    found = {entry.__name__: entry for entry in kinds}
     return {name: entry for name, entry in found.items() if name not in _classes() and not name.startswith("_")}
 
 
@@ -325,14 +325,19 @@ def _packed(name: str, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         entries = [[key, _packed(f"{inner}{key}", entry, arrays)] for key, entry in value.items()]
         return {"mapping": entries, "frozen": not isinstance(value, dict)}
     if type(value) is _results().get(type(value).__name__):
-        fields = {key: _packed(f"{inner}{key}", getattr(value, key), arrays) for key in _names(value)}
-        return {"result": type(value).__name__, "fields": fields}
+        return _opened(inner, value, arrays)
     if type(value) in (list, tuple):
         return {type(value).__name__: [_packed(f"{inner}{k}", entry, arrays) for k, entry in enumerate(value)]}
     try:
         return {"value": _stored(name, encoded(value), arrays)}
     except NoData:
         return {"missing": type(value).__name__}
+
+
+def _opened(prefix: str, value: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Return class and packed fields of a result."""
+    fields = {key: _packed(f"{prefix}{key}", getattr(value, key), arrays) for key in _names(value)}
+    return {"result": type(value).__name__, "fields": fields}
 
 
 def _unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping[str, Any]) -> Any:

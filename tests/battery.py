@@ -18,6 +18,7 @@ from inspect import Parameter, isclass, isfunction, signature
 import numpy as np
 
 import fastaff as fa
+from fastaff.kernels.readings import first_length
 
 SECONDS = 60.0
 """Seconds of the processor that an accepted input may take."""
@@ -188,6 +189,10 @@ CALLS = {
     "OFLI": (partial(judged, fa.OFLI), {}),
     "ReversibilityError": (partial(judged, fa.ReversibilityError), {}),
     "SALI": (partial(judged, fa.SALI), {}),
+    "TangentIndicator": (
+        partial(judged, fa.analysis.TangentIndicator),
+        {"name": "own", "reading": first_length, "limit": 4.0},
+    ),
     "ZeroOne": (partial(judged, fa.ZeroOne), {}),
     "RungeKutta": (
         fa.schemes.RungeKutta,

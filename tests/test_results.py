@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import sys
 from functools import cache
+from typing import NamedTuple
 
 import battery
 import numpy as np
@@ -24,29 +26,31 @@ RATIOS = np.array([[0.31, 0.25, 0.2], [0.21, 0.125, 0.3]])
 MAKERS = {
     "Orbits": lambda: fa.integrate(HH, battery.Z4, time=2.0, samples=2, **FIXED),
     "TangentMap": lambda: fa.tangent_map(HH, battery.Z4, time=2.0, **FIXED),
-    "Grid": lambda: fa.energy_grid(HH, **GRID),
-    "Sample": lambda: fa.energy_sample(HH, **SURFACE, orbits=4),
-    "SectionMap": lambda: fa.poincare_map(HH, made("Grid").z0, section=X, crossings=3, max_time=60.0, **FIXED),
+    "EnergyGrid": lambda: fa.energy_grid(HH, **GRID),
+    "EnergySample": lambda: fa.energy_sample(HH, **SURFACE, orbits=4),
+    "SectionMap": lambda: fa.poincare_map(HH, made("EnergyGrid").z0, section=X, crossings=3, max_time=60.0, **FIXED),
     "Rotation": lambda: fa.rotation_number(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1)),
     "Islands": lambda: fa.islands(np.stack([battery.POINTS, 2 * battery.POINTS], axis=-1), max_period=4),
     "FrequencyMap": lambda: fa.frequency_map(HH, battery.Z4, time=20.0, **FIXED),
     "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
-    "Lines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
+    "FrequencyLines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
     "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
     "PeriodicOrbits": lambda: fa.periodic_orbits(HH, CLOSED, **SURFACE, max_time=20.0, step=0.1, threads=1),
     "Branch": lambda: fa.continuation(
         HH, CLOSED[:, 0], **SURFACE, steps=2, max_time=20.0, length=1e-3, step=0.1, threads=1
     ),
-    "Tori": lambda: fa.action_angles(fa.Body(fa.Hyperelastic()), battery.Z8, threads=1),
+    "ActionAngles": lambda: fa.action_angles(fa.Body(fa.Hyperelastic()), battery.Z8, threads=1),
     "EnergyOfActions": lambda: fa.energy_of_actions(battery.HARMONIC, np.array([[0.5, 1.0]] * 4), threads=1),
 }
 """One for each class that is made of items."""
 
 WHOLE = {
     "Edge": lambda: edge(BODY, fa.AlphaEquals(1.4), energy=6.0, p_eta=0.3, p_gamma=0.2),
-    "ChaosScan": lambda: fa.chaotic_fraction(battery.own_case, ([1.0],), time=2.0, **FIXED),
+    "ChaoticFraction": lambda: fa.chaotic_fraction(battery.own_case, ([1.0],), time=2.0, **FIXED),
     "DiffusionHistogram": lambda: fa.analysis.diffusion_histogram([-9.0, -3.0, np.nan]),
-    "WebLine": lambda: fa.analysis.ratio_web(x=(0.5, 1.5), y=(0.5, 1.5), max_order=3)[0],
+    "ResonanceLine": lambda: fa.analysis.ResonanceLine(
+        (1, -1), 2, (np.eye(2), np.eye(3)[:, :2]), np.eye(2, 3, dtype=bool)
+    ),
     "Bifurcation": lambda: fa.analysis.Bifurcation(fa.analysis.Event.FOLD, 0.5, 0.1, CLOSED[:, 0], 6.0, 1e-9),
     "TorusFit": lambda: fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1),
 }
@@ -172,13 +176,13 @@ def test_replaced_items(name):
     for field, array in part_of(result, slice(None, None, -1)).items():
         np.testing.assert_array_equal(getattr(result.replaced(slice(None), back), field), array)
         np.testing.assert_array_equal(getattr(result.replaced([0], result[-1]), field)[..., 0], array[..., 0]) if (
-            name != "Lines"
+            name != "FrequencyLines"
         ) else None
 
 
 def test_results_of_other_settings_do_not_join():
     cut = made("SectionMap")
-    other = fa.poincare_map(HH, made("Grid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), crossings=3, max_time=60.0)
+    other = fa.poincare_map(HH, made("EnergyGrid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), crossings=3, max_time=60.0)
     with pytest.raises(ValueError, match="parts must have the same section"):
         fa.analysis.SectionMap.concat([cut, other])
     with pytest.raises(ValueError, match="parts must all have time_error"):
@@ -187,7 +191,7 @@ def test_results_of_other_settings_do_not_join():
 
 def test_another_number_of_crossings_is_filled():
     options = {"section": X, "max_time": 60.0, **FIXED}
-    few = fa.poincare_map(HH, made("Grid").z0, crossings=2, **options)
+    few = fa.poincare_map(HH, made("EnergyGrid").z0, crossings=2, **options)
     joined = fa.analysis.SectionMap.concat([few, made("SectionMap")])
     assert joined.points.shape == (4, 3, 2 * len(few))
     assert np.isnan(joined.points[:, 2, : len(few)]).all()
@@ -231,7 +235,7 @@ def test_one_line_and_a_table(name):
 
 
 def test_tables_are_escaped():
-    named = dataclasses.replace(made("Sample"), names=("<b>", "&"))
+    named = dataclasses.replace(made("EnergySample"), names=("<b>", "&"))
     assert "<b>" not in named._repr_html_()
     assert "&lt;b&gt;" in named._repr_html_()
 
@@ -259,14 +263,14 @@ def test_rows_by_name():
         np.testing.assert_array_equal(cut[label], cut.points[k])
         np.testing.assert_array_equal(made("PeriodicOrbits")[label], made("PeriodicOrbits").z[k])
         np.testing.assert_array_equal(made("PeriodicOrbits")[f"scale_{label}"], made("PeriodicOrbits").scale[k])
-    nu, tori, chaos = made("FrequencyMap"), made("Tori"), made("ChaosMap")
+    nu, tori, chaos = made("FrequencyMap"), made("ActionAngles"), made("ChaosMap")
     np.testing.assert_array_equal(nu[f"nu_{nu.names[1]}"], nu.nu[1])
     np.testing.assert_array_equal(tori["J_phi"], tori.J[2])
     np.testing.assert_array_equal(tori["h_vartheta"], tori.constants[1])
     np.testing.assert_array_equal(chaos["megno"], chaos.megno)
     np.testing.assert_array_equal(chaos["limits_sali"], chaos.limits[1])
-    np.testing.assert_array_equal(made("Sample")["p_y"], made("Sample").points[1])
-    grid = made("Grid")
+    np.testing.assert_array_equal(made("EnergySample")["p_y"], made("EnergySample").points[1])
+    grid = made("EnergyGrid")
     np.testing.assert_array_equal(grid["p_y"], grid.z0[3])
     np.testing.assert_array_equal(grid["y"], grid.z0[1])
     np.testing.assert_array_equal(nu["omega"], nu.omega)
@@ -336,7 +340,7 @@ def test_files_give_the_same_back(name, tmp_path):
         assert not hasattr(again, "call")
 
 
-RETURNED = [name for name in battery.CALLS if "." not in name]
+RETURNED = [name for name in battery.CALLS if "." not in name and name not in ("formula", "hamiltonian")]
 
 
 @pytest.mark.parametrize("name", RETURNED)
@@ -352,7 +356,7 @@ def test_files_of_everything_that_functions_return(name, tmp_path):
     try:
         again = files.load(path)
     except ValueError as problem:
-        assert "can't hold" in str(problem)  # noqa: PT017
+        assert "can't hold" in str(problem) or "not the package's" in str(problem)  # noqa: PT017
         assert not isinstance(result, Result)
         return
     same(again, result)
@@ -368,18 +372,24 @@ def test_the_sign_of_zero_stays(tmp_path):
     same(files.load(result.save(tmp_path / "zero")), result)
 
 
-class Through(fa.Linear):
+class Through(NamedTuple):
     """A section of the user's own."""
 
-    __slots__ = ()
+    offset: float
+    direction: int = 1
+
+    def value(self, x, y, p_x, p_y):
+        """Return the section function."""
+        return x - self.offset
 
 
 def test_what_a_file_cannot_hold_is_to_be_given(tmp_path):
-    mine = Through((1.0, 0.0, 0.0, 0.0))
-    cut = fa.poincare_map(HH, made("Grid").z0, section=mine, crossings=2, max_time=60.0, **FIXED)
+    mine = Through(0.0)
+    cut = dataclasses.replace(made("SectionMap"), section=mine)
     path = cut.save(tmp_path / "own")
     with pytest.raises(ValueError, match=r"can't hold section: give section, as in load\(path, section=...\)"):
         files.load(path)
+    assert files.load(path, section=mine).section is mine
     same(files.load(path, section=mine), cut)
     fit = dataclasses.replace(made("TorusFit"), body=OneSpring(2.0))
     path = fit.save(tmp_path / "fit")
@@ -390,8 +400,8 @@ def test_what_a_file_cannot_hold_is_to_be_given(tmp_path):
 
 def test_metadata_and_arrays_can_be_read_as_they_are(tmp_path):
     cut = made("SectionMap")
-    arrays, metadata = files.contents(cut.save(tmp_path / "cut", z0=made("Grid").z0, seed=3))
-    np.testing.assert_array_equal(arrays["z0"], made("Grid").z0)
+    arrays, metadata = files.contents(cut.save(tmp_path / "cut", z0=made("EnergyGrid").z0, seed=3))
+    np.testing.assert_array_equal(arrays["z0"], made("EnergyGrid").z0)
     np.testing.assert_array_equal(arrays["points"], cut.points)
     assert (metadata["seed"], metadata["result"], metadata["fastaff"]) == (3, "SectionMap", fa.__version__)
 
@@ -412,16 +422,11 @@ FORGED = {
     "code": lambda m: m["content"]["fields"].update(
         section={"value": {"class": "A", "formula": ["__import__('os')", None, ["a"], ["x", "y"], "unit"], "a": 1.0}}
     ),
-    "deep": lambda m: m["content"]["fields"].update(section=_deep(600)),
+    "deep": lambda m: m["content"]["fields"].update(section="deep"),
     "call": lambda m: m.update(call={"function": 1}),
 }
 
-
-def _deep(levels):
-    data = {"tuple": []}
-    for _ in range(levels):
-        data = {"tuple": [data]}
-    return data
+DEEP = '{"tuple": [' * 2000 + "]}" * 2000
 
 
 @pytest.mark.parametrize("how", FORGED)
@@ -429,20 +434,28 @@ def test_forged_files_are_refused(how, tmp_path):
     """They name no other classes, and nothing in them is run."""
     arrays, metadata = files.contents(made("SectionMap").save(tmp_path / "cut"))
     FORGED[how](metadata)
-    np.savez(tmp_path / "forged.npz", **arrays, metadata=np.array(json.dumps(metadata)))
-    with pytest.raises(ValueError, match=r"forged.npz must hold a result of this version"):
+    text = json.dumps(metadata).replace('"section": "deep"', f'"section": {DEEP}')
+    np.savez(tmp_path / "forged.npz", **arrays, metadata=np.array(text))
+    with pytest.raises(ValueError, match=r"forged.npz must (hold a result of this version|be a file written by)"):
         files.load(tmp_path / "forged.npz")
 
 
 def test_what_is_no_result_is_not_saved(tmp_path):
+    for wrong in (HH, np.zeros(3), fa.analysis.SectionMap, None):
+        with pytest.raises(TypeError, match="must be a result of fastaff"):
+            files.save(tmp_path / "wrong", wrong)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dataclass_of_ones_own_is_kept_but_not_made_again(tmp_path):
     @dataclasses.dataclass
     class Mine:
         x: np.ndarray
 
-    for wrong in (Mine(np.zeros(2)), HH, np.zeros(3), fa.analysis.SectionMap, None, fa.MEGNO()):
-        with pytest.raises(TypeError, match="must be a result of fastaff"):
-            files.save(tmp_path / "wrong", wrong)
-    assert list(tmp_path.iterdir()) == []
+    path = files.save(tmp_path / "mine", Mine(np.arange(2.0)))
+    np.testing.assert_array_equal(files.contents(path).arrays["x"], [0.0, 1.0])
+    with pytest.raises(ValueError, match="the class Mine, which is not the package's"):
+        files.load(path)
 
 
 # --- labels --------------------------------------------------------------------------------------------------------
@@ -477,7 +490,7 @@ def test_labels_units_and_provenance():
 
 
 def test_without_xarray_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "xarray", None)
+    monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=r"install fastaff\[io\]"):
         made("Orbits").to_xarray()
 
@@ -494,7 +507,7 @@ def test_xarray(name):
 # --- figures -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["SectionMap", "FrequencyMap", "ChaosMap", "ChaosScan", "PeriodicOrbits"])
+@pytest.mark.parametrize("name", ["SectionMap", "FrequencyMap", "ChaosMap", "ChaoticFraction", "PeriodicOrbits"])
 def test_figures(name):
     figure = pytest.importorskip("matplotlib.figure")
     others = (fa.energy_sample(HH, **SURFACE, orbits=len(made(name))),) if name == "ChaosMap" else ()
@@ -530,7 +543,7 @@ def test_tori_keep_what_is_done():
     left = partial.status == Status.INTERRUPTED
     assert left.any()
     assert np.isnan(partial.J[:, left]).all()
-    assert partial.call.function == "tori"
+    assert partial.call.function == "action_angles"
     done = np.flatnonzero(~left)
     np.testing.assert_array_equal(
         partial[done].J, fa.action_angles(body, z0[:, done], threads=1).J
@@ -568,9 +581,7 @@ def test_lines_keep_what_is_done():
 
 
 def raising(monkeypatch, module, name, calls):
-    """Make the function `name` of a module raise KeyboardInterrupt at one of its calls."""
-    import sys
-
+    """Make the function `name` of a module raise KeyboardInterrupt after so many calls; return their number so far."""
     own, count = getattr(sys.modules[module], name), [0]
 
     def counted(*given, **named):
@@ -580,6 +591,7 @@ def raising(monkeypatch, module, name, calls):
         return own(*given, **named)
 
     monkeypatch.setattr(sys.modules[module], name, counted)
+    return count
 
 
 @pytest.mark.parametrize("calls", [0, 1])
@@ -596,7 +608,7 @@ def test_a_torus_fit_is_undecided(monkeypatch, calls):
 def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
     raising(monkeypatch, "fastaff.analysis.periodic.periodic_orbits", "section_returns", calls)
     partial = interrupted(
-        fa.find_periodic_orbits, HH, made("Grid").z0, **SURFACE, max_period=2, most=4, step=0.1, max_time=100.0
+        fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=2, most=4, step=0.1, max_time=100.0
     )
     assert isinstance(partial, fa.analysis.PeriodicOrbits)
     assert (partial.status == Status.OK).all()
@@ -606,23 +618,23 @@ def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
 
 def test_a_search_that_is_stopped_at_its_map_has_found_none(monkeypatch):
     raising(monkeypatch, "fastaff.analysis.sections.poincare_map", "follow_crossings", 0)
-    partial = interrupted(fa.find_periodic_orbits, HH, made("Grid").z0, **SURFACE, max_period=1, step=0.1)
+    partial = interrupted(fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=1, step=0.1)
     assert isinstance(partial, fa.analysis.PeriodicOrbits)
     assert len(partial) == 0
 
 
-@pytest.mark.parametrize("calls", [0, 9, 15])
-def test_a_branch_ends_where_it_was_stopped(monkeypatch, calls):
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9])
+def test_a_branch_ends_where_it_was_stopped(monkeypatch, share):
     module = "fastaff.analysis.periodic.return_map"
-    raising(monkeypatch, module, "follow_crossings", calls)
     run = {**SURFACE, "max_time": 20.0, "length": 1e-3, "step": 0.1, "threads": 1}
+    calls = raising(monkeypatch, module, "follow_crossings", np.inf)
+    whole = fa.continuation(HH, CLOSED[:, 0], steps=4, **run)
+    monkeypatch.undo()
+    raising(monkeypatch, module, "follow_crossings", share * calls[0])
     partial = interrupted(fa.continuation, HH, CLOSED[:, 0], steps=4, **run)
     assert isinstance(partial, fa.analysis.Branch)
     assert partial.status == Status.INTERRUPTED
-    monkeypatch.undo()
-    whole = fa.continuation(HH, CLOSED[:, 0], steps=4, **run)
     count = len(partial)
-    assert count < len(whole)
-    assert (count > 0) == (calls > 0)
+    assert count < len(whole) if share < 0.5 else 0 < count <= len(whole)
     np.testing.assert_array_equal(partial.value, whole.value[:count])
     np.testing.assert_array_equal(partial.orbits.z, whole.orbits.z[:, :count])

@@ -160,7 +160,13 @@ def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls
 def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
     """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
     names = ("read", _compiled_function(function)), ("view", view)
-    return _compiled("reading", read(parameters), (), names)
+    try:
+        return _compiled("reading", read(parameters), (), names)
+    except numba.core.errors.NumbaError as problem:
+        raise TypeError(
+            f"reading must be a function reading(growth, i, *parameters) of {parameters} parameters for Numba: "
+            f"{str(problem).strip().splitlines()[-1]}"
+        ) from problem
 
 
 def _text(kind: str, body: str, classes: tuple) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -212,11 +213,11 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
 
 def _check_own(name: str, entry: TangentIndicator, n: int) -> None:
     """Raise TypeError or ValueError unless the fields of an indicator of the user's own are what they should be."""
-    if not isinstance(entry.name, str) or not entry.name.isidentifier():
+    if type(entry.name) is not str or not entry.name.isidentifier():
         raise ValueError(f"{name}.name must be a name such as 'entropy', got {entry.name!r}")
-    if not callable(entry.reading):
+    if not inspect.isfunction(getattr(entry.reading, "py_func", entry.reading)):
         raise TypeError(f"{name}.reading must be a function reading(growth, i, *parameters), got {entry.reading!r}")
-    if entry.judge is not None and not callable(entry.judge):
+    if entry.judge is not None and not inspect.isfunction(entry.judge):
         raise TypeError(f"{name}.judge must be a function or None, got {entry.judge!r}")
     if whole(f"{name}.count", entry.count, 1) > 2 * n:
         raise ValueError(f"{name}.count must be 1 ... {2 * n} here, got {entry.count}")
