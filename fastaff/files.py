@@ -54,7 +54,8 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
 
     Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each
     status, scheme, section and the parameters. The file is complete or absent: it is written under another name and
-    then moved. Needs no pickle to read. Source: the .npy format, NEP 1.
+    then moved. Needs no pickle to read.
+    Source: the .npy format, NEP 1.
     """
     dataclass = dataclasses.is_dataclass(result) and not isinstance(result, type)
     if not dataclass and type(result) is not _results().get(type(result).__name__):

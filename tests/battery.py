@@ -283,7 +283,7 @@ CALLS = {
     "LevelTable.below": (method("all", "below"), {"energy": 4.5}),
     "LevelTable.multiplets": (method("all", "multiplets"), {}),
     "LevelTable.state": (method("levels", "state"), {"k": 0}),
-    "LevelTable.take": (method("all", "take"), {"levels": [0, 2]}),
+    "LevelTable.take": (method("all", "take"), {"items": [0, 2]}),
     "LevelTable.upto": (method("all", "upto"), {"count": 2}),
     "Multiplets.labels": (method("multiplets", "labels"), {"k": 0}),
     "Multiplets.members": (method("multiplets", "members"), {"k": 0}),

@@ -42,13 +42,15 @@ def test_parts_of_a_table(make):
     found = make()
     for items in ([2, 0], slice(1, None, 2), np.median(found.E) < found.E, np.zeros(0), -1):
         part = found[items]
-        index = np.zeros(0, int) if isinstance(items, np.ndarray) and items.size == 0 else items
+        index = np.zeros(0, int) if isinstance(items, np.ndarray) and items.size == 0 else np.arange(len(found))[items]
         for name in ARRAYS:
-            np.testing.assert_array_equal(getattr(part, name), getattr(found, name)[..., index])
+            np.testing.assert_array_equal(getattr(part, name), getattr(found, name)[..., np.atleast_1d(index)])
         assert part.complete_below == -math.inf
-    assert [one.E for one in found] == found.E.tolist()
-    for wrong in ("E", 1.5, [0.5], True):
-        with pytest.raises((TypeError, IndexError)):
+    assert [one.E[0] for one in found] == found.E.tolist()
+    assert found["E"] is found.E
+    np.testing.assert_array_equal(found[f"n_{found.names[0]}"], found.n[0])
+    for wrong in ("nothing", 1.5, [0.5], True, len(found)):
+        with pytest.raises((TypeError, ValueError, KeyError)):
             found[wrong]
 
 

@@ -53,13 +53,12 @@ _SENTENCES = {
     Status.NOT_CONVERGED: "an iteration did not reach its tolerance",
     Status.INTERRUPTED: "stopped by the user before its end",
     Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time",
-    Status.UNBOUND: "no torus: a coordinate has no turning point on one side (it escapes, or falls to alpha = beta = "
-    "0)",
-    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, NaN in theta says "
-    "which",
+    Status.UNBOUND: "no torus: a coordinate has no turning point on one side "
+    "(it escapes, or falls to alpha = beta = 0)",
+    Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, "
+    "NaN in theta says which",
     Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that "
-    "is NaN has "
-    "two limits, one from each side",
+    "is NaN has two limits, one from each side",
 }
 
 

@@ -79,10 +79,10 @@ def _polar_invariants(radius: str, angle: str, fold: int) -> Polar:
 def elliptic(focus: float) -> Chart:
     """Build the elliptic chart kappa, lambda of the plane of invariants with foci alpha = +-focus, beta = 0.
 
-    focus: the scale, > 0, in the units of alpha; sqrt2 puts the focus at the undeformed state D1 = D2 = 1.
-    Returns a Chart. Raises TypeError or ValueError for a focus that is not a positive number.
-    `from_planes` answers kappa >= 0, lambda in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit
-    p_kappa = p_lambda = 0, from which no momentum comes back: `to_planes` refuses that point.
+    focus: the scale, > 0, in the units of alpha; sqrt2 puts the focus at the undeformed state D1 = D2 = 1. Returns a
+    Chart. Raises TypeError or ValueError for a focus that is not a positive number. `from_planes` answers kappa >= 0,
+    lambda in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit p_kappa = p_lambda = 0, from which no
+    momentum comes back: `to_planes` refuses that point.
     Formula: alpha + i beta = focus cosh(kappa + i lambda).  Source: section 3, elliptic variables.
     """
     f = positive("focus", focus)

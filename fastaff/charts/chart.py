@@ -17,12 +17,12 @@ from .steps import Step
 class Chart(NamedTuple):
     """Carry one coordinate system of GL(2,R) as a value: `ALPHA_BETA.from_planes(z)`.
 
-    name: the chart in words.  names: its four coordinates, in row order; `momenta`: the names of their momenta.
-    steps: the chain that leads from the planes to the chart.  rows: which row of the last step each coordinate is.
-    form: the paper's line element, as a function of the four coordinates.  singular: where the chart fails, in words.
-    Its methods take arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing
-    shape; angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for what is not such rows
-    of finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
+    name: the chart in words.  names: its four coordinates, in row order; `momenta`: the names of their momenta. steps:
+    the chain that leads from the planes to the chart.  rows: which row of the last step each coordinate is. form: the
+    paper's line element, as a function of the four coordinates.  singular: where the chart fails, in words. Its methods
+    take arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing shape;
+    angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for what is not such rows of
+    finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
     Source: section 3, section 7; the label of each chart stands with its line element in `fastaff.charts.metrics`.
     """
 

@@ -127,8 +127,8 @@ def deformation(z: ArrayLike) -> Deformation:
     """Compute the deformation invariants, which do not feel rotations of space and of material.
 
     z: (8, ...).  Returns Deformation, each (...). Raises TypeError or ValueError as `from_matrix`.
-    Formula: alpha = |a|, beta = |b|, D1, D2 = (alpha +- beta)/sqrt2; D1 and |D2| are the singular values of phi.
-    Near det phi = 0 the error of D2 is a few units of rounding of D1.  Source: EQ2.0, EQ2.0b.
+    Formula: alpha = |a|, beta = |b|, D1, D2 = (alpha +- beta)/sqrt2; D1 and |D2| are the singular values of phi. Near
+    det phi = 0 the error of D2 is a few units of rounding of D1.  Source: EQ2.0, EQ2.0b.
     """
     a1, a2, b1, b2 = checked("z", z, (8,))[:4]
     alpha, beta = np.hypot(a1, a2), np.hypot(b1, b2)
@@ -163,8 +163,9 @@ def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
     """Rotate phase points in space and in the body: phi -> O(space) phi O(body)^T, the momenta alike.
 
     z: (8, ...).  space, body: angles in radians, numbers or (...).  Returns z (8, ...). Raises TypeError or ValueError
-    as `from_matrix`. Formula: phi -> phi + space, psi -> psi + body, so plane a turns by space - body, plane b by space
-    + body. (The right translation phi -> phi O(x) is body = -x.)  Source: EQ2.0, below it.
+    as `from_matrix`.
+    Formula: phi -> phi + space, psi -> psi + body, so plane a turns by space - body, plane b by space + body. (The
+    right translation phi -> phi O(x) is body = -x.)  Source: EQ2.0, below it.
     """
     rows = checked("z", z, (8,))
     left, right = checked("space", space, ()), checked("body", body, ())
@@ -175,8 +176,9 @@ def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
 def reflect_space(z: ArrayLike) -> Array:
     """Reflect phase points in space: phi -> diag(1, -1) phi, the momenta alike.
 
-    z: (8, ...).  Returns z (8, ...). Raises TypeError or ValueError as `from_matrix`. Formula: det phi changes its
-    sign, alpha <-> beta, (eta, gamma) -> (-gamma, -eta).  Source: derived (EQ2.0 with O(2)).
+    z: (8, ...).  Returns z (8, ...). Raises TypeError or ValueError as `from_matrix`.
+    Formula: det phi changes its sign, alpha <-> beta, (eta, gamma) -> (-gamma, -eta).  Source: derived (EQ2.0 with
+    O(2)).
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     return np.stack([b1, -b2, a1, -a2, pb1, -pb2, pa1, -pa2])

@@ -87,7 +87,8 @@ def run(
     Both bodies have mu = 1, p_eta = 0.3, p_gamma = 0.2 and the energy 1.5 above their minimum (0 for the neo-Hookean
     body, 2 C for the hyperelastic one). At this energy of the neo-Hookean body (G = 1, K = 2) the chains of islands of
     the resonances 3:2, 4:3, 10:7 stand in a sea of chaos that covers about a third of the section; at 1.2 there is
-    hardly any chaos, at 1.8 little else. Cost: about three minutes on two cores, and one of compilation the first time.
+    hardly any chaos, at 1.8 little else.
+    Cost: about three minutes on two cores, and one of compilation the first time.
     """
     size, folder = QUICK if quick else FULL, Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)

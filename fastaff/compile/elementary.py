@@ -37,7 +37,8 @@ def log(x):
     """Return ln x, NaN for x <= 0: by the branch-free formula where it is compiled, else NumPy's.
 
     With x = 2^k m, sqrt(1/2) <= m < sqrt(2): ln m = 2 artanh(s), s = (m - 1)/(m + 1). Numbers below 2e-308 are not
-    normal, and inaccurate. Source: FDLIBM e_log.c (Sun Microsystems 1993), the polynomial in s^2.
+    normal, and inaccurate.
+    Source: FDLIBM e_log.c (Sun Microsystems 1993), the polynomial in s^2.
     """
     return np.log(x)
 

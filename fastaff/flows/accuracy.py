@@ -100,7 +100,8 @@ def halved(
     run(orbits, step) integrates the orbits of that index array; compare(fine, coarse, orbits) returns distances of
     states and phases (moments, orbits), and how many times the error of a state counts; keep(orbits, fine, chosen,
     error) takes over the results numbered `chosen` of a run. Orbits whose error is too large for one more halving, as
-    chaotic ones', are left at that. Cost: one and a half runs for orbits as expected.
+    chaotic ones', are left at that.
+    Cost: one and a half runs for orbits as expected.
     """
     orbits, order = np.arange(len(plan.step)), flow.scheme.order
     step, local = plan.step, plan.local

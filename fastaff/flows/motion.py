@@ -69,8 +69,8 @@ def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
 def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
 
-    The look's step is fitted to what it finds until it is about a fifth of a radian. Cost: 64 steps a look, mostly one
-    or two.
+    The look's step is fitted to what it finds until it is about a fifth of a radian.
+    Cost: 64 steps a look, mostly one or two.
     """
     n, orbits = z.shape[0] // 2, z.shape[1]
     found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)), np.zeros(orbits))

@@ -53,7 +53,8 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
 
     The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
     Steps are tried until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians
-    do not reach it, that is the step. Every orbit decides for itself. Cost: some 500 steps an orbit.
+    do not reach it, that is the step. Every orbit decides for itself.
+    Cost: some 500 steps an orbit.
     """
     order = flow.scheme.order
     orbits = z.shape[1]

@@ -38,8 +38,9 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     written: accurate to rounding, as fast as a hand-written model (bench/test_formula.py). Where V has no formula in
     beta^2 (cos(D1) + cos(D2)), four evaluations for one. The first use of a formula takes about a second (one of
     hundreds of terms minutes), later ones, in any process, milliseconds and no SymPy. Angles and actions of named
-    models know more of them: Hyperelastic has a clock of its own, its formula has not. Source: Martens & Slawianowski,
-    EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    models know more of them: Hyperelastic has a clock of its own, its formula has not.
+    Source: Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3,
+    e103 (SymPy).
     """
     written, length = _written(text)
     values = _values(parameters, VARIABLES)
@@ -72,8 +73,8 @@ def hamiltonian(
     value without use; ImportError where a new formula finds no SymPy.
 
     Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign
-    everywhere. Accuracy and cost as in `formula`. Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Meurer et
-    al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    everywhere. Accuracy and cost as in `formula`.
+    Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
     """
     written, length = _written(text)
     names = _coordinates(coordinates)

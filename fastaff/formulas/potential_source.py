@@ -222,8 +222,8 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
 
     For beta < alpha/4 it and its derivatives are Cauchy's integrals over the circle |beta| = alpha/2 in the complex
     plane, by the trapezoidal rule with 4 RING = 56 points, a quarter of which is enough by symmetry: relative error
-    2^-56 where g is analytic up to
-    |beta| = alpha. Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
+    2^-56 where g is analytic up to |beta| = alpha.
+    Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
     """
     import cmath
 

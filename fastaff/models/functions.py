@@ -243,8 +243,8 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
     write a NamedTuple with the same methods, like those of `fastaff.models.functions`. Where a function returns inf or
     NaN is outside of its domain: a hard wall for `action_angles`; for integrations give a potential that grows. Returns
     a NamedTuple with `value`, `slope` and, where given, `curvature`. Raises TypeError for what is not such a function,
-    ValueError where it is not vectorised, not real, or a slope not the derivative. Source: Squire & Trapp 1998, SIAM
-    Review 40, 110 (the complex step).
+    ValueError where it is not vectorised, not real, or a slope not the derivative.
+    Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
     """
     for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
         if function is not None or name == "value":

@@ -127,8 +127,8 @@ def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     BetaTurning where p_gamma is not 0. Raises TypeError for another model, ValueError for wrong numbers.
 
     Half the rows of the body, so twice the speed, and a periodic orbit has no neutral directions but the flow's and the
-    energy's. Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens &
-    Slawianowski.
+    energy's.
+    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens & Slawianowski.
     """
     if not isotropic(body):
         raise TypeError(

@@ -47,7 +47,8 @@ class Linear(NamedTuple):
 class AlphaTurning(NamedTuple):
     """Turning points of alpha, p_alpha = 0: the function is alpha p_alpha = a . p_a.
 
-    Increasing (direction +1) at a minimum of alpha, decreasing at a maximum. Source: EQ2.0b of Martens & Slawianowski.
+    Increasing (direction +1) at a minimum of alpha, decreasing at a maximum.
+    Source: EQ2.0b of Martens & Slawianowski.
     """
 
     direction: int = 1
@@ -61,7 +62,8 @@ class AlphaTurning(NamedTuple):
 class BetaTurning(NamedTuple):
     """Turning points of beta, p_beta = 0: the function is beta p_beta = b . p_b, smooth through beta = 0.
 
-    Increasing (direction +1) at a minimum of beta, decreasing at a maximum. Source: EQ2.0b of Martens & Slawianowski.
+    Increasing (direction +1) at a minimum of beta, decreasing at a maximum.
+    Source: EQ2.0b of Martens & Slawianowski.
     """
 
     direction: int = 1

@@ -113,8 +113,8 @@ class SeparableElliptic(NamedTuple):
     """V = (V_kappa(kappa) + V_lambda(lambda))/(2 (cosh^2 kappa - cos^2 lambda)).
 
     alpha = sqrt2 cosh(kappa) cos(lambda), beta = sqrt2 sinh(kappa) sin(lambda). The chart's focus kappa = lambda = 0 is
-    the undeformed body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular. Source: Martens &
-    Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
+    the undeformed body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular.
+    Source: Martens & Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
     """
 
     V_kappa: Any
@@ -196,7 +196,8 @@ class StackelBody(NamedTuple):
 
     `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a
     potential of one of the separable families the body is integrable, without being isotropic: spin and vorticity are
-    no constants. Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
+    no constants.
+    Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
     """
 
     potential: Any

@@ -81,8 +81,8 @@ class Parametrization(NamedTuple):
 def exponential(generator: np.ndarray, t: Any) -> np.ndarray:
     """Compute exp(t e) of a generator e (2, 2) whose square is a multiple of the identity.
 
-    generator: tau_a, tilde tau_a or i tau_0.  t: (...), real or complex.  Returns (2, 2, ...).
-    Raises ValueError for a generator of another kind.
+    generator: tau_a, tilde tau_a or i tau_0.  t: (...), real or complex.  Returns (2, 2, ...). Raises ValueError for a
+    generator of another kind.
     Formula: e^2 = s^2: cosh(s t) + (sinh(s t)/s) e, s = 1/2 or i/2.  Source: section 7, below EQ6.3.
     """
     e, parameter = np.asarray(generator), np.asarray(t)
@@ -117,7 +117,8 @@ def structure_constants(basis: np.ndarray) -> np.ndarray:
     """Compute c[a, b, k] of [e_a, e_b] = sum_k c[a, b, k] e_k.
 
     basis: (n, 2, 2), closed under commutators.  Returns (n, n, n). Raises ValueError for a set that is not such a
-    basis. Source: section 7, below EQ6.3.
+    basis.
+    Source: section 7, below EQ6.3.
     """
     e = np.asarray(basis)
     if e.ndim != 3 or e.shape[1:] != (2, 2) or np.linalg.matrix_rank(e.reshape(len(e), 4)) < len(e):
@@ -151,8 +152,8 @@ def omega_hat(phi: Any, dphi: Any) -> np.ndarray:
 def invariant_form(X: Any, Y: Any, *, main: float = 1.0, dilatation: float = 0.0) -> np.ndarray:
     """Compute the two-sided invariant bilinear form on gl(2) that is made of EQ6.17 and EQ6.18.
 
-    X, Y: (2, 2, ...), Cartan forms or elements of the algebra.  main, dilatation: the two coefficients.
-    Returns (...). Raises ValueError for other shapes.
+    X, Y: (2, 2, ...), Cartan forms or elements of the algebra.  main, dilatation: the two coefficients. Returns (...).
+    Raises ValueError for other shapes.
     Formula: main Tr(X Y) + dilatation Tr(X) Tr(Y); degenerate where main = 0 or main + 2 dilatation = 0.
     Source: EQ6.17, EQ6.18.
     """
@@ -221,8 +222,8 @@ def top_metric(q: Any) -> np.ndarray:
 def breathing_metric(q: Any, c: float = 0.0) -> np.ndarray:
     """Compute the metric of R+SU(2) at (a, Phi, Theta, Psi).
 
-    q: (4, ...).  c: weight of the dilatational correction c ddelta^2.  Returns (4, 4, ...).
-    Raises TypeError or ValueError for other input.
+    q: (4, ...).  c: weight of the dilatational correction c ddelta^2.  Returns (4, 4, ...). Raises TypeError or
+    ValueError for other input.
     Formula: (e^a/4)((1 + c) da^2 + dsigma^2) = Tr(dphi^+ dphi)/2 + c ddelta^2; invariant under SU(2) on both sides.
     Source: EQ6.12, EQ6.15 (EQ6.8 read as half the trace).
     """
@@ -255,8 +256,9 @@ def unitary_metric(q: Any, c: float = 0.0) -> np.ndarray:
     """Compute the two-sided invariant metric of U(2) at (a, Phi, Theta, Psi).
 
     q: (4, ...).  c: weight of the dilatational correction.  Returns (4, 4, ...). Raises TypeError or ValueError for
-    other input. Formula: ((1 + c) da^2 + dsigma^2)/4 = -Tr(Omega^2)/2 - (c/4) Tr(Omega)^2; at c = 0 half of Tr(dphi^+
-    dphi). Source: EQ6.16.
+    other input.
+    Formula: ((1 + c) da^2 + dsigma^2)/4 = -Tr(Omega^2)/2 - (c/4) Tr(Omega)^2; at c = 0 half of Tr(dphi^+ dphi).
+    Source: EQ6.16.
     """
     _, _, Theta, _ = _coordinates(q)
     return _with_size((1 + c) / 4 * np.ones_like(Theta), np.ones_like(Theta) / 4, np.cos(Theta))
@@ -266,9 +268,10 @@ def affine_metric(q: Any, c: float = 0.0) -> np.ndarray:
     """Compute the affinely invariant metric of GL+(2,R) at (a, Phi, b, Psi), of signature (+++-) for c > -1.
 
     q: (4, ...).  c: weight of the dilatational term.  Returns (4, 4, ...). Raises TypeError or ValueError for other
-    input. Formula: ((1 + c) da^2 + db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4 = Tr(Omega^2)/2 + (c/4) Tr(Omega)^2;
-    at c = -2 it is -det(dphi)/det(phi), at c = -1 an eighth of the Killing form. Invariant under GL+(2,R) on both
-    sides. Source: EQ6.17, EQ6.18, EQ6.22; corrected, the printed factor e^a spoils the invariance.
+    input.
+    Formula: ((1 + c) da^2 + db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4 = Tr(Omega^2)/2 + (c/4) Tr(Omega)^2; at c =
+    -2 it is -det(dphi)/det(phi), at c = -1 an eighth of the Killing form. Invariant under GL+(2,R) on both sides.
+    Source: EQ6.17, EQ6.18, EQ6.22; corrected, the printed factor e^a spoils the invariance.
     """
     _, _, b, _ = _coordinates(q)
     return _affine((1 + c) / 4 * np.ones_like(b), b)
@@ -279,7 +282,8 @@ def affine_metric_delta(q: Any, c: float = 0.0) -> np.ndarray:
     `affine_metric`.
 
     Formula: (1 + c) ddelta^2/delta^2 + (db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4. Raises ValueError where delta
-    = 0. Source: EQ6.22, first line; corrected.
+    = 0.
+    Source: EQ6.22, first line; corrected.
     """
     delta, _, b, _ = _coordinates(q)
     return _affine((1 + c) / _nonzero("delta", delta) ** 2, b)
@@ -290,7 +294,8 @@ def affine_metric_lambda(q: Any, c: float = 0.0) -> np.ndarray:
     `affine_metric`.
 
     Formula: (1 + c) dlambda^2/4 lambda^2 + (db^2 - dPhi^2 - 2 cosh(b) dPhi dPsi - dPsi^2)/4. Raises ValueError where
-    lambda = 0. Source: EQ6.22, second line; corrected.
+    lambda = 0.
+    Source: EQ6.22, second line; corrected.
     """
     lam, _, b, _ = _coordinates(q)
     return _affine((1 + c) / (4 * _nonzero("lambda", lam) ** 2), b)
@@ -314,8 +319,10 @@ def top_of_planes(planes: Any) -> np.ndarray:
 
     planes: a1, a2, b1, b2 (4, ...), the first rows of z.  Returns the matrix in R+SU(2) (and 0) (2, 2, ...) with the
     same coordinates rho = delta, Phi, Theta, Psi; Tr(dphi^+ dphi)/2 there is Tr(dphi^T dphi) of the body. Raises
-    TypeError or ValueError for other input. Formula: a1 + 2 (a2 tau_2 + b1 tau_3 + b2 tau_1), and phi = (a1 + 2 (a2,
-    b1, b2) . (tilde tau_2, tilde tau_3, tilde tau_1))/sqrt2. Source: EQ6.4, EQ6.10; the map is derived.
+    TypeError or ValueError for other input.
+    Formula: a1 + 2 (a2 tau_2 + b1 tau_3 + b2 tau_1), and phi = (a1 + 2 (a2, b1, b2) . (tilde tau_2, tilde tau_3, tilde
+    tau_1))/sqrt2.
+    Source: EQ6.4, EQ6.10; the map is derived.
     """
     rows = checked("planes", planes, (4,))
     return np.einsum("k...,kij->ij...", rows, 2 * TAU[[0, 2, 3, 1]])

@@ -47,9 +47,9 @@ def placement(phi: ArrayLike, labels: ArrayLike, centre: ArrayLike = (0.0, 0.0))
 def inertia(labels: ArrayLike, masses: ArrayLike) -> Inertia:
     """Compute mass, centre of mass and second moments of material points.
 
-    labels: (2, points), Lagrange coordinates.  masses: (points,), >= 0, not all 0.
-    Returns Inertia; the moments are about the centre, where the paper puts the origin. The body is isotropic, as in all
-    models here, when they are mu times the identity. Raises TypeError or ValueError for other input.
+    labels: (2, points), Lagrange coordinates.  masses: (points,), >= 0, not all 0. Returns Inertia; the moments are
+    about the centre, where the paper puts the origin. The body is isotropic, as in all models here, when they are mu
+    times the identity. Raises TypeError or ValueError for other input.
     Formula: J^KL = sum m a^K a^L.  Source: section 2, above EQ2.0.
     """
     material, m = checked("labels", labels, (2,)), checked("masses", masses, ())
@@ -66,8 +66,9 @@ def kinetic_energy(velocity: ArrayLike, moments: ArrayLike) -> Array:
     """Compute the internal kinetic energy of an affine body.
 
     velocity: dphi/dt (2, 2, ...).  moments: J (2, 2), or the number mu > 0 of an isotropic body, J = mu times identity.
-    Returns T (...). Raises TypeError or ValueError for other shapes and for numbers not real and finite. Formula: T =
-    Tr(dphi/dt^T dphi/dt J)/2.  (The centre of mass adds m |dx/dt|^2/2.)  Source: section 2, last formula; EQ2.2a.
+    Returns T (...). Raises TypeError or ValueError for other shapes and for numbers not real and finite.
+    Formula: T = Tr(dphi/dt^T dphi/dt J)/2.  (The centre of mass adds m |dx/dt|^2/2.)  Source: section 2, last formula;
+    EQ2.2a.
     """
     rate = checked("velocity", velocity, (2, 2))
     J = positive("moments", moments) * np.eye(2) if np.ndim(moments) == 0 else checked("moments", moments, (2, 2))
@@ -99,8 +100,9 @@ def tensor_invariants(tensor: ArrayLike) -> TensorInvariants:
     """Compute the invariants of symmetric tensors.
 
     tensor: (2, 2, ...), symmetric.  Returns TensorInvariants: r = D1^2 + D2^2, (D1 D2)^2, D1^2, D2^2 for the Green
-    tensor. Raises TypeError or ValueError for other input. Formula: (trace +- hypot(t11 - t22, 2 t12))/2; the second is
-    determinant/first where that loses fewer digits. Source: section 3, below EQ2.2f (rho = sqrt(Tr G)).
+    tensor. Raises TypeError or ValueError for other input.
+    Formula: (trace +- hypot(t11 - t22, 2 t12))/2; the second is determinant/first where that loses fewer digits.
+    Source: section 3, below EQ2.2f (rho = sqrt(Tr G)).
     """
     (t11, t12), (t21, t22) = checked("tensor", tensor, (2, 2))
     bad = np.abs(t12 - t21) > 1e-12 * (np.abs(t11) + np.abs(t22) + np.abs(t12))

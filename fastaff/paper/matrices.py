@@ -61,9 +61,11 @@ def class_matrices(
     body: Harmonic, Anharmonic or another oscillator with walls, k alike in both planes; m, l as in `wavefunction`;
     shells >= 1: n_alpha + n_beta < shells; hbar > 0; single_valued as in `wavefunction`. Returns Matrices of (shells
     (shells + 1)/2)^2 entries, no truncation error: all of them keep n_alpha + n_beta. Raises ValueError or TypeError
-    for wrong input. Formula: both planes are representations of su(1,1) with Bargmann indices (1 + s)/2, K_0 = n + (1 +
-    s)/2, and h_vartheta = (2 hbar^2/mu) times the Casimir operator of their sum: tridiagonal in n_alpha, with
-    eigenvalues e_vartheta. Source: Martens & Slawianowski, EQ2.2f and section 3 (K, L); the matrices are derived.
+    for wrong input.
+    Formula: both planes are representations of su(1,1) with Bargmann indices (1 + s)/2, K_0 = n + (1 + s)/2, and
+    h_vartheta = (2 hbar^2/mu) times the Casimir operator of their sum: tridiagonal in n_alpha, with eigenvalues
+    e_vartheta.
+    Source: Martens & Slawianowski, EQ2.2f and section 3 (K, L); the matrices are derived.
     """
     symmetry, model = checked_class(m, l, single_valued), solvable(body, ALPHA_BETA, hbar)
     if model.k[0] != model.k[1]:
@@ -99,9 +101,9 @@ def oscillator_matrices(body: Any, *, quanta: int, hbar: float = 1.0) -> Matrice
 
     body: Body(Harmonic(C), mu); quanta >= 0: all states n1 + n2 + n3 + n4 <= quanta of a1, a2, b1, b2, C(quanta + 4, 4)
     of them; hbar > 0. Returns Matrices (complex), without truncation error: each is made of a_i^+ a_j, which keep the
-    number of quanta. Raises ValueError or TypeError for wrong input. Formula: q_i p_j - q_j p_i = i hbar (a_j^+ a_i -
-    a_i^+ a_j); h_vartheta = sum over i < j of their squares/(2 mu). Source: Martens & Slawianowski, EQ3.1 and EQ2.1b;
-    the matrices are derived.
+    number of quanta. Raises ValueError or TypeError for wrong input.
+    Formula: q_i p_j - q_j p_i = i hbar (a_j^+ a_i - a_i^+ a_j); h_vartheta = sum over i < j of their squares/(2 mu).
+    Source: Martens & Slawianowski, EQ3.1 and EQ2.1b; the matrices are derived.
     """
     model = solvable(body, ALPHA_BETA, hbar)
     if model.k[0] != model.k[1] or any(model.walls):
@@ -148,9 +150,9 @@ def radial_matrices(
 
     body: one solvable in R_VARTHETA; m, l, single_valued as in `wavefunction`; n_vartheta >= 0; size >= 1; hbar > 0.
     Returns RadialMatrices: H is diagonal, so [H, H_r] of the whole operator is seen entry by entry, (E_i - E_j)
-    (H_r)_ij. Raises ValueError or TypeError for wrong input. Formula: <n|1/r|n'> = (kappa/s) sqrt(prod of k/(k + s), k
-    from the smaller n + 1 to the larger), s = 2 epsilon. Source: Martens & Slawianowski, the warning of section 5; the
-    matrix elements are derived.
+    (H_r)_ij. Raises ValueError or TypeError for wrong input.
+    Formula: <n|1/r|n'> = (kappa/s) sqrt(prod of k/(k + s), k from the smaller n + 1 to the larger), s = 2 epsilon.
+    Source: Martens & Slawianowski, the warning of section 5; the matrix elements are derived.
     """
     symmetry, model = checked_class(m, l, single_valued), solvable(body, R_VARTHETA, hbar)
     fits("size", 8, whole("size", size, 1), size)

@@ -179,10 +179,10 @@ def constant_operators(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.
 
     body: separable in `chart`; ALPHA_BETA: H_alpha, H_beta, p_phi, p_psi, which commute; R_VARTHETA: h_vartheta, H,
     p_phi, p_psi, which commute, and H_r, which does not; hbar > 0.  Returns a dict. Raises ValueError or TypeError for
-    wrong input. Formulas: H_alpha = ((p_phi - p_psi)^2/(4 alpha^2) - hbar^2 (d^2 + d/alpha))/(2 mu) + V_alpha;
-    h_vartheta = (p_phi^2 + 2 cos p_phi p_psi + p_psi^2)/(2 mu sin^2) - (2 hbar^2/mu) (d^2 + cot d) + V_vartheta; H =
-    H_r + h_vartheta/r. Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed
-    alpha^2, beta^2).
+    wrong input.
+    Formulas: H_alpha = ((p_phi - p_psi)^2/(4 alpha^2) - hbar^2 (d^2 + d/alpha))/(2 mu) + V_alpha; h_vartheta = (p_phi^2
+    + 2 cos p_phi p_psi + p_psi^2)/(2 mu sin^2) - (2 hbar^2/mu) (d^2 + cot d) + V_vartheta; H = H_r + h_vartheta/r.
+    Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed alpha^2, beta^2).
     """
     quantum, separated = positive("hbar", hbar), separate(body, chart)
     if not separated.isotropic or separated.family.code > 1:
@@ -219,8 +219,8 @@ def spin(
     """Apply p_phi = (hbar/i) d/dphi, the generator of rotations of space, to a function of matrices.
 
     function(phi) of phi (2, 2, ...); phi: where; hbar, step > 0.  Returns (...), complex. Raises ValueError or
-    TypeError for wrong input. Formula: differences of order 8 of function(O(x) phi).  Source: Martens & Slawianowski,
-    section 5.
+    TypeError for wrong input.
+    Formula: differences of order 8 of function(O(x) phi).  Source: Martens & Slawianowski, section 5.
     """
     return _generator(function, phi, hbar, step, lambda O, F: np.einsum("ijk,jl...->ilk...", O, F))
 

@@ -42,8 +42,8 @@ def doubled(name: str, value: ArrayLike, least: int | None = None) -> np.ndarray
 def spherical_top(I: float, *, j: ArrayLike, hbar: float = 1.0) -> TopLevels:
     """Compute the levels of a free spherical top.
 
-    I: its moment of inertia, > 0; j (...): integers or half-integers >= 0; hbar > 0.  Returns TopLevels.
-    Raises ValueError or TypeError for wrong input.  Formula: E = hbar^2 j (j + 1)/(2 I), (2 j + 1)^2 times.
+    I: its moment of inertia, > 0; j (...): integers or half-integers >= 0; hbar > 0.  Returns TopLevels. Raises
+    ValueError or TypeError for wrong input.  Formula: E = hbar^2 j (j + 1)/(2 I), (2 j + 1)^2 times.
     Source: Martens & Slawianowski, section 4, below EQ4.10 (E_j).
     """
     twice = doubled("j", j, 0)
@@ -56,9 +56,10 @@ def symmetric_top(I: float, K: float, *, j: ArrayLike, l: ArrayLike, hbar: float
 
     I, K: the moments of inertia, > 0, I the double one; j (...) >= 0 and l (...), |l| <= j, integers or half-integers
     together: the projection of the angular momentum on the axis of the body; hbar > 0.  Returns TopLevels. Raises
-    ValueError or TypeError for wrong input. Formula: E = hbar^2 j (j + 1)/(2 I) + hbar^2 (1/(2 K) - 1/(2 I)) l^2, 2 (2
-    j + 1) times, 2 j + 1 times for l = 0. Source: Martens & Slawianowski, section 4 (E_(j,l); the sign of the second
-    term and the degeneracy of l = 0 corrected).
+    ValueError or TypeError for wrong input.
+    Formula: E = hbar^2 j (j + 1)/(2 I) + hbar^2 (1/(2 K) - 1/(2 I)) l^2, 2 (2 j + 1) times, 2 j + 1 times for l = 0.
+    Source: Martens & Slawianowski, section 4 (E_(j,l); the sign of the second term and the degeneracy of l = 0
+    corrected).
     """
     twice, axis = np.broadcast_arrays(doubled("j", j, 0), doubled("l", l))
     _check_projection("l", twice, axis)
@@ -71,8 +72,9 @@ def shear_levels(mu: float, *, j: ArrayLike, hbar: float = 1.0) -> TopLevels:
     """Compute the eigenvalues e_vartheta of h_vartheta without shear potential.
 
     mu: the inertia of the body, > 0; j (...), hbar as in `spherical_top`.  Returns TopLevels. Raises ValueError or
-    TypeError as it. Formula: e = (2 hbar^2/mu) j (j + 1), the spherical top of I = mu/4; (2 j + 1)^2 classes m, l, all
-    with m + l even. Source: Martens & Slawianowski, section 4 (e_(Theta j)).
+    TypeError as it.
+    Formula: e = (2 hbar^2/mu) j (j + 1), the spherical top of I = mu/4; (2 j + 1)^2 classes m, l, all with m + l even.
+    Source: Martens & Slawianowski, section 4 (e_(Theta j)).
     """
     return spherical_top(positive("mu", mu) / 4, j=j, hbar=hbar)
 
@@ -86,10 +88,11 @@ def wigner_d(j: float, m: float, l: float, theta: ArrayLike) -> np.ndarray:
     """Compute Wigner's function d^j_(m l)(theta) = <j m| e^(-i theta J_y) |j l>.
 
     j >= 0, m, l in -j ... j: integers or half-integers together; theta (...) in [0, pi], in radians. Returns (...).
-    Raises ValueError or TypeError for wrong input. Formula: +-sqrt(2/(2 j + 1)) times the normalised Jacobi function of
-    sin^|m - l|, cos^|m + l| of theta/2, by the ladder of `AngleFactor`; error below 1e-12 for j <= 500, orthogonal with
-    integral d^2 sin = 2/(2 j + 1). Condon and Shortley's phases. Source: Martens & Slawianowski, EQ4.10; Edmonds 1957,
-    Angular Momentum in Quantum Mechanics, section 4.1.
+    Raises ValueError or TypeError for wrong input.
+    Formula: +-sqrt(2/(2 j + 1)) times the normalised Jacobi function of sin^|m - l|, cos^|m + l| of theta/2, by the
+    ladder of `AngleFactor`; error below 1e-12 for j <= 500, orthogonal with integral d^2 sin = 2/(2 j + 1). Condon and
+    Shortley's phases.
+    Source: Martens & Slawianowski, EQ4.10; Edmonds 1957, Angular Momentum in Quantum Mechanics, section 4.1.
     """
     twice, first, second = (_single(name, value) for name, value in (("j", j), ("m", m), ("l", l)))
     if twice < 0:
@@ -115,8 +118,8 @@ def nutation_factor(*, m: int, l: int, j: float, theta: ArrayLike) -> np.ndarray
 
     m, l: spin and vorticity, m + l even; j: |m|/2, |l|/2 <= j, in steps of one; theta (...) in [0, pi].  Returns (...),
     with integral f^2 sin = 1. Raises ValueError or TypeError for wrong input. It solves EQ4.10 with e = (2 hbar^2/mu) j
-    (j + 1) and is, up to its sign, the harmonic `AngleFactor` of n_vartheta = j - (a + b)/2. Source: Martens &
-    Slawianowski, EQ4.8, EQ4.10 (m', l' signed; -l', as Psi = -2 psi).
+    (j + 1) and is, up to its sign, the harmonic `AngleFactor` of n_vartheta = j - (a + b)/2.
+    Source: Martens & Slawianowski, EQ4.8, EQ4.10 (m', l' signed; -l', as Psi = -2 psi).
     """
     symmetry = checked_class(m, l)
     return math.sqrt((2 * float(j) + 1) / 2) * wigner_d(j, symmetry.m / 2, -symmetry.l / 2, theta)

@@ -46,8 +46,8 @@ def plot_periodic(
     `missing` counts orbits not drawn. Raises ValueError for names that are none.
 
     Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus:
-    complex. Set the limits of the axis before, so that labels find the room that there is. Source: Greene 1979, J.
-    Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
+    complex. Set the limits of the axis before, so that labels find the room that there is.
+    Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
     """
     names, rows = _coordinates(orbits, chart)
     free = _free(orbits, names)

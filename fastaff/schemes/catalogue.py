@@ -175,7 +175,8 @@ def compose(
 def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
     """Raise the order of a symmetric splitting by two with three of its steps, of sizes w h, (1 - 2w) h, w h.
 
-    w = 1/(2 - 2**(1/(order + 1))). Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
+    w = 1/(2 - 2**(1/(order + 1))).
+    Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
     """
     w = 1 / (2 - Decimal(2) ** (1 / Decimal(base.order + 1)))
     return compose(base, [Fraction(w)], name=name, order=base.order + 2, source=source)

@@ -78,8 +78,8 @@ class TimeTransformed:
     or `Algebraic` (or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of arithmetic), or
     None: chosen by a short trial. The step of such a scheme is one in s. `integrate` and `poincare_map` take it. Per
     stage it costs a force, V, T and two rates. Raises TypeError for other values, ValueError for a splitting whose
-    order needs T quadratic or a rate that is not positive. Source: Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola
-    & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
+    order needs T quadratic or a rate that is not positive.
+    Source: Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
     """
 
     splitting: Splitting = KAHAN_LI8

@@ -151,9 +151,10 @@ def chaos_map(
     FLI and OFLI take their maxima over all steps. Weighted averages run in the same pass; FrequencyDiffusion, ZeroOne
     and ReversibilityError make passes of their own. A fixed step is used as given, or the nearest shorter one that
     divides the time. A verdict needs evidence (each indicator says which): where it is missing the orbit is UNDECIDED,
-    and `longer` says what may decide. Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one
-    (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history. Source: Skokos & Manos
-    2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
+    and `longer` says what may decide.
+    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one (bench/test_chaos.py).
+    Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history.
+    Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
     time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
     chosen = _checked(indicators, checked_model(body))

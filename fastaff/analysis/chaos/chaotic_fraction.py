@@ -151,9 +151,9 @@ def chaotic_fraction(
 
     One launch a case, so that memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them
     out would bend the fraction, so they run again, judged by the same limits. The share of section points
-    (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume. Cost: that of
-    `chaos_map` for each case, and a trial of steps. Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the
-    area against the energy).
+    (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume.
+    Cost: that of `chaos_map` for each case, and a trial of steps.
+    Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
     """
     values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
     function("make", make)

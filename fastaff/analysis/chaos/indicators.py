@@ -75,8 +75,8 @@ def _grows_slowly(self: Any, value: np.ndarray, before: np.ndarray, limit: np.nd
 class Lyapunov:
     """Largest Lyapunov exponent log |w(T)| / T of a tangent vector w, per unit time.
 
-    Chaotic above `limit`, by default ln(10^4 x)/T. Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15,
-    9.
+    Chaotic above `limit`, by default ln(10^4 x)/T.
+    Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
     """
 
     limit: float | None = None
@@ -103,8 +103,8 @@ class LyapunovSpectrum:
 
     They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis,
     of whose QR factors R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway, for
-    GALI(2n) or as `deviations`, all are computed. Chaotic above `limit`, as `Lyapunov`. Source: Benettin, Galgani,
-    Giorgilli & Strelcyn 1980, Meccanica 15, 21.
+    GALI(2n) or as `deviations`, all are computed. Chaotic above `limit`, as `Lyapunov`.
+    Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 21.
     """
 
     limit: float | None = None
@@ -128,8 +128,8 @@ class LyapunovSpectrum:
 class FLI:
     """Fast Lyapunov indicator: the largest log10 |w(t)| up to T.
 
-    Chaotic above `limit`, by default 4 + log10 x. Source: Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67,
-    41.
+    Chaotic above `limit`, by default 4 + log10 x.
+    Source: Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67, 41.
     """
 
     limit: float | None = None
@@ -154,8 +154,8 @@ class OFLI:
     """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic
     orbits.
 
-    Chaotic above `limit`, by default 4 + log10 x. Source: Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech.
-    Dyn. Astron. 83, 205.
+    Chaotic above `limit`, by default 4 + log10 x.
+    Source: Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech. Dyn. Astron. 83, 205.
     """
 
     limit: float | None = None
@@ -180,7 +180,8 @@ class MEGNO:
     """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on
     chaotic ones.
 
-    Chaotic above `limit`. Source: Cincotta & Simo 2000, Astron. Astrophys. Suppl. 147, 205.
+    Chaotic above `limit`.
+    Source: Cincotta & Simo 2000, Astron. Astrophys. Suppl. 147, 205.
     """
 
     limit: float = 5.0
@@ -222,8 +223,8 @@ class SALI:
     """Smaller alignment index, as log10: min |w1 +- w2| of two unit tangent vectors.
 
     Falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits; on regular ones it stays, or falls as 1/x where only one
-    combination of the frequencies changes between tori. Chaotic below `limit`, by default -4 - log10 x. Source: Skokos
-    2001, J. Phys. A 34, 10029.
+    combination of the frequencies changes between tori. Chaotic below `limit`, by default -4 - log10 x.
+    Source: Skokos 2001, J. Phys. A 34, 10029.
     """
 
     limit: float | None = None
@@ -292,8 +293,8 @@ class BirkhoffDigits:
     Regular from `limit` on: about log10(T)/2 are all that chaotic orbits get. (The average of the kinetic energy itself
     converges on chaotic orbits too where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos:
     slow beats between frequencies cost a regular orbit as many until some twenty of them have passed. Chaotic below
-    `limit` after 10^4 natural periods. Takes fixed steps. Source: Sander & Meiss 2020, Physica D 411, 132569; the
-    weight is that of `frequency_map`.
+    `limit` after 10^4 natural periods. Takes fixed steps.
+    Source: Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
     """
 
     limit: float = 5.0
@@ -314,8 +315,8 @@ class FrequencyDiffusion:
     pi/omega.
 
     `angles` as in `frequency_map`, which it calls: a pass of its own. Chaotic above `limit`, by default where they
-    differ by 0.3 cycles over a half: those of regular orbits agree much better once the halves resolve them. Source:
-    Laskar 1993, Physica D 67, 257.
+    differ by 0.3 cycles over a half: those of regular orbits agree much better once the halves resolve them.
+    Source: Laskar 1993, Physica D 67, 257.
     """
 
     limit: float | None = None
@@ -340,9 +341,10 @@ class ZeroOne:
     """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
     1 chaotic.
 
-    `samples` of the kinetic energy in a pass of its own (None: five in 2 pi/omega, at least 400, at most 4000). Cost:
-    10 samples^2 operations an orbit. Chaotic above `limit` after 300 natural periods (beats look alike before), regular
-    below 1 - limit after 100. Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
+    `samples` of the kinetic energy in a pass of its own (None: five in 2 pi/omega, at least 400, at most 4000).
+    Cost: 10 samples^2 operations an orbit. Chaotic above `limit` after 300 natural periods (beats look alike before),
+    regular below 1 - limit after 100.
+    Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
     """
 
     limit: float = 0.7
@@ -365,7 +367,8 @@ class ReversibilityError:
 
     Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones. A
     pass of its own, of twice the length, with a splitting (which is reversible). Chaotic above `limit`, by default -13
-    + 2 log10 x, at most -2. Source: Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
+    + 2 log10 x, at most -2.
+    Source: Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
     """
 
     limit: float | None = None

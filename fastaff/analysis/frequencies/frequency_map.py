@@ -142,16 +142,17 @@ def frequency_map(
     its mean growth. Birkhoff: nu = sum w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has
     one generator's line and no other's; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is
     damped below 2e-12 once d*time > 9.6. A body that separates has loops of its own, in a clock of its own (`angles`).
-    NAFF: the line of that loop, fitted with the strongest others. Errors: 5 times the largest difference of the value
-    over windows of unequal lengths and starts from that over the whole; 5 times the change of the mean rate over the
-    first sixteenth of the time (at least 256 steps) when the step is halved (for a Runge-Kutta scheme, whose error
-    grows, times their ratio; tolerances a hundredth for an adaptive one), which for a splitting is taken off the value
-    too; what the window leaves of the line itself; and rounding. Cost: a run, a half-step run over a sixteenth of the
-    time, one fit of about n + 4 lines to n loops of about eight samples a radian of the fastest motion. Memory: the
-    samples of some orbits at a time, 128 MiB or one orbit. Source: Laskar 1990, Icarus 88, 266 (frequency maps,
-    diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427, and Valluri & Merritt 1998, Astrophys. J. 506,
-    686 (independent lines); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); the paper's nu
-    = dE/dJ.
+    NAFF: the line of that loop, fitted with the strongest others.
+    Errors: 5 times the largest difference of the value over windows of unequal lengths and starts from that over the
+    whole; 5 times the change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step
+    is halved (for a Runge-Kutta scheme, whose error grows, times their ratio; tolerances a hundredth for an adaptive
+    one), which for a splitting is taken off the value too; what the window leaves of the line itself; and rounding.
+    Cost: a run, a half-step run over a sixteenth of the time, one fit of about n + 4 lines to n loops of about eight
+    samples a radian of the fastest motion.
+    Memory: the samples of some orbits at a time, 128 MiB or one orbit.
+    Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
+    307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
+    Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.
     """
     time = positive("time", time)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)

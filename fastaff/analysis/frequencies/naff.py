@@ -28,9 +28,9 @@ SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so t
 class FrequencyLines(Result, axis="signal"):
     """Hold the lines sum_k amplitude_k exp(2 pi i nu_k t) of each signal, the largest first.
 
-    A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places.
-    Signals come first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the
-    FFT takes them. Source: Laskar (1990), Icarus 88, 266.
+    A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places. Signals come
+    first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the FFT takes them.
+    Source: Laskar (1990), Icarus 88, 266.
     """
 
     nu: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]

@@ -58,9 +58,10 @@ def resonance_web(
     Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells
     where k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it.
     Where all of the map satisfies some resonances (a degenerate body), vectors that differ by these give the same
-    lines: only the first is kept. Cost: one pass over the grid for each vector, and a contour for each that changes
-    sign. Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes
-    with matplotlib.
+    lines: only the first is kept.
+    Cost: one pass over the grid for each vector, and a contour for each that changes sign.
+    Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with
+    matplotlib.
     """
     import contourpy
 
@@ -102,8 +103,8 @@ def ratio_web(
 
     Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
     resonances: vectors (m, 3) to look at instead. Returns the WebLines that cross the ranges, by order, each one
-    segment (2, 2); `locked` is None. Raises ValueError or TypeError for wrong input. Exact to rounding. Source: Laskar
-    1993, Physica D 67, 257.
+    segment (2, 2); `locked` is None. Raises ValueError or TypeError for wrong input. Exact to rounding.
+    Source: Laskar 1993, Physica D 67, 257.
     """
     box = np.array([span("x", x), span("y", y)])
     found = []

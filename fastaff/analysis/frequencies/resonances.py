@@ -32,7 +32,8 @@ class Resonances(Result):
     shortest, 0 where there is none; distance, width (n, ...): |k . nu| of each basis vector and what was allowed for
     it, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
     `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have
-    rank 0. names: one for each frequency. Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
+    rank 0. names: one for each frequency.
+    Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
 
     names: tuple[str, ...]
@@ -144,7 +145,8 @@ def resonances(
     vector nu of random direction meets |k . nu| <= width with the probability 2 c_n width/(|k|_2 |nu|_2), c_n =
     Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`. Where it is not far below 1,
     lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6 at order 8 and 1e-5 at
-    order 12. Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12).
+    order 12.
+    Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12).
     Memory: the results and 64 bytes for each orbit, whatever max_order is. Any number of threads gives the same bits.
     Source: Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
     Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
@@ -299,8 +301,9 @@ def diffusion_histogram(
     Parameters: diffusion: array of log10 |change of frequency|, such as `FrequencyMap.diffusion`; threshold: in the
     same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be compared;
     status: of the shape of diffusion, orbits that are not OK are left out. Returns DiffusionHistogram; with no orbit
-    its fraction is 0. Raises ValueError or TypeError for wrong input. Cost: one pass. Source: Laskar 1993, Physica D
-    67, 257 (diffusion of frequencies).
+    its fraction is 0. Raises ValueError or TypeError for wrong input.
+    Cost: one pass.
+    Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
     """
     threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
     values = numbers("diffusion", diffusion)

@@ -94,10 +94,11 @@ def integrate(
     Errors: with an accuracy, from the difference to a run with twice the step: they cover 99 % of the true errors. The
     errors of chaotic orbits grow exponentially: no step keeps them small, and `accurate_until` says how long they are.
     Orbits are looked at between steps: one that leaves the domain for less than a step is not seen to have left it. A
-    splitting's energy error does not grow with time. Cost: stages forces per step, and half as much again for the
-    second run; an orbit of an adaptive scheme takes steps of its own and its lane is refilled when it ends. Memory:
-    that of z0 and the samples. Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names
-    its own.
+    splitting's energy error does not grow with time.
+    Cost: stages forces per step, and half as much again for the second run; an orbit of an adaptive scheme takes steps
+    of its own and its lane is refilled when it ends.
+    Memory: that of z0 and the samples.
+    Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
     """
     time = positive("time", time)
     count = whole("samples", samples, 0)

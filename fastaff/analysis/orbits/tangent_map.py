@@ -72,9 +72,9 @@ def tangent_map(
 
     With a splitting the vectors move by the derivative of the very map that moves the orbit, so M^T Omega M = Omega to
     rounding; with a Runge-Kutta scheme by the variational equations, which count in the step control. Vectors are not
-    renormalised: those of a chaotic orbit grow as exp(lambda t). Cost: about as much as one more orbit for each vector,
-    less what orbit and vectors share. Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of
-    splittings).
+    renormalised: those of a chaotic orbit grow as exp(lambda t).
+    Cost: about as much as one more orbit for each vector, less what orbit and vectors share.
+    Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
     """
     time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
     flow, z, _ = stable_plan(body, z0, options)

@@ -122,9 +122,10 @@ def continuation(
     shortened until that moves the return no more than the tolerance, and longer again where it may be. Bifurcations are
     where the product of the residues, or of 1 - residue, changes its sign between two points, polished in the arclength
     by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two points, is not
-    seen. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each point (9 with a
-    parameter), of one orbit at a time. Source: Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength);
-    Greene, MacKay, Vivaldi & Feigenbaum 1981, Physica D 3, 468 (residues at bifurcations).
+    seen. At a branching the branch goes straight on.
+    Cost: about 3 returns of 2n + 1 vectors for each point (9 with a parameter), of one orbit at a time.
+    Source: Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength); Greene, MacKay, Vivaldi & Feigenbaum
+    1981, Physica D 3, 468 (residues at bifurcations).
     """
     make, first_model = _family(model, parameter)
     checked_section(section, checked_tangent_model(first_model, "model"))

@@ -27,8 +27,8 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     none where no orbit is long enough. Raises ValueError or TypeError for wrong input.
 
     Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the
-    least displacement is kept: a local minimum of the displacement over the section. Source: the method of close
-    returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+    least displacement is kept: a local minimum of the displacement over the section.
+    Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
@@ -93,8 +93,8 @@ def find_periodic_orbits(
 
     Complete only as the grid is fine: on one energy surface of two degrees of freedom the fixed points of the map and
     of its powers have a total index, the number of those with R > 0 less that with R < 0, which tells what is missing.
-    Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period. Source: as `periodic_guesses`
-    and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+    Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
+    Source: as `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
     """
     checked_section(section, checked_tangent_model(model, "model"))
     longest = whole("max_period", max_period, 1)

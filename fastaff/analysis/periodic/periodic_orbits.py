@@ -220,9 +220,10 @@ def periodic_orbits(
     by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
     step that makes the residual larger is cut to a quarter. Convergence is quadratic, to rounding. `period` may be a
     multiple of the least one: see `.prime`. A relative periodic orbit of a body is a periodic orbit of
-    `fastaff.reduced`. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess. Source: Baranger, Davies & Mahoney
-    1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183 (residue); Howard & MacKay
-    1987, J. Math. Phys. 28, 1036 (stability indices).
+    `fastaff.reduced`.
+    Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
+    Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20,
+    1183 (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
     """
     checked_section(section, checked_tangent_model(model, "model"))
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)

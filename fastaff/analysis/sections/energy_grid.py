@@ -79,8 +79,10 @@ def energy_grid(
     outer one; where there are several wells, that of the outermost. On the others the missing momentum has the sign of
     the direction (0: +). AreaEquals takes one of its two branches. The roots are neighbours of where the energy is
     exact, at radii from 1e-40 to 1e40 in any unit: wells are missed where they are narrower than 1/40 of a decade and
-    lie off the maxima of wider ones. Cost: some 500 evaluations of the potential for each first coordinate and 64 for
-    each cell of a turning section, else one. Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
+    lie off the maxima of wider ones.
+    Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section,
+    else one.
+    Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     first, second = _axes(axes)

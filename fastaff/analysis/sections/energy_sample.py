@@ -67,9 +67,9 @@ def energy_sample(
     The area dq dp of the section in canonical coordinates is what the return map keeps, so that the chaotic share of
     these points is that of the section's area. It is not the share of the energy surface's volume: there each point
     counts with its time of return. All wells are drawn from, on a turning section also those of the radius that turns.
-    Sections of direction 0 are drawn from one of their two sides, as in `energy_grid`. Cost: that of `energy_grid` for
-    about 1.5 times the points, and about half a second for `edge` of a turning section. Source: Poincare's integral
-    invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b).
+    Sections of direction 0 are drawn from one of their two sides, as in `energy_grid`.
+    Cost: that of `energy_grid` for about 1.5 times the points, and about half a second for `edge` of a turning section.
+    Source: Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b).
     """
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     count = whole("orbits", orbits, 1)
@@ -186,8 +186,8 @@ def edge(
     Parameters as in `energy_grid`. Returns Edge; where the bounded part falls apart, of all its pieces in turn; valleys
     that go to infinity beside them are left out; on AreaEquals the direction forbids a little more on one side. Raises
     ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
-    Coordinates of all sizes are searched. Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min
-    V_effective, has to be positive.
+    Coordinates of all sizes are searched.
+    Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
     """
     parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
     rest = _rest(body, section, energy, p_eta, p_gamma)

@@ -114,9 +114,10 @@ def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
     that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. Its average
     with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
     curve with a Diophantine rotation number; a line at distance d from an integer is damped below 2e-12 once d N > 9.6.
-    On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of each orbit. Memory: about ten arrays
-    of the size of points. Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020,
-    Physica D 411, 132569.
+    On a chaotic orbit it converges like N^(-1/2).
+    Cost: one sort of the angles of each orbit.
+    Memory: about ten arrays of the size of points.
+    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020, Physica D 411, 132569.
     """
     points, counts = _checked(points)
     return _rotation(points, counts, _centres(centre, points, counts))
@@ -136,9 +137,11 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     points or more: they fill an area, and neighbours among them part until they are as far from each other as any two.
     UNDECIDED where neither is seen: close to a separatrix or a resonance a rotation number needs more crossings, which
     decide (thousands). q = 1 is an island beside the centre. The mean point of an island is off its periodic point by
-    the order of its width squared. Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and
-    600 distances a point of orbits without digits. Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111;
-    Sander & Meiss 2020, Physica D 411, 132569 (digits); Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
+    the order of its width squared.
+    Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits
+    without digits.
+    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits);
+    Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
     """
     points, counts = _checked(points)
     max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)

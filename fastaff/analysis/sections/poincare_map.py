@@ -121,10 +121,10 @@ def poincare_map(
     reaches zero within a margin of two: then the extremum between them is searched on the flow; so too in the first and
     the last step, from a step before the start and one beyond the end. They are missed only where the function turns
     more than once between steps. A crossing is the root of the section function along fractional steps of the same
-    scheme, so it has the scheme's order and section error at the level of rounding; nothing is interpolated. Cost: the
-    steps, and about eight steps for each crossing, located in full lane blocks. Memory: (2n + 4) numbers for each
-    crossing and orbit, whatever max_time is. Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the
-    root finder).
+    scheme, so it has the scheme's order and section error at the level of rounding; nothing is interpolated.
+    Cost: the steps, and about eight steps for each crossing, located in full lane blocks.
+    Memory: (2n + 4) numbers for each crossing and orbit, whatever max_time is.
+    Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
     """
     wanted = whole("crossings", crossings, 1)
     max_time = positive("max_time", max_time)

@@ -97,16 +97,17 @@ def action_angles(
     ELLIPTIC; default the first of these); threads, report as in `integrate`. Returns ActionAngles. Raises TypeError or
     ValueError for wrong input and for bodies that do not separate; Interrupted on Ctrl-C, with `.partial`. Status,
     never an exception, for orbits: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the
-    limit of all that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an
-    orbit through alpha = 0 or beta = 0, or an equilibrium
-    there: actions are limits; the frequency of that angle jumps, NaN), NOT_CONVERGED (too close to an unstable
-    equilibrium). Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals'
-    derivatives to the separation constants. Oscillators with walls in closed form. Else sums over midpoints of the
-    phase between the turning points, spectrally accurate there, their number doubled until the last Fourier
-    coefficients vanish (16 to 2048): relative error of nu 1e-14 in the median, 1e-12 for 99 % of random orbits
-    (bench/test_tori.py). Narrow wells and small shears, whose energy is a difference in its last digits, get G from a
-    polynomial fit and the width from the state itself. Memory: 300 bytes for each state. Source: Martens &
-    Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
+    limit of all that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit
+    through alpha = 0 or beta = 0, or an equilibrium there: actions are limits; the frequency of that angle jumps, NaN),
+    NOT_CONVERGED (too close to an unstable equilibrium).
+    Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals' derivatives to the
+    separation constants. Oscillators with walls in closed form. Else sums over midpoints of the phase between the
+    turning points, spectrally accurate there, their number doubled until the last Fourier coefficients vanish (16 to
+    2048): relative error of nu 1e-14 in the median, 1e-12 for 99 % of random orbits (bench/test_tori.py). Narrow wells
+    and small shears, whose energy is a difference in its last digits, get G from a polynomial fit and the width from
+    the state itself.
+    Memory: 300 bytes for each state.
+    Source: Martens & Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
     """
     separated = separate(body, chart)
     z = phase_points("z0", z0, body)
@@ -139,7 +140,7 @@ def _assembled(separated: Separated, out: tuple[np.ndarray, ...]) -> ActionAngle
         for rows, factor in ((J, 1.0), (constants, 1.0), (nu, 0.5), (theta, 0.5)):
             _to_spin(rows, factor)
         theta[2:] -= np.floor(theta[2:])
-    energy = constants[0] + constants[1] if separated.family.code == 0 else constants[0]
+    energy = separated.family.energy(constants)
     return ActionAngles(
         separated.names,
         J,
@@ -212,10 +213,11 @@ def from_action_angles(
     the two coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number
     of the other; chart as in `action_angles`; near: phase point (8,), or one for each orbit, in the well that is meant,
     where the effective potentials have several; threads as in `integrate`. Returns z (8, orbits), (8,) for single ones.
-    Raises ValueError or TypeError for wrong input, and where no torus has these actions. Formulas: the constants by
-    Newton's method on J, from the bottom of the effective potential; the phases by Newton's method on theta = dS/dJ.
-    J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles` agree to 1e-11 or
-    better. Source: Martens & Slawianowski, section 4 (the inverse is derived).
+    Raises ValueError or TypeError for wrong input, and where no torus has these actions.
+    Formulas: the constants by Newton's method on J, from the bottom of the effective potential; the phases by Newton's
+    method on theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles`
+    agree to 1e-11 or better.
+    Source: Martens & Slawianowski, section 4 (the inverse is derived).
     """
     actions, angles, single = _rows("J", J), _rows("theta", theta), np.ndim(J) == np.ndim(theta) == 1
     n = max(actions.shape[1], angles.shape[1])
@@ -255,9 +257,10 @@ def energy_of_actions(
 
     Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angles`. Returns EnergyOfActions;
     at J_eta = 0 or J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the
-    status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there. Formulas: closed for the
-    oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the quadratures. Source:
-    Martens & Slawianowski, section 4.
+    status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there.
+    Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the
+    quadratures.
+    Source: Martens & Slawianowski, section 4.
     """
     actions = _rows("J", J)
     separated = separate(body, chart)

@@ -199,10 +199,11 @@ def fit_torus(
     periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
     (bench/test_torus_fit.py). nu_error: what unequal parts of the window, and half the step, change. "Not a torus" is
     an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time; of a body
-    that has `tangent_force`): weak chaos below `tolerance` passes. Cost: 16 flops per sample, term and signal for each
-    of some 20 passes: 0.2 to 10 s an orbit. Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C
-    533, 134 (lines); Percival 1974, J. Phys. A 7, 794 (Fourier tori, their actions and invariance equation); Das,
-    Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (window).
+    that has `tangent_force`): weak chaos below `tolerance` passes.
+    Cost: 16 flops per sample, term and signal for each of some 20 passes: 0.2 to 10 s an orbit.
+    Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A
+    7, 794 (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111
+    (window).
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
     z = phase_points("z0", z0, checked_model(body))

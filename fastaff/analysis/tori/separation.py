@@ -22,7 +22,8 @@ class Family:
     """One of the charts in which bodies separate: what its coordinates and constants are called, in the kernels' order.
 
     member: the property of a potential that gives it as a member of the family; variables: the coordinate's text in
-    terms of its regular variable s, in which kernels work.
+    terms of its regular variable s, in which kernels work; eigenvalues: names of the quantum constants; additive:
+    whether the energy is the sum of both constants, not the first.
     """
 
     code: int
@@ -31,6 +32,12 @@ class Family:
     coordinates: tuple[str, str]
     constants: tuple[str, str]
     variables: tuple[str, str]
+    eigenvalues: tuple[str, str]
+    additive: bool
+
+    def energy(self, constants: Any) -> Any:
+        """Return the energy of the two separation constants (2, ...)."""
+        return constants[0] + constants[1] if self.additive else constants[0]
 
     def coordinate(self, i: int, s: np.ndarray) -> np.ndarray:
         """Return coordinate i of its regular variable."""
@@ -45,8 +52,26 @@ _COORDINATES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "np.arcsinh(np.sqrt({}))": lambda s: np.arcsinh(np.sqrt(s)),
 }
 FAMILIES = (
-    Family(0, "alpha_beta", "alpha-beta", ("alpha", "beta"), ("H_alpha", "H_beta"), ("np.sqrt({})", "np.sqrt({})")),
-    Family(1, "r_vartheta", "r-vartheta", ("r", "vartheta"), ("E", "h_vartheta"), ("{}", "2*np.arcsin(np.sqrt({}))")),
+    Family(
+        0,
+        "alpha_beta",
+        "alpha-beta",
+        ("alpha", "beta"),
+        ("H_alpha", "H_beta"),
+        ("np.sqrt({})", "np.sqrt({})"),
+        ("E_alpha", "E_beta"),
+        True,
+    ),
+    Family(
+        1,
+        "r_vartheta",
+        "r-vartheta",
+        ("r", "vartheta"),
+        ("E", "h_vartheta"),
+        ("{}", "2*np.arcsin(np.sqrt({}))"),
+        ("E", "e_vartheta"),
+        False,
+    ),
     Family(
         2,
         "elliptic",
@@ -54,6 +79,8 @@ FAMILIES = (
         ("kappa", "lambda"),
         ("E", "K"),
         ("np.arcsinh(np.sqrt({}))", "np.arcsin(np.sqrt({}))"),
+        ("E", "K"),
+        False,
     ),
 )
 
@@ -110,7 +137,8 @@ def separate(body: Any, chart: Any = None) -> Separated:
     """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
     Raises TypeError for what is no Body or StackelBody, ValueError where the body does not separate, in that chart or
-    in any. Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
+    in any.
+    Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
     checked_model(body)
     if not hasattr(body, "potential") or not hasattr(body, "isotropic"):
@@ -151,8 +179,8 @@ def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[s
     Raises TypeError or ValueError as `separate`. Formulas, regular in all R^4 where the potential is: H_alpha =
     |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2; h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta +
     ...; K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/ (2 Delta), with the plus sign that the printed formula
-    lacks, is |p_a|^2/(2 mu) + (sum of squares)/(4 mu) + potentials. Source: Martens & Slawianowski, EQ2.1b, EQ2.2f and
-    K, L of section 3 (corrected).
+    lacks, is |p_a|^2/(2 mu) + (sum of squares)/(4 mu) + potentials.
+    Source: Martens & Slawianowski, EQ2.1b, EQ2.2f and K, L of section 3 (corrected).
     """
     separated = separate(body, chart)
     return involution(body, separated, phase_points("z", z, body))

@@ -81,9 +81,9 @@ def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1
     at p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The spreads in
     q and p are width and hbar/(2 width). With sigma = sqrt2 width, <z|n, M> = (-1)^n e^(-|z|^2/2) z+^(n + M)
     z-^n/sqrt((n + M)! n!) for M >= 0 (conjugate), where sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i sigma
-    p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where the state is large. Cost: two matrix
-    products; 0.3 s for 40000 points at 100 quanta. Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann
-    1961, Commun. Pure Appl. Math. 14, 187.
+    p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where the state is large.
+    Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
+    Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
     """
     if not isinstance(state, State):
         raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")

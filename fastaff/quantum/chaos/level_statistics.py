@@ -56,8 +56,8 @@ def spacing_ratios(levels: ArrayLike) -> np.ndarray:
 
     Parameters: levels (n,), ascending, of one class. Returns r_k = min(s_k, s_(k+1))/max(s_k, s_(k+1)) (n - 2,), s_k =
     E_(k+1) - E_k. Raises ValueError or TypeError for wrong input: fewer than 3 levels, not ascending, not finite,
-    degenerate (spacings below 1e-9 of the mean). Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al.
-    2013, Phys. Rev. Lett. 110, 084101.
+    degenerate (spacings below 1e-9 of the mean).
+    Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
     """
     return _ratios("levels", levels)
 
@@ -73,8 +73,8 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their ratios
     are pooled. Returns MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic),
     BerryRobnik(q).mean_ratio() (both). Raises as `spacing_ratios`. The error has the variance of a ratio and its
-    covariance with the next, which shares a spacing with it. Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101;
-    the error is derived.
+    covariance with the next, which shares a spacing with it.
+    Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
     """
     if not isinstance(spectra, (list, tuple)) or not spectra or np.ndim(an_array("spectra[0]", spectra[0])) != 1:
         raise TypeError("spectra must be a list of level arrays, such as [levels]")
@@ -92,7 +92,8 @@ def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
 
     Parameters: unfolded (n,), of `unfold`; lengths (...), each positive and below a fifth of the sequence. Returns
     Sigma^2 (...), over 4 n intervals spread evenly: L for Poisson, (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8) for GOE and L
-    > 1. Raises ValueError or TypeError for wrong input. Source: Mehta 2004, Random Matrices, section 16.1.
+    > 1. Raises ValueError or TypeError for wrong input.
+    Source: Mehta 2004, Random Matrices, section 16.1.
     """
     x, spans = checked_levels(unfolded, 5, "unfolded"), checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):

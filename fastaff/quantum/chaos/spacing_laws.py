@@ -44,8 +44,8 @@ class BerryRobnik:
     surface.
 
     BerryRobnik(0) is Poisson, e^-s; BerryRobnik(1) Wigner, (pi s/2) e^(-pi s^2/4). P(s) is the second derivative of the
-    gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic. Source: Berry & Robnik 1984, J. Phys. A 17, 2413,
-    eq. 28 (one chaotic region).
+    gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic.
+    Source: Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
     """
 
     chaotic: float
@@ -163,8 +163,8 @@ def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> Spa
     Parameters: spacings (n,), > 0, unfolded (mean about 1); law: BerryRobnik or Brody, or any function of a number in
     [0, 1] that returns a SpacingLaw. Returns SpacingFit: law, and the 68 % interval of the parameter, cut at 0 and 1.
     Raises ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE repel,
-    with a correlation of -0.27, so that the interval is rather too wide. Source: Brody et al. 1981, Rev. Mod. Phys. 53,
-    385.
+    with a correlation of -0.27, so that the interval is rather too wide.
+    Source: Brody et al. 1981, Rev. Mod. Phys. 53, 385.
     """
     s = checked("spacings", spacings, ())
     if s.ndim != 1 or s.size < 2 or np.any(s <= 0):

@@ -25,8 +25,8 @@ def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndar
 def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike], np.ndarray]:
     """Fit a polynomial to the staircase of levels, a smooth count for `unfold` where no Weyl count is at hand.
 
-    Parameters: levels (n,), ascending, n > degree; degree: at least 1, low enough not to follow fluctuations.
-    Returns a function of the energy, k + 1/2 on average at level k. Raises ValueError or TypeError for wrong input.
+    Parameters: levels (n,), ascending, n > degree; degree: at least 1, low enough not to follow fluctuations. Returns a
+    function of the energy, k + 1/2 on average at level k. Raises ValueError or TypeError for wrong input.
     Source: Haake 2010, Quantum Signatures of Chaos, section 4.8.
     """
     degree = whole("degree", degree, 1)
@@ -63,8 +63,8 @@ def count_deviation(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]
 
     Parameters: levels (n,): all from the lowest on; smooth: as in `unfold`. Returns k + 1/2 - smooth(E_k) (n,): it
     oscillates around 0 for `weyl_count`; from a missing level on it lies 1 lower, from a level too many 1 higher, and a
-    drift tells of a wrong count. Raises ValueError or TypeError for wrong input. Source: Baltes & Hilf 1976, Spectra of
-    Finite Systems, chapter 6 (the check of completeness).
+    drift tells of a wrong count. Raises ValueError or TypeError for wrong input.
+    Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
     """
     unfolded = unfold(levels, smooth)
     return np.arange(unfolded.size) + 0.5 - unfolded

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
 from ...flows.checks import checked_model
-from ...models import Body
+from ...models.contracts import isotropic
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential
 from ..states.symmetry import action_quantum, checked_class
@@ -113,12 +113,12 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
     scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of V,
     which are integrated as they are: waves longer than their widths see less of them than this expansion. Quadrature
     errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut
-    at narrow features of V. Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order
-    hbar^2); Langer 1937, Phys. Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a -
-    omega_b L_b at imaginary rates.
+    at narrow features of V.
+    Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
+    Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
     """
     checked_model(body)
-    if not isinstance(body, Body):
+    if not isotropic(body):
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")

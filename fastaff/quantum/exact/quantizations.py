@@ -45,9 +45,10 @@ def quantizations(
     """Compute levels of a solvable body by Bohr and Sommerfeld, by EBK, and exactly.
 
     Parameters: n, m, l, hbar, chart, single_valued as in `exact_levels`. Returns Quantizations. Raises ValueError or
-    TypeError for wrong input. Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with
-    Maslov indices 2, 2, is exact. Source: Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4,
-    180 (EBK).
+    TypeError for wrong input.
+    Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with Maslov indices 2, 2, is
+    exact.
+    Source: Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4, 180 (EBK).
     """
     exact = exact_levels(body, n=n, m=m, l=l, hbar=hbar, chart=chart, single_valued=single_valued)
     first, second = (

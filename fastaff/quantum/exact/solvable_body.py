@@ -88,7 +88,7 @@ class SolvableBody(NamedTuple):
     def energy(self, n: np.ndarray, m: ArrayLike, l: ArrayLike) -> np.ndarray:
         """Return E of n (2, ...)."""
         constants = self.constants(n, m, l)
-        return constants[0] + constants[1] if self.family.code == 0 else constants[0]
+        return self.family.energy(constants)
 
 
 def solvable(body: Any, chart: Any = None, hbar: Any = 1.0) -> SolvableBody:

@@ -29,11 +29,11 @@ def wavefunction(
     Parameters: m, l, whole numbers of spin and vorticity; n = (n1, n2) >= 0, quantum numbers of the two coordinates of
     `chart`, which is ALPHA_BETA or R_VARTHETA; hbar > 0; single_valued: m + l must be even (else refused), False takes
     the covering too. Returns State. Raises ValueError or TypeError for wrong input and for bodies without closed-form
-    states (Harmonic, Anharmonic and other oscillators with walls have them). Formula: the factors of
-    `fastaff.quantum.factors` with s_alpha, s_beta of `exact_levels` and 2 epsilon = 2 n_vartheta + 1 + s_alpha +
-    s_beta; errors below 1e-12 of the maximum for n and indices up to 500. 40 million values a second at n = 10 on two
-    threads in ALPHA_BETA, half of that in R_VARTHETA. Source: Martens & Slawianowski, EQ4.3, EQ5.1, EQ5.2 and the
-    factors of section 5.
+    states (Harmonic, Anharmonic and other oscillators with walls have them).
+    Formula: the factors of `fastaff.quantum.factors` with s_alpha, s_beta of `exact_levels` and 2 epsilon = 2
+    n_vartheta + 1 + s_alpha + s_beta; errors below 1e-12 of the maximum for n and indices up to 500. 40 million values
+    a second at n = 10 on two threads in ALPHA_BETA, half of that in R_VARTHETA.
+    Source: Martens & Slawianowski, EQ4.3, EQ5.1, EQ5.2 and the factors of section 5.
     """
     symmetry = checked_class(m, l, single_valued)
     pair = entries("n", n, "two quantum numbers (n1, n2)", 2)
@@ -41,7 +41,7 @@ def wavefunction(
     invariants_of(chart, (ALPHA_BETA, R_VARTHETA))
     model = solvable(body, chart, hbar)
     quanta = np.array([first, second])
-    names = ("E_alpha", "E_beta") if model.family.code == 0 else ("E", "e_vartheta")
+    names = model.family.eigenvalues
     constants = dict(zip(names, model.constants(quanta, *symmetry).tolist(), strict=True))
     factors = closed_form_factors(model, (first, second), symmetry)
     numbers = {f"n_{name}": k for name, k in zip(chart.names[:2], (first, second), strict=True)}

@@ -44,10 +44,10 @@ def coherent_packet(
     a harmonic body); body, hbar as in `spectrum`; count: how many levels of each class; m, l: give both to take one
     class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of z0; missing: how much of
     the packet the states, and the classes left out, may lose. Returns Packet. Raises ValueError or TypeError for wrong
-    input, a centre outside of the body's domain, and as `projected_packet`. Formula: Psi ~ exp(-|q - q0|^2/(4 width^2)
-    + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma) by sums over equal angles, exact to rounding,
-    on the grid of `projected_packet`. Seconds for some 100 classes. Source: Heller 1975, J. Chem. Phys. 62, 1544
-    (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
+    input, a centre outside of the body's domain, and as `projected_packet`.
+    Formula: Psi ~ exp(-|q - q0|^2/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma) by
+    sums over equal angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
+    Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
     """
     z, tolerance = phase_points("z0", z0, checked_model(body)), fraction(missing)
     if z.shape[1] != 1:

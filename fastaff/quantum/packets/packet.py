@@ -154,7 +154,8 @@ class Packet:
 
         function(x, y): arrays of the invariants of `chart` (ALPHA_BETA by default, R_VARTHETA, TWO_POLAR) to real
         values. Gauss-Legendre quadrature over where the states live, refined until all states are normalised to 1e-9;
-        raises ValueError where they cannot be. Cost: about 1 ns for each state, node (some 10^4) and time.
+        raises ValueError where they cannot be.
+        Cost: about 1 ns for each state, node (some 10^4) and time.
         """
         chosen, moments = invariants_of(ALPHA_BETA if chart is None else chart), _moments(time)
         a_function("function", function)

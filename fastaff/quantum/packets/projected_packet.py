@@ -11,7 +11,7 @@ import numpy as np
 from ...analysis.tori.separation import FAMILIES
 from ...base.numbers import real, whole
 from ...charts import ALPHA_BETA, Chart
-from ...models import Body
+from ...models.contracts import isotropic
 from ..spectra.spectrum import spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
 from ..states.state import State, invariants_of
@@ -41,9 +41,10 @@ def projected_packet(
     normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
     `spectrum`; missing: how much of the function the states may fail to hold. Returns Packet, of norm^2 = 1 - missing.
     Raises ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
-    resolve, and where more than `missing` is lost: it then says how many levels to ask for. Formula: c_k =
-    <Psi_k|Psi>/||Psi||, Gauss-Legendre quadrature to about 1e-9. Cost: that of `spectrum`, and milliseconds. Source:
-    Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
+    resolve, and where more than `missing` is lost: it then says how many levels to ask for.
+    Formula: c_k = <Psi_k|Psi>/||Psi||, Gauss-Legendre quadrature to about 1e-9.
+    Cost: that of `spectrum`, and milliseconds.
+    Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
     """
     chosen, tolerance, invariants = checked_class(m, l, single_valued), fraction(missing), invariants_of(chart)
     if not callable(function):
@@ -84,7 +85,7 @@ def class_states(
     body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
 ) -> list[list[State]]:
     """Return the lowest states of each class."""
-    if isinstance(body, Body) and any(hasattr(body.potential, family.member) for family in FAMILIES[:2]):
+    if isotropic(body) and any(hasattr(body.potential, family.member) for family in FAMILIES[:2]):
         m, l = zip(*chosen, strict=True)
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:

@@ -82,11 +82,11 @@ def revivals(
     Parameters: n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart, single_valued as in `spectrum`; maslov,
     near as in `quasiclassical_levels`. Returns Revivals: names are the chart's coordinates, and eta, gamma where
     |p_eta| = |m - l| hbar/2 and |p_gamma| are at least hbar (below, E has a kink). Raises ValueError or TypeError for
-    wrong input, for a body that does not separate, and where no torus has the actions. Formulas: T = 2 pi hbar/|dE/dn|
-    and 4 pi hbar/|d2E/dn2|, by central differences of the levels (0 below their error: a revival time of inf); dE/dn =
-    h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of `energy_of_actions`, to 1e-9.
-    Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled. Source: Averbukh & Perelman
-    1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
+    wrong input, for a body that does not separate, and where no torus has the actions.
+    Formulas: T = 2 pi hbar/|dE/dn| and 4 pi hbar/|d2E/dn2|, by central differences of the levels (0 below their error:
+    a revival time of inf); dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of
+    `energy_of_actions`, to 1e-9. Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled.
+    Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
     """
     quantum, symmetry = action_quantum(hbar), checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)

@@ -272,7 +272,8 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
 
     By Lanczos with the inverse of matrix - s; s below all eigenvalues, so that no pivot is negative, is looked for
     below `top` in steps that double. Eigenvalues that Lanczos has once and the matrix twice are looked for in what is
-    left. Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
+    left.
+    Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
     from scipy.sparse import identity
     from scipy.sparse.linalg import LinearOperator, eigsh, splu

@@ -95,9 +95,10 @@ def level_diagram(
     sequences of them, one for each class; count: how many levels of each class; name: of the parameter; hbar,
     single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done. Returns
     LevelDiagram. Raises as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do
-    not; Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`. Cost: that of `spectrum` for
-    every value; 1e-6 is tolerance enough for a figure of a body that does not separate. Source: as `spectrum`; von
-    Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it is conserved).
+    not; Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`.
+    Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
+    Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it
+    is conserved).
     """
     text("name", name)
     points = np.atleast_1d(numbers("values", values))
@@ -135,7 +136,8 @@ def class_diagram(
 
     Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; count: how
     many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`. Returns LevelDiagram of one
-    column, whose values are the sequence. Raises as `spectrum`. Source: as `spectrum`.
+    column, whose values are the sequence. Raises as `spectrum`.
+    Source: as `spectrum`.
     """
     if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
         raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")

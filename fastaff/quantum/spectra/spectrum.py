@@ -14,7 +14,7 @@ from ...base.recipe import recorded
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...flows.checks import checked_model
 from ...flows.interruptible import interruptible
-from ...models import Body, StackelBody
+from ...models.contracts import isotropic
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
@@ -46,8 +46,8 @@ def spectrum(
     mu) Delta + V; the separated equations EQ4.1, EQ4.2, EQ4.6, EQ4.9 by Galerkin in Jacobi polynomials with the
     exponents at singular ends built in (oscillators in closed form); bodies that do not separate by adiabatic channels,
     see `plane_levels`. At a wall det phi = 0 where both solutions are square integrable f = 0 (Friedrichs).
-    Milliseconds for separable bodies, to about 1e-13; for others see bench/test_quantum.py. Source: Martens &
-    Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
+    Milliseconds for separable bodies, to about 1e-13; for others see bench/test_quantum.py.
+    Source: Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
     """
     chosen = checked_class(m, l, single_valued)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
@@ -81,7 +81,8 @@ def spectrum_table(
     Parameters: m, l: (classes,) each; count: how many levels of each class; hbar, single_valued, chart, tolerance: as
     in `spectrum`. Returns a list of LevelTable, one for each pair. Raises as `spectrum`, and ValueError for a body that
     does not separate. Classes with the same |m - l| and |m + l| have the same levels and are computed once;
-    eigenproblems of one size are solved in stacks. Source: as `spectrum`.
+    eigenproblems of one size are solved in stacks.
+    Source: as `spectrum`.
     """
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
     spins, vorticities = an_array("m", m), an_array("l", l)
@@ -106,11 +107,9 @@ def _families(body: Any) -> list[Any]:
 
 def _checked(body: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
     checked_model(body)
-    if not isinstance(body, Body):
+    if not isotropic(body):
         why = (
-            "; with angular potentials spin and vorticity are no quantum numbers"
-            if isinstance(body, StackelBody)
-            else ""
+            "; with angular potentials spin and vorticity are no quantum numbers" if hasattr(body, "isotropic") else ""
         )
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
     return whole("count", count, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
@@ -229,7 +228,7 @@ def _levels(chosen: SymmetryClass, solved: _Solved, separated: Any, hbar: float,
         tolerance,
         names=names,
         constants=solved.constants,
-        constant_names=("E_alpha", "E_beta") if separated.family.code == 0 else ("E", "e_vartheta"),
+        constant_names=separated.family.eigenvalues,
         hbar=hbar,
         method=method,
         functions=solved.size,

@@ -132,8 +132,8 @@ class PlaneFactor:
     mu)/hbar.
 
     f(x) = kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1) x^s e^(-kappa x^2/2) 1F1(-n; 1+s; kappa x^2), positive
-    near x = 0, integral f^2 x dx = 1. Error below 1e-12 of the maximum for n, s <= 500. Source: Martens & Slawianowski,
-    section 5, f_alpha and f_beta (the norm is derived).
+    near x = 0, integral f^2 x dx = 1. Error below 1e-12 of the maximum for n, s <= 500.
+    Source: Martens & Slawianowski, section 5, f_alpha and f_beta (the norm is derived).
     """
 
     n: int

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
 from ...base.display import screen
-from ...base.numbers import an_array, real, shown, whole
+from ...base.numbers import real, shown, whole
+from ...base.results import Result, along
 from ...base.status import Status
 from .state import Shape, State
 from .symmetry import SymmetryClass
 
 ROUNDING = 64 * np.finfo(float).eps
 """Relative difference of energies that is never told apart."""
-OVER_LEVELS = ("E", "error", "status", "n", "m", "l", "constants", "spacing")
-"""Arrays with the levels on their last axis."""
 
 
 class Waves(Protocol):
@@ -29,7 +28,7 @@ class Waves(Protocol):
 
 
 @dataclass(frozen=True)
-class LevelTable:
+class LevelTable(Result, axis="level"):
     """Energy levels of a body; arrays have the levels on their last axis.
 
     E (levels,); error (levels,): bound of what the method leaves, rounding in closed forms; status (levels,): OK,
@@ -45,20 +44,20 @@ class LevelTable:
     them.
     """
 
-    E: np.ndarray
-    error: np.ndarray
-    status: np.ndarray
-    n: np.ndarray
+    E: Annotated[np.ndarray, along("level", unit="energy")]
+    error: Annotated[np.ndarray, along("level", unit="energy")]
+    status: Annotated[np.ndarray, along("level")]
+    n: Annotated[np.ndarray, along("number", "level", labels="names")]
     names: tuple[str, ...]
-    m: np.ndarray
-    l: np.ndarray
-    constants: np.ndarray
+    m: Annotated[np.ndarray, along("level")]
+    l: Annotated[np.ndarray, along("level")]
+    constants: Annotated[np.ndarray, along("constant", "level", labels="constant_names", plain=True)]
     constant_names: tuple[str, ...]
     hbar: float
     method: str
     functions: int = 0
     complete_below: float = -math.inf
-    spacing: np.ndarray | None = None
+    spacing: Annotated[np.ndarray | None, along("coordinate", "level", unit="energy")] = None
     waves: Waves | None = field(default=None, repr=False)
 
     def summary(self) -> str:
@@ -67,24 +66,6 @@ class LevelTable:
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
         failed = int(np.count_nonzero(self.status))
         return f"{self.E.size} levels{span}{f', {failed} of them not OK' if failed else ''}; {self.method}"
-
-    def __repr__(self) -> str:
-        return f"LevelTable: {self.summary()}"
-
-    def __str__(self) -> str:
-        return screen(self)
-
-    def __len__(self) -> int:
-        return self.E.shape[0]
-
-    def __bool__(self) -> bool:
-        return True
-
-    def __getitem__(self, levels: Any) -> LevelTable:
-        return self.take(levels)
-
-    def __iter__(self) -> Iterator[LevelTable]:
-        return (self.take(k) for k in range(len(self)))
 
     @property
     def converged(self) -> np.ndarray:
@@ -96,19 +77,12 @@ class LevelTable:
         """Whether the quantum numbers are those of two coordinates that the body separates in."""
         return len(self.n) == 2
 
-    def take(self, levels: Any) -> LevelTable:
+    def take(self, items: Any) -> LevelTable:
         """Return the table of some of the levels: a number, a slice, numbers or a mask; what it misses is not known.
 
-        Raises TypeError or IndexError for what is none of these.
+        Raises TypeError or ValueError naming what it takes.
         """
-        if not isinstance(levels, (int, np.integer, slice)) or isinstance(levels, bool):
-            given = an_array("levels", levels)
-            levels = given.astype(np.int64) if given.size == 0 else given
-            if levels.dtype.kind not in "iub" or (levels.dtype.kind == "b" and not levels.ndim):
-                raise TypeError(f"levels must be a number, a slice, numbers or a mask, got {shown(levels)}")
-        arrays = {name: getattr(self, name) for name in OVER_LEVELS}
-        kept: dict[str, Any] = {name: a[..., levels] for name, a in arrays.items() if a is not None}
-        return replace(self, **kept, complete_below=-math.inf)
+        return replace(super().take(items), complete_below=-math.inf)
 
     def ascending(self) -> LevelTable:
         """Return the levels that have an energy, in ascending order."""
@@ -211,7 +185,8 @@ def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.i
 
     classes: tables of one body, one or more, such as `spectrum_table` gives; complete_below: kept in the result.
     Returns LevelTable, without wave functions. Raises TypeError for what are no tables, ValueError for none of them, or
-    of different hbar or quantum numbers. Source: none.
+    of different hbar or quantum numbers.
+    Source: none.
     """
     if not isinstance(classes, (list, tuple)) or not all(isinstance(found, LevelTable) for found in classes):
         raise TypeError(f"classes must be a list of LevelTable, got {shown(classes)}")
@@ -220,14 +195,11 @@ def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.i
     if not classes or len({(found.hbar, found.names) for found in classes}) > 1:
         got = sorted({f"hbar = {found.hbar:g}, {found.names}" for found in classes})
         raise ValueError(f"classes must be one or more tables of the same hbar and quantum numbers, got {got}")
-    columns = {name: [getattr(found, name) for found in classes] for name in OVER_LEVELS}
-    joined: dict[str, Any] = {
-        name: None if any(part is None for part in parts) else np.concatenate(parts, axis=-1)
-        for name, parts in columns.items()
-    }
-    functions = max(found.functions for found in classes)
-    merged = replace(classes[0], **joined, functions=functions, complete_below=float(complete_below), waves=None)
-    return merged.ascending()
+    alike: dict[str, Any] = {"functions": max(found.functions for found in classes), "method": classes[0].method}
+    if any(found.spacing is None for found in classes):
+        alike["spacing"] = None
+    plain = [replace(found, **alike, complete_below=float(complete_below), waves=None) for found in classes]
+    return LevelTable.concat(plain).ascending()
 
 
 def level_scale(E: np.ndarray) -> np.ndarray:

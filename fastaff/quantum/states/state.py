@@ -184,8 +184,8 @@ class State:
     symmetry: the class (m, l); shape: A, a `Product` of `factors` where the body separates; numbers: quantum numbers by
     name; energy; constants: the separation constants by name; hbar. Signs: factors are positive near alpha = 0, beta =
     0 and r = 0, or near the wall instead; the shape of a body that does not separate has its largest coefficient
-    positive. With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`). Source: Martens &
-    Slawianowski, EQ4.3 and section 5 (the norms are derived).
+    positive. With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`).
+    Source: Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
     """
 
     symmetry: SymmetryClass
@@ -271,7 +271,8 @@ class State:
 
         x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1
         >= |D2|, where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times
-        2 pi^2 (D1^2 - D2^2). Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
+        2 pi^2 (D1^2 - D2^2).
+        Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
         """
         own_chart = self.chart if chart is None else chart
         chosen = invariants_of(own_chart)

@@ -18,8 +18,8 @@ class SymmetryClass(NamedTuple):
     """Wave functions e^(i m phi + i l psi) f(alpha, beta) = e^(i (m - l) eta/2 + i (m + l) gamma/2) f.
 
     a = |m - l|/2 and b = |m + l|/2 are the angular momenta of the planes alpha and beta, in units of hbar. A function
-    on GL(2,R) itself has m + l even, so a and b are integers; with m + l odd it lives on the double covering. Source:
-    Martens & Slawianowski, EQ4.1, EQ4.2; m + l even: derived from phi(phi + pi, psi + pi) = phi(phi, psi).
+    on GL(2,R) itself has m + l even, so a and b are integers; with m + l odd it lives on the double covering.
+    Source: Martens & Slawianowski, EQ4.1, EQ4.2; m + l even: derived from phi(phi + pi, psi + pi) = phi(phi, psi).
     """
 
     m: int
