@@ -98,7 +98,8 @@ def encoded(value: Any) -> Any:
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return _class(value, value._fields)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        if repr(value) == getattr(value, "name", None):
+        name = getattr(value, "name", None)
+        if isinstance(name, str) and repr(value) == name:
             return {"scheme": repr(value)}
         return _class(value, [field.name for field in dataclasses.fields(value)])
     if isinstance(value, (list, tuple)):
