@@ -394,7 +394,7 @@ def discovered():
         if name not in CONTAINERS | FILES:
             yield name
         if isclass(entry):
-            hidden = FORMULAS if hasattr(entry, "_fields") else {"choose", "vectors", "default", "calm"}
+            hidden = FORMULAS if hasattr(entry, "_fields") else {"choose", "suited", "vectors", "default", "calm"}
             for method, function in vars(entry).items():
                 public = isfunction(function) and not method.startswith("_") and method not in hidden
                 if public and len(signature(function).parameters) > 1:

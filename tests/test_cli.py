@@ -213,7 +213,7 @@ def test_poincare_command(tmp_path, capsys):
     captured = capsys.readouterr()
     arrays, metadata = files.contents(tmp_path / "s.npz")
     orbits = arrays["status"].size
-    assert arrays["points"].shape == (orbits, 8, 8)
+    assert arrays["points"].shape == (8, 8, orbits)
     assert arrays["diffusion"].shape == (orbits,)
     assert arrays["z0"].shape == (8, orbits)
     assert metadata["model"]["potential"]["class"] == "NeoHookean"
@@ -501,7 +501,7 @@ def test_ctrl_c_keeps_finished_orbits(part, run, tmp_path):
     assert f"kept {finished} finished of" in said
     assert 0 < finished < arrays["z0"].shape[1] == arrays["status"].size
     assert metadata["interrupted"] is True
-    values = arrays["points"] if "points" in arrays else arrays["values"].T
+    values = (arrays["points"] if "points" in arrays else arrays["values"]).T
     assert np.isfinite(values[arrays["status"] == 0]).all()
     assert not (tmp_path / "long.png").exists()
     assert not list(tmp_path.glob(".*")), "no temporary file is left"

@@ -262,7 +262,7 @@ def test_ctrl_c_among_classes(capsys, tmp_path, monkeypatch):
         return spectrum(body, m=m, **choices)
 
     spectrum = fastaff.quantum.spectrum
-    monkeypatch.setattr(fastaff, "spectrum", stopping)
+    monkeypatch.setattr(fastaff.quantum, "spectrum", stopping)
     run = [*HYPERELASTIC, "--l", "0", "--levels", "3", "--out", str(tmp_path / "s")]
     with pytest.raises(SystemExit) as left:
         cli.main([*run, "--m", "0:4"])

@@ -102,9 +102,14 @@ def test_tables_are_plain_data(make, tmp_path):
         if found.waves is not None:
             x, y = np.array([1.2, 1.4]), np.array([0.3, 0.6])
             np.testing.assert_array_equal(other.state(2).density(x, y), found.state(2).density(x, y))
-    arrays, metadata = files.load(files.save(tmp_path / "levels", found))
+    path = files.save(tmp_path / "levels", found)
+    arrays, metadata = files.contents(path)
+    kept = files.load(path, waves=found.waves)
+    assert isinstance(kept, LevelTable)
     for name in ARRAYS:
         np.testing.assert_array_equal(arrays[name], getattr(found, name))
+        np.testing.assert_array_equal(getattr(kept, name), getattr(found, name))
+    assert (kept.method, kept.names, kept.complete_below) == (found.method, found.names, found.complete_below)
     assert metadata["method"] == found.method
     assert metadata["names"] == [*found.names]
     assert (tmp_path / "levels.npz").stat().st_size < 200_000

@@ -338,7 +338,7 @@ def test_flags_are_true_or_false(call, value):
         (lambda: exact_levels(OSCILLATOR, n=(0, 0), m=0, l=0, hbar=1e-300), "hbar"),
         (lambda: fa.quantum.weyl_count(Body(Hyperelastic()), 6.0, m=0, l=0, hbar=1e-250), "hbar"),
         (lambda: spherical_top(1.0, j=1, hbar=1e-290), "hbar"),
-        (lambda: spectrum(OSCILLATOR, m=0, l=0, count=10**13), "levels asks for .*iB of memory"),
+        (lambda: spectrum(OSCILLATOR, m=0, l=0, count=10**13), "count asks for .*iB of memory"),
         (lambda: spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, count=10**9), "count = 1000000000 needs"),
         (lambda: exact_levels(OSCILLATOR, below=1e7), "below asks for .*iB of memory"),
         (lambda: exact_levels(OSCILLATOR, multiplets=10**13), "multiplets asks for .*iB of memory"),

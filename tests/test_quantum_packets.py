@@ -197,7 +197,7 @@ def test_bodies_that_do_not_separate_take_the_same_way():
         "missing": 1e-6,
     }
     one, other = coherent_packet(plain, **taken), coherent_packet(Body(Harmonic()), **taken)
-    assert one.states[0].numbers.keys() == {"level"}
+    assert one.states[0].numbers.keys() == {"n_level"}
     t = np.linspace(0, 5, 11)
     np.testing.assert_allclose(one.autocorrelation(t), other.autocorrelation(t), atol=1e-8)
     means = [packet.expectation(lambda a, b: a * b, time=t[:3]) for packet in (one, other)]

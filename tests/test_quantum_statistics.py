@@ -239,7 +239,7 @@ def test_other_wrong_input():
     E = np.arange(10.0)
     with pytest.raises(TypeError, match="spectra"):
         mean_spacing_ratio(E)
-    with pytest.raises(ValueError, match="count must grow"):
+    with pytest.raises(ValueError, match="smooth must grow"):
         unfold(E, lambda x: -x)
     with pytest.raises(ValueError, match="one number"):
         unfold(E, lambda x: x[:3])
