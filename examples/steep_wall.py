@@ -26,7 +26,7 @@ for scheme, step in ((KAHAN_LI8, 1e-3), (KAHAN_LI8, 2.5e-4), (DOP853, None), (Ti
     orbits = integrate(body, grid.z0, time=TIME, samples=20, scheme=scheme, step=step)
     chosen = f"AUTO: {orbits.scheme.name}" if scheme is AUTO else orbits.scheme.name
     counts = orbits.summary().split(" (")[0]
-    print(f"{chosen:28} {orbits.step:9.3g} {orbits.energy_error.max():21.1e}  {counts}")
+    print(f"{chosen:28} {np.median(orbits.step):9.3g} {orbits.energy_error.max():21.1e}  {counts}")
     rate = getattr(orbits.scheme, "rate", None)
     if rate is not None:
         print(f"{'':28} dt/ds = {rate}")
