@@ -33,6 +33,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
+from fastaff.base.interruption import Interrupted
 from fastaff.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR
 from fastaff.flows import flow as engine
 
@@ -612,7 +613,7 @@ def test_ctrl_c_while_crossings_are_located_keeps_only_located_ones(monkeypatch,
         raise KeyboardInterrupt
 
     monkeypatch.setattr(engine.Flow, "locate", stopped)
-    with pytest.raises(engine.Interrupted) as caught:
+    with pytest.raises(Interrupted) as caught:
         poincare_map(BODY, states(BODY, 10, seed=3), section=AlphaTurning(), crossings=8, max_time=200.0, step=0.1)
     partial = caught.value.partial
     assert partial.counts.sum() == located

@@ -13,7 +13,6 @@ from typing import Any
 import numba
 import numpy as np
 
-from ..base.interruption import Interrupted as Interrupted
 from ..base.numbers import fits, number_of_steps, whole
 from ..base.status import Status
 from ..compile.blocks import idle_block, model_block, parameters

@@ -119,14 +119,13 @@ def plan(
     """
     z = phase_points("z0", z0, checked_model(model))
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
-    span = math.inf if time is None else time
     if isinstance(scheme, Automatic):
-        chosen = _chosen(model, z, scheme if transformed else scheme.in_time, options, time)
+        chosen = _chosen(model, z, scheme if transformed else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
     if transformed and isinstance(scheme, TimeTransformed):
         size = None if step is None else positive("step", step)
-        found, worst, _ = prepared(span, model, z, scheme, size, threads)
+        found, worst, _ = prepared(math.inf if time is None else time, model, z, scheme, size, threads)
         why.append(
             f"step {found.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
         )
@@ -146,9 +145,8 @@ def plan(
     return Plan(flow, z, "; ".join(why))
 
 
-def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, time: float | None) -> Trial:
+def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None) -> Trial:
     """Return what an automatic scheme chooses for a run over `time`."""
-    threads = checked_threads(options.threads)
     scheme = scheme.suited(quadratic(model))
     tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
     for candidate in scheme.candidates:

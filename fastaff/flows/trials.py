@@ -19,9 +19,6 @@ from .motion import Motion, typical_rate
 SPAN, SAMPLES = 16.0, 4
 """Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
 
-ERROR = 1e-10
-"""Error of states over SPAN, in units of the motion's amplitudes, where nothing else is asked."""
-
 MEASURABLE = 3e-12
 """Error over SPAN that a trial measures above rounding; smaller ones follow from the order."""
 

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.interruption import keeping
 from ...base.numbers import fits, flag, real, reporter, whole
 from ...base.recipe import recorded
-from ...flows.flow import Interrupted
 from ..states.level_table import LevelTable, level_list
 from ..states.symmetry import SymmetryClass
 from .spectrum import spectrum, spectrum_table
@@ -66,7 +66,7 @@ def all_levels(
     seeds = ((0, 0),) if flag("single_valued", single_valued) else ((0, 0), (1, 1))
     todo = {(0, 0): FIRST if wanted is None else wanted + 1}
     top, share = limit, 0.0
-    try:
+    with keeping("all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None):
         while todo:
             solved |= _solved(body, todo, solved, options)
             top = limit if wanted is None else _end(solved, wanted)
@@ -74,10 +74,6 @@ def all_levels(
             if report is not None:
                 share = max(share, _share(solved, top, seeds))  # the end comes closer only as levels are found
                 report(share)
-    except KeyboardInterrupt:
-        stopped = Interrupted("all_levels")
-        stopped.partial = _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None
-        raise stopped from None
     return _listed(solved, top, wanted)
 
 

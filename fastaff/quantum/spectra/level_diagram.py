@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.display import screen
+from ...base.interruption import keeping
 from ...base.numbers import an_array, function, numbers, reporter, text, whole
 from ...base.recipe import recorded
-from ...flows.flow import Interrupted
 from ..states.level_table import LevelTable
 from ..states.symmetry import SymmetryClass, checked_class
 from .spectrum import spectrum, spectrum_table
@@ -108,15 +108,11 @@ def level_diagram(
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows: list[list[LevelTable]] = []
-    try:
+    with keeping("level_diagram", lambda: diagram_of(name, points, rows) if rows else None):
         for number, value in enumerate(points):
             rows.append(_row_at(number, float(value), make, chosen, count, options))
             if report is not None:
                 report((number + 1) / points.size)
-    except KeyboardInterrupt:
-        stopped = Interrupted("level_diagram")
-        stopped.partial = diagram_of(name, points, rows) if rows else None
-        raise stopped from None
     return diagram_of(name, points, rows)
 
 
