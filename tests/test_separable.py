@@ -632,6 +632,17 @@ def test_constants_at_beta_zero():
     assert constants_of_motion(body, z)["p_phi"].shape == (1,)
 
 
+def test_elliptic_constants_at_alpha_zero():
+    """On alpha = 0 (det phi < 0) cos(lambda) = 0: they are the limits from points nearby."""
+    body = Body(Harmonic(1.2), 0.7)
+    z = np.array([0.0, 0.0, 0.6, -0.3, 0.2, 0.1, -0.4, 0.5])
+    near = z.copy()
+    near[0] = 1e-9
+    on, beside = (constants_of_motion(body, point, chart="elliptic") for point in (z, near))
+    for name, value in on.items():
+        np.testing.assert_allclose(value, beside[name], rtol=1e-8, atol=1e-9)
+
+
 def test_elliptic_constants_of_the_undeformed_body():
     """V(rest) = 2 C; K = H_alpha + h_vartheta/2 - C/4, with h_vartheta = V_vartheta = 2 C: 11/4."""
     constants = constants_of_motion(Body(Anharmonic(1.0)), [sqrt(2), 0, 0, 0, 0, 0, 0, 0], chart=ELLIPTIC)

@@ -31,7 +31,7 @@ from fastaff import (
     one_variable,
 )
 from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, from_matrix
-from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
+from fastaff.models import Barriers, Cosine, Oscillator, Spring, StackelBody, Zero
 
 ROOT2 = np.sqrt(2.0)
 CHARTS = {
@@ -226,6 +226,19 @@ def test_actions_are_constant_and_angles_advance_with_nu(body, chart):
     np.testing.assert_allclose(
         [constants[key] for key in before.constant_names], before.constants, rtol=1e-12, atol=1e-13
     )
+
+
+def test_functions_of_a_coordinate_serve_as_those_of_an_angle():
+    """Their form in the regular variable belongs to the coordinate, so an angle's potential is value(x) of it."""
+    rng = np.random.default_rng(41)
+    z, k = rng.uniform(-0.9, 0.9, (8, 12)), rng.uniform(0.05, 0.2)
+    named, plain = (
+        action_angles(StackelBody(Harmonic(1.2), V, Zero(), mu=0.9), z)
+        for V in (Cosine(k), one_variable(lambda x: k * np.cos(x)))
+    )
+    np.testing.assert_array_equal(named.status, plain.status)
+    for rows in ("J", "nu", "constants"):
+        np.testing.assert_allclose(getattr(named, rows), getattr(plain, rows), rtol=1e-12, atol=1e-13)
 
 
 def brackets(body, chart, z, step=2e-4):

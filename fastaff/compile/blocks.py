@@ -27,7 +27,7 @@ from numba.extending import lower_builtin
 from . import jit
 from .jit import JIT_DISABLED, SIGNATURES
 from .pointers import Calls
-from .texts import ARGUMENTS, TEXTS, Rows, observed, read
+from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
@@ -42,6 +42,12 @@ def parameters(value: Any) -> np.ndarray:
     flat: list[float] = []
     _walk(value, flat, {})
     return np.array(flat, dtype=np.float64) if flat else np.zeros(1)
+
+
+def inlined(method: Any) -> Any:
+    """Mark a method of a value, so that compiled code always inlines it; return it."""
+    method.inlined = True
+    return method
 
 
 def _is_number(entry: Any) -> bool:
@@ -128,15 +134,11 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     return _text(kind, line + TEXTS[kind](Rows(n, vectors)), classes)
 
 
-def function_block(function: Any, variable: str) -> Any:
-    """Return the compiled block of a function of one variable: its `regular(s)`, or value(x) with the text `variable`
-    for x(s).
-    """
+def function_block(function: Any) -> Any:
+    """Return the compiled block of a function of one variable."""
     line, classes = _built(function)
-    term = "regular(z[i])" if hasattr(function, "regular") else f"value({variable.format('z[i]')})"
-    body = f"    for i in range(lanes):\n        result[i] = value.{term}\n"
     try:
-        return _compiled("value", line + body, classes, (("np", np),))
+        return _compiled("value", line + ONE_VARIABLE, classes, ())
     except numba.core.errors.NumbaError as problem:
         raise TypeError(
             f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python "
@@ -183,7 +185,7 @@ _NUMBERS = itertools.count()
 def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     """Write, execute and compile the text of a block function; once per process for each value type."""
     text = _text(kind, body, classes)
-    identity = fingerprint(tuple(cls for cls, _ in classes), tuple(entry for _, entry in namespace if entry is not np))
+    identity = fingerprint(tuple(cls for cls, _ in classes), tuple(entry for _, entry in namespace))
     folder = None if identity is None or JIT_DISABLED else jit.cache_directory()
     filename, module = "<fastaff block>", f"fastaff_block_{kind}_{next(_NUMBERS)}"
     if folder is not None:
@@ -331,7 +333,7 @@ def _register(name: str) -> None:
     @lower_builtin((types.BaseNamedTuple, name), types.BaseNamedTuple, types.VarArg(types.Any))
     def call(context, builder, signature, arguments):
         compiled = types.Dispatcher(_compiled_method(vars(signature.args[0].instance_class)[name]))
-        function = context.get_function(compiled, compiled.get_call_type(context.typing_context, signature.args, {}))
+        function = context.get_function(compiled, signature)
         context.add_linking_libs(function.libs)
         return function(builder, arguments)
 

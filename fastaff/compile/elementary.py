@@ -15,7 +15,7 @@ import numpy as np
 from numba.core.types import Complex
 from numba.extending import overload
 
-from .blocks import is_value
+from .blocks import inlined, is_value
 
 SHIFT = 6755399441055744.0
 """1.5 * 2^52: adding it rounds a number to a whole one, which is then in the low bits."""
@@ -131,5 +131,4 @@ def _rebound(method: Any) -> types.FunctionType:
     names = {name: _numpy if entry is np else entry for name, entry in method.__globals__.items()}
     bound = types.FunctionType(method.__code__, names, method.__name__, method.__defaults__, method.__closure__)
     bound.__kwdefaults__ = method.__kwdefaults__
-    bound.inlined = True  # type: ignore[attr-defined]
-    return bound
+    return inlined(bound)

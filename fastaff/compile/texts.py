@@ -210,6 +210,9 @@ def read(parameters: int) -> str:
     return "    growth = view(n, k, m, memory)\n" + _loop(body, 1)
 
 
+ONE_VARIABLE = _loop("result[i] = value.value(z[i])\n", 1)
+"""Text of a function of one variable."""
+
 TEXTS: dict[str, Callable[[Rows], str]] = {
     "stage": _stage,
     "precise_stage": _precise_stage,

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
-from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, quadratic
+from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, planar, quadratic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 
@@ -32,7 +32,7 @@ def checked_model(model: Any, name: str = "body") -> Any:
     if kind is not Kind.SEPARABLE:
         what = kind.value if isinstance(kind, Kind) else shown(kind)
         raise TypeError(f"{name} {type(model).__name__} is {what}; what runs is {Kind.SEPARABLE.value}")
-    body = hasattr(model, "potential") and hasattr(model, "isotropic")
+    body = planar(model)
     if body and not is_value(model.potential):
         raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
     if body and lacking(model.potential, Potential):

@@ -99,7 +99,7 @@ class TransformedFlow:
 
     def section(self, section: Any) -> Any:
         """Return a section of the model as one of the flow's states."""
-        return transformed_section(section, self.row)
+        return transformed_section(section)
 
     def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
         """Start orbits from phase points z0 (2n, orbits) of the model; radius: see `Flow.ensemble`."""

@@ -123,6 +123,11 @@ class Angles(Protocol):
         """Re Q, Im Q, Re P, Im P of each angle at a phase point."""
 
 
+def planar(model: Any) -> bool:
+    """Tell whether a model is a body in the planes a and b: it has a potential and says whether it is isotropic."""
+    return hasattr(model, "potential") and hasattr(model, "isotropic")
+
+
 def isotropic(model: Any) -> bool:
     """Tell whether a model is a body in the planes a and b whose angular momenta p_eta and p_gamma are conserved."""
     return bool(getattr(model, "isotropic", False))

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.tori.families import ALPHA_BETA_FAMILY
 from ..analysis.tori.separation import separate
 from ..base.arrays import checked
 from ..base.differences import FIRST, OFFSETS, SECOND
@@ -185,13 +186,13 @@ def constant_operators(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.
     Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed alpha^2, beta^2).
     """
     quantum, separated = positive("hbar", hbar), separate(body, chart)
-    if not separated.isotropic or separated.family.code > 1:
+    if not separated.isotropic or separated.family.chart not in LAPLACIANS:
         raise ValueError(
             f"chart must be alpha-beta or r-vartheta, and the body isotropic; got {separated.family.chart!r}"
         )
     (V_first, V_second), half = separated.functions, quantum**2 / (2 * separated.mu)
     delta = LAPLACIANS[separated.family.chart].terms
-    if separated.family.code == 0:
+    if separated.family == ALPHA_BETA_FAMILY:
         plane = [
             DifferentialOperator(ALPHA_BETA, {k: c for k, c in delta.items() if set(k) <= {i, i + 2}}).scaled(-half)
             for i in range(2)

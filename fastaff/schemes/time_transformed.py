@@ -8,16 +8,14 @@ of one more degree of freedom, for the same kernels.
 
 from __future__ import annotations
 
-import functools
-from collections import namedtuple
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..compile.blocks import is_value, parameters
+from ..compile.blocks import inlined, is_value, parameters
 from ..compile.elementary import branch_free
+from ..compile.tuples import halves, scaled
 from .catalogue import KAHAN_LI8, Splitting
 
 
@@ -140,63 +138,57 @@ class TimeTransformed:
         )
 
 
-_MODEL = """
-def velocity(self, {p}, e):
-    {v}, = self.model.velocity({p})
-    g = self.rate.at(e - self.model.kinetic_energy({p}))
-    return {gv}, g * (1.0 / self.time)
+class TransformedModel(NamedTuple):
+    """The system of n + 1 degrees of freedom in s of `transformed_model`: positions q..., tau, momenta p..., e."""
 
-def force(self, {q}, tau):
-    {f}, = self.model.force({q})
-    g = self.rate.at(self.model.potential_energy({q}))
-    return {gf}, 0.0 * tau
+    model: Any
+    rate: Any
+    time: float
 
-def margin(self, {q}, tau):
-    return self.model.margin({q})
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return n + 1."""
+        return self.model.degrees_of_freedom + 1
 
-def kinetic_energy(self, {p}, e):
-    return self.model.kinetic_energy({p})
+    @inlined
+    def velocity(self, *p):
+        """Return dq/ds and dtau/ds."""
+        g = self.rate.at(p[-1] - self.model.kinetic_energy(*p[:-1]))
+        return scaled(g, self.model.velocity(*p[:-1])) + (g * (1.0 / self.time),)  # noqa: RUF005 - as Numba reads it
 
-def potential_energy(self, {q}, tau):
-    return self.model.potential_energy({q})
-"""
+    @inlined
+    def force(self, *q):
+        """Return dp/ds and de/ds."""
+        g = self.rate.at(self.model.potential_energy(*q[:-1]))
+        return scaled(g, self.model.force(*q[:-1])) + (0.0 * q[-1],)  # noqa: RUF005
 
-_SECTION = """
-def value(self, {q}, tau, {p}, e):
-    return self.section.value({q}, {p})
-"""
+    @inlined
+    def margin(self, *q):
+        """Return the model's margin."""
+        return self.model.margin(*q[:-1])
 
+    @inlined
+    def kinetic_energy(self, *p):
+        """Return the model's own T."""
+        return self.model.kinetic_energy(*p[:-1])
 
-def _listed(letter: str, n: int, factor: str = "") -> str:
-    return ", ".join(f"{factor}{letter}{r}" for r in range(n))
-
-
-@functools.cache
-def _written(text: str, n: int) -> dict[str, Callable]:
-    names: dict[str, Any] = {}
-    q, p, v, f = (_listed(letter, n) for letter in "qpvf")
-    exec(text.format(q=q, p=p, v=v, f=f, gv=_listed("v", n, "g * "), gf=_listed("f", n, "g * ")), names)
-    methods = {name: entry for name, entry in names.items() if not name.startswith("__")}
-    for method in methods.values():
-        method.inlined = True  # see `branch_free`
-    return methods
+    @inlined
+    def potential_energy(self, *q):
+        """Return the model's own V."""
+        return self.model.potential_energy(*q[:-1])
 
 
-@functools.cache
-def _model_class(n: int, coordinates: tuple[str, ...]) -> Any:
-    TimeTransformedModel = namedtuple("TimeTransformedModel", ["model", "rate", "time"])
-    own = {"degrees_of_freedom": n + 1, "coordinates": (*coordinates, "tau")}
-    for name, entry in {**_written(_MODEL, n), **own}.items():
-        setattr(TimeTransformedModel, name, entry)
-    return TimeTransformedModel
+class TransformedSection(NamedTuple):
+    """A section of a model as one of the states of its `TransformedModel`."""
 
+    section: Any
+    direction: float
 
-@functools.cache
-def _section_class(n: int) -> Any:
-    TimeTransformedSection = namedtuple("TimeTransformedSection", ["section", "direction"])
-    for name, entry in _written(_SECTION, n).items():
-        setattr(TimeTransformedSection, name, entry)
-    return TimeTransformedSection
+    @inlined
+    def value(self, *z):
+        """Return the section's value without time and energy."""
+        q, p = halves(z)
+        return self.section.value(*(q[:-1] + p[:-1]))
 
 
 def transformed_model(model: Any, rate: Any, time: float) -> Any:
@@ -205,14 +197,12 @@ def transformed_model(model: Any, rate: Any, time: float) -> Any:
     Its `kinetic_energy` and `potential_energy` are those of `model`, so that energies and their errors are the orbit's
     own.
     """
-    return _model_class(model.degrees_of_freedom, tuple(model.coordinates))(
-        branch_free(model), branch_free(rate), float(time)
-    )
+    return TransformedModel(branch_free(model), branch_free(rate), float(time))
 
 
-def transformed_section(section: Any, degrees_of_freedom: int) -> Any:
-    """Return the section of a system of so many degrees of freedom as one of the transformed system."""
-    return _section_class(degrees_of_freedom)(section, float(section.direction))
+def transformed_section(section: Any) -> Any:
+    """Return a section as one of the transformed system."""
+    return TransformedSection(section, float(section.direction))
 
 
 def lifted(z: np.ndarray, energy: np.ndarray) -> np.ndarray:

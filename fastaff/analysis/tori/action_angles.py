@@ -71,8 +71,7 @@ class ActionAngles(Result):
     @property
     def turning_points(self) -> np.ndarray:
         """Least and largest value of both coordinates, (2, 2, orbits)."""
-        family, s = self.separated.family, self.regular_turning_points
-        return np.array([family.coordinate(i, s[i, :2]) for i in range(2)])
+        return self.separated.turning_points(self.regular_turning_points[:, :2])
 
     @property
     def J_eta(self) -> np.ndarray:
@@ -124,7 +123,7 @@ def action_angles(
         else:
             angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
             functions = (*separated.blocks(), *separated.angular_blocks())
-            arguments = (separated.family.code, *functions, separated.mu, angular, *separated.knots(), *out)
+            arguments = (*functions, separated.mu, angular, *separated.knots(), *out)
             _run(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, report)
     return _assembled(separated, out)
 
@@ -291,7 +290,7 @@ def _rows(name: str, given: ArrayLike) -> np.ndarray:
 
 def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
-    if not separated.isotropic or separated.family.code == 2:
+    if not separated.isotropic or not separated.family.invertible:
         raise ValueError(
             "body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others"
         )
@@ -416,7 +415,6 @@ def _invert(
     wells, status = np.ones(n, np.int64), np.full(n, Status.INTERRUPTED, np.int64)
     known = separated.knots()[:2]
     arguments = (
-        separated.family.code,
         *separated.blocks(),
         separated.mu,
         *known,
@@ -454,4 +452,4 @@ def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
 def _start(separated: Separated, z: np.ndarray) -> np.ndarray:
     """Return the ratios s/t (2, orbits) of phase points, in the coordinates of kernels."""
     A, B = (z[:2] ** 2).sum(axis=0), (z[2:4] ** 2).sum(axis=0)
-    return np.maximum(np.array([A, B] if separated.family.code == 0 else [A + B, B / A]), 1e-28)
+    return np.maximum(separated.family.start(A, B), 1e-28)  # type: ignore[union-attr]  # invertible

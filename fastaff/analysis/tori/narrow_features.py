@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ...models.regular_variables import in_regular_variable
+
 OCTAVES, PER_OCTAVE = 40, 8192
 """Range of s = 2^-40 ... 2^40 that is sampled, and samples in a factor of 2: features of a relative width of 1e-4 are
 seen.
@@ -33,13 +35,19 @@ MOST = 512
 """Knots of one function at most."""
 
 
-def knots(function: Any, kind: str) -> np.ndarray:
+def knots(function: Any, variable: Any) -> np.ndarray:
     """Return the knots of a potential of one variable, increasing; none where it is smooth.
 
-    kind: "x^2" or "sinh^2" (s is the square of the coordinate, or of its sinh), "r" (s is the coordinate),
-    "sin^2(x/2)", "sin^2" (ratios s/(1 - s) are returned), or "angle" (of three turns).
+    They are values of the coordinate's regular variable s (see `models.regular_variables`), or, where that is bounded,
+    of the ratio s/(1 - s).
     """
-    return _knots(_types(function), function, kind)
+    V = in_regular_variable(function, variable)
+    return _knots(_types(V), V, variable.bounded)
+
+
+def knots_around(function: Any) -> np.ndarray:
+    """Return the knots of a potential of an angle, in three turns, increasing."""
+    return _knots_around(_types(function), function)
 
 
 def _types(function: Any) -> tuple[Any, ...]:
@@ -49,26 +57,24 @@ def _types(function: Any) -> tuple[Any, ...]:
 
 
 @functools.lru_cache(maxsize=256)
-def _knots(_: tuple[Any, ...], function: Any, kind: str) -> np.ndarray:
-    if kind == "angle":
-        x = (np.arange(AROUND) + 0.5) * 2 * np.pi / AROUND - np.pi
-        at = _found(_values(function, x, lambda x: x), periodic=True)
-        return np.sort(np.concatenate([x[at] + turn for turn in (-2 * np.pi, 0.0, 2 * np.pi)]))
-    if kind.startswith("sin^2"):
+def _knots(_: tuple[Any, ...], V: Any, bounded: bool) -> np.ndarray:
+    if bounded:
         half = (np.arange(AROUND) + 0.5) * np.pi / 2 / AROUND
-        coordinate = (
-            (lambda s: 2 * np.arcsin(np.sqrt(s))) if kind == "sin^2(x/2)" else (lambda s: np.arcsin(np.sqrt(s)))
-        )
-        return np.tan(half[_found(_values(function, np.sin(half) ** 2, coordinate))]) ** 2
+        return np.tan(half[_found(_values(V, np.sin(half) ** 2))]) ** 2
     s = 2.0 ** (np.arange(-OCTAVES * PER_OCTAVE, OCTAVES * PER_OCTAVE + 1) / PER_OCTAVE)
-    coordinates = {"x^2": np.sqrt, "r": lambda s: s, "sinh^2": lambda s: np.arcsinh(np.sqrt(s))}
-    return s[_found(_values(function, s, coordinates[kind]))]
+    return s[_found(_values(V, s))]
 
 
-def _values(function: Any, s: np.ndarray, coordinate: Any) -> np.ndarray:
+@functools.lru_cache(maxsize=256)
+def _knots_around(_: tuple[Any, ...], V: Any) -> np.ndarray:
+    x = (np.arange(AROUND) + 0.5) * 2 * np.pi / AROUND - np.pi
+    at = _found(_values(V, x), periodic=True)
+    return np.sort(np.concatenate([x[at] + turn for turn in (-2 * np.pi, 0.0, 2 * np.pi)]))
+
+
+def _values(V: Any, x: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
-        V = function.regular(s) if hasattr(function, "regular") else function.value(coordinate(s))
-        return np.asarray(V, dtype=np.float64) + 0.0 * s
+        return np.asarray(V.value(x), dtype=np.float64) + 0.0 * x
 
 
 def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:

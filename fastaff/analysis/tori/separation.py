@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,77 +12,11 @@ from numpy.typing import ArrayLike
 from ...base.numbers import shown
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
-from ...models import SeparableElliptic, Zero
-from ...models.contracts import isotropic
-from .narrow_features import knots
-
-
-@dataclass(frozen=True)
-class Family:
-    """One of the charts in which bodies separate: what its coordinates and constants are called, in the kernels' order.
-
-    member: the property of a potential that gives it as a member of the family; variables: the coordinate's text in
-    terms of its regular variable s, in which kernels work; eigenvalues: names of the quantum constants; additive:
-    whether the energy is the sum of both constants, not the first.
-    """
-
-    code: int
-    member: str
-    chart: str
-    coordinates: tuple[str, str]
-    constants: tuple[str, str]
-    variables: tuple[str, str]
-    eigenvalues: tuple[str, str]
-    additive: bool
-
-    def energy(self, constants: Any) -> Any:
-        """Return the energy of the two separation constants (2, ...)."""
-        return constants[0] + constants[1] if self.additive else constants[0]
-
-    def coordinate(self, i: int, s: np.ndarray) -> np.ndarray:
-        """Return coordinate i of its regular variable."""
-        return _COORDINATES[self.variables[i]](s)
-
-
-_COORDINATES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "np.sqrt({})": np.sqrt,
-    "{}": lambda s: s,
-    "2*np.arcsin(np.sqrt({}))": lambda s: 2 * np.arcsin(np.sqrt(s)),
-    "np.arcsin(np.sqrt({}))": lambda s: np.arcsin(np.sqrt(s)),
-    "np.arcsinh(np.sqrt({}))": lambda s: np.arcsinh(np.sqrt(s)),
-}
-FAMILIES = (
-    Family(
-        0,
-        "alpha_beta",
-        "alpha-beta",
-        ("alpha", "beta"),
-        ("H_alpha", "H_beta"),
-        ("np.sqrt({})", "np.sqrt({})"),
-        ("E_alpha", "E_beta"),
-        True,
-    ),
-    Family(
-        1,
-        "r_vartheta",
-        "r-vartheta",
-        ("r", "vartheta"),
-        ("E", "h_vartheta"),
-        ("{}", "2*np.arcsin(np.sqrt({}))"),
-        ("E", "e_vartheta"),
-        False,
-    ),
-    Family(
-        2,
-        "elliptic",
-        "elliptic",
-        ("kappa", "lambda"),
-        ("E", "K"),
-        ("np.arcsinh(np.sqrt({}))", "np.arcsin(np.sqrt({}))"),
-        ("E", "K"),
-        False,
-    ),
-)
+from ...models import Zero
+from ...models.contracts import isotropic, planar
+from ...models.regular_variables import in_regular_variable
+from .families import FAMILIES, Family, Motion
+from .narrow_features import knots, knots_around
 
 
 @dataclass(frozen=True)
@@ -110,27 +44,31 @@ class Separated:
         return (*self.family.constants, *(("p_phi", "p_psi") if self.isotropic else ("c_eta", "c_gamma")))
 
     def blocks(self) -> tuple[Any, ...]:
-        """Return block function and parameters of the two coordinates' potentials."""
+        """Return what kernels need of the chart: its number, block function and parameters of both coordinates'
+        potentials.
+        """
         pairs = zip(self.functions, self.family.variables, strict=True)
-        return tuple(part for V, variable in pairs for part in (function_block(V, variable), parameters(V)))
+        return self.family.number, *_blocks(in_regular_variable(V, variable) for V, variable in pairs)
+
+    def angular_blocks(self) -> tuple[Any, ...]:
+        """Return block function and parameters of the angles' potentials."""
+        return _blocks(self.angular)
 
     def knots(self) -> tuple[np.ndarray, ...]:
         """Return the knots of the potentials of both coordinates, and of those of eta and gamma: where they have narrow
         features.
         """
-        kinds = {
-            "np.sqrt({})": "x^2",
-            "{}": "r",
-            "2*np.arcsin(np.sqrt({}))": "sin^2(x/2)",
-            "np.arcsin(np.sqrt({}))": "sin^2",
-            "np.arcsinh(np.sqrt({}))": "sinh^2",
-        }
-        own = [knots(V, kinds[variable]) for V, variable in zip(self.functions, self.family.variables, strict=True)]
-        return (*own, *(knots(V, "angle") for V in self.angular))
+        own = [knots(V, variable) for V, variable in zip(self.functions, self.family.variables, strict=True)]
+        return (*own, *map(knots_around, self.angular))
 
-    def angular_blocks(self) -> tuple[Any, ...]:
-        """Return block function and parameters of the angles' potentials."""
-        return tuple(part for V in self.angular for part in (function_block(V, "{}"), parameters(V)))
+    def turning_points(self, s: np.ndarray) -> np.ndarray:
+        """Return both coordinates (2, ...) of their regular variables."""
+        variables: tuple[Any, ...] = self.family.variables
+        return np.array([variable.value(at) for variable, at in zip(variables, s, strict=True)])
+
+
+def _blocks(functions: Iterable[Any]) -> tuple[Any, ...]:
+    return tuple(part for V in functions for part in (function_block(V), parameters(V)))
 
 
 def separate(body: Any, chart: Any = None) -> Separated:
@@ -141,7 +79,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
     checked_model(body)
-    if not hasattr(body, "potential") or not hasattr(body, "isotropic"):
+    if not planar(body):
         raise TypeError(f"body must be a Body or a StackelBody, got {type(body).__name__}")
     name = type(body.potential).__name__
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
@@ -188,35 +126,17 @@ def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[s
 
 def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
     """Return the constants of z (8, ...)."""
-    mu, (first, second), (V_eta, V_gamma) = separated.mu, separated.functions, separated.angular
+    mu, (V_eta, V_gamma) = separated.mu, separated.angular
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = z
     A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
     p_eta, p_gamma = a1 * pa2 - a2 * pa1, b1 * pb2 - b2 * pb1
     T_a, T_b = (pa1 * pa1 + pa2 * pa2) / (2 * mu), (pb1 * pb1 + pb2 * pb2) / (2 * mu)
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
-    at_eta = 0.0 if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
-    at_gamma = 0.0 if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
-    wall_a, wall_b = (
-        0.0 if isinstance(V, Zero) else at / square for V, at, square in ((V_eta, at_eta, A), (V_gamma, at_gamma, B))
-    )
-    code, r, walls = separated.family.code, A + B, wall_a + wall_b
-    if code == 0:
-        values = [T_a + first.value(np.sqrt(A)) + wall_a, T_b + second.value(np.sqrt(B)) + wall_b]
-    elif code == 1:
-        values = [h + second.value(2 * np.arctan2(np.sqrt(B), np.sqrt(A))) + r * walls]
-        values.insert(0, T_a + T_b + first.value(r) + (values[0] - h) / r)
-    else:
-        s, t = SeparableElliptic(first, second).squares(A, B)
-        # The separated form is 0/0 at the focus, the undeformed body; V itself is not.
-        W, V = second.value(np.arcsin(np.sqrt(t))), body.potential.value(A, B)
-        E = T_a + T_b + V + walls
-        K = T_a + h / 2 + V * (1 - t) + W / 2
-        K = K + at_eta * (2 + s - t) / (2 * (1 + s) * (1 - t))
-        K = K if isinstance(V_gamma, Zero) else K + at_gamma * (1 + s - t) / (2 * s * t)
-        values = [E, K]
-    names = dict(zip(separated.family.constants, values, strict=True))
-    if code == 2:
-        names["L"] = names["E"] - names["K"]
+    at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
+    at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
+    at = Motion(A, B, T_a, T_b, h, body.potential.value(A, B), at_eta, at_gamma)
+    values = separated.family.values(*separated.functions, at)
     if separated.isotropic:
-        return names | {"p_phi": p_gamma + p_eta, "p_psi": p_gamma - p_eta}
-    return names | {"c_eta": p_eta**2 / (2 * mu) + at_eta, "c_gamma": p_gamma**2 / (2 * mu) + at_gamma}
+        return values | {"p_phi": p_gamma + p_eta, "p_psi": p_gamma - p_eta}
+    c_eta, c_gamma = (p**2 / (2 * mu) + (0.0 if V is None else V) for p, V in ((p_eta, at_eta), (p_gamma, at_gamma)))
+    return values | {"c_eta": c_eta, "c_gamma": c_gamma}

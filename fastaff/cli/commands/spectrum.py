@@ -70,11 +70,11 @@ def energy_levels(
     density_chart
         alpha-beta, r-vartheta or two-polar, for the densities. [that of the levels]
     """
-    from ...analysis.tori.separation import FAMILIES
+    from ...quantum.spectra.spectrum import solved_families
 
     whole("levels", levels, 1)
     body = options.build()
-    separates = any(hasattr(getattr(body, "potential", None), family.member) for family in FAMILIES[:2])
+    separates = bool(solved_families(body))
     classes = _classes(m, l, covering)
     if chart is not None:
         named("--chart", chart, ("alpha-beta", "r-vartheta"))

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.separation import Family, separate
+from ...analysis.tori.families import ALPHA_BETA_FAMILY, Family
+from ...analysis.tori.separation import separate
 from ...base.numbers import positive
 from ...models.functions import Barriers, Oscillator, Spring
 from ..states.symmetry import action_quantum
@@ -79,7 +80,7 @@ class SolvableBody(NamedTuple):
         """Return the rows E_alpha, E_beta, or E, e_vartheta, of n (2, ...): eigenvalues of the chart's constants of
         motion.
         """
-        if self.family.code == 0:
+        if self.family == ALPHA_BETA_FAMILY:
             s = self.indices(m, l)
             return np.array([quantum * (2 * n[i] + 1 + s[i]) for i, quantum in enumerate(self.quanta)])
         e = self.hbar**2 / (2 * self.mu) * (self.angular_index(n[1], m, l) ** 2 - 1)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...analysis.tori.families import ALPHA_BETA_FAMILY
 from ...base.numbers import entries
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
 from ..states.factors import AngleFactor, Factor, PlaneFactor, RadialFactor, quantum_number
@@ -53,7 +54,7 @@ def wavefunction(
 def closed_form_factors(model: SolvableBody, n: tuple[int, int], symmetry: SymmetryClass) -> tuple[Factor, Factor]:
     """Return the two factors of a state of a solvable body in the chart of `model`."""
     s_alpha, s_beta = (float(s) for s in model.indices(*symmetry))
-    if model.family.code == 0:
+    if model.family == ALPHA_BETA_FAMILY:
         return PlaneFactor(n[0], s_alpha, model.kappa[0]), PlaneFactor(n[1], s_beta, model.kappa[1])
     return RadialFactor(n[0], float(model.radial_index(n[1], *symmetry)), model.kappa[0]), AngleFactor(
         n[1], s_alpha, s_beta

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.tori.separation import FAMILIES
 from ...base.numbers import real, whole
 from ...charts import ALPHA_BETA, Chart
 from ...models.contracts import isotropic
-from ..spectra.spectrum import spectrum, spectrum_table
+from ..spectra.spectrum import solved_families, spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
 from ..states.state import State, invariants_of
 from ..states.symmetry import SymmetryClass, checked_class
@@ -85,7 +84,7 @@ def class_states(
     body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
 ) -> list[list[State]]:
     """Return the lowest states of each class."""
-    if isotropic(body) and any(hasattr(body.potential, family.member) for family in FAMILIES[:2]):
+    if isotropic(body) and solved_families(body):
         m, l = zip(*chosen, strict=True)
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:

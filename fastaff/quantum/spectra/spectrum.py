@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...analysis.tori.separation import FAMILIES, separate
+from ...analysis.tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
+from ...analysis.tori.separation import separate
 from ...base.numbers import an_array, fits, positive, whole
 from ...base.recipe import recorded
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...flows.checks import checked_model
 from ...flows.interruptible import interruptible
-from ...models.contracts import isotropic
+from ...models.contracts import isotropic, planar
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
@@ -51,7 +52,7 @@ def spectrum(
     """
     chosen = checked_class(m, l, single_valued)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
-    if chart is None and not _families(body):
+    if chart is None and not solved_families(body):
         return plane_levels(body, chosen, count, hbar, tolerance)
     return spectrum_table(
         body,
@@ -91,26 +92,26 @@ def spectrum_table(
             f"m and l must be sequences of the same length, got shapes {spins.shape} and {vorticities.shape}"
         )
     classes = [checked_class(one, other, single_valued) for one, other in zip(m, l, strict=True)]
-    chart = _families(body)[0].chart if chart is None and _families(body) else chart
+    chart = solved_families(body)[0].chart if chart is None and solved_families(body) else chart
     separated = separate(body, chart)
-    if separated.family.code not in _SOLVED:
+    if separated.family not in _SOLVED:
         raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
     fits("count", len(pairs), 16 * count)
-    solved = interruptible(_SOLVED[separated.family.code], separated, np.array(pairs), count, hbar, tolerance)
+    solved = interruptible(_SOLVED[separated.family], separated, np.array(pairs), count, hbar, tolerance)
     return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
 
 
-def _families(body: Any) -> list[Any]:
-    return [family for family in FAMILIES if family.code in _SOLVED and hasattr(body.potential, family.member)]
+def solved_families(body: Any) -> list[Family]:
+    """Return the families in which the body separates and its levels are computed coordinate by coordinate."""
+    potential = getattr(body, "potential", None)
+    return [family for family in _SOLVED if hasattr(potential, family.member)]
 
 
 def _checked(body: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
     checked_model(body)
     if not isotropic(body):
-        why = (
-            "; with angular potentials spin and vorticity are no quantum numbers" if hasattr(body, "isotropic") else ""
-        )
+        why = "; with angular potentials spin and vorticity are no quantum numbers" if planar(body) else ""
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
     return whole("count", count, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
 
@@ -201,7 +202,7 @@ def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance
     return radial("V_r + e_vartheta/r", V_r, 4, 2 * mu * e.ravel() / hbar**2, count, hbar, mu, tolerance)
 
 
-_SOLVED = {0: _alpha_beta, 1: _r_vartheta}
+_SOLVED: dict[Family, Callable] = {ALPHA_BETA_FAMILY: _alpha_beta, R_VARTHETA_FAMILY: _r_vartheta}
 
 
 def _merged(sums: np.ndarray, coarse: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
