@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, NeoHookean, frequency_map
+from fastaff.analysis import BirkhoffAverages
 
 ORBITS, TIME = 1000, 200 * np.pi
 CASES = [(Harmonic(), 0.1), (Anharmonic(), 0.02), (Hyperelastic(), 0.01), (HeavyTop(1.0, 0.5), 0.01)]
@@ -47,7 +48,9 @@ def test_against_quadrature(benchmark, potential, step):
     error = (np.abs(values - truth) / scale).max(axis=0)
     flagged = (found.error / scale).max(axis=0) > 1e-11
     good = error <= 1e-11
-    benchmark.pedantic(frequency_map, args=(body, z0), kwargs={**options, "fallback": np.inf}, rounds=2)
+    benchmark.pedantic(
+        frequency_map, args=(body, z0), kwargs={**options, "method": BirkhoffAverages(fallback=np.inf)}, rounds=2
+    )
     benchmark.extra_info.update(good=good.mean(), unflagged=int((~good & ~flagged).sum()))
     print(
         f"\n{type(potential).__name__}, step {step}: {good.mean():.1%} of {ORBITS} within 1e-11 of dE/dJ, median error "
@@ -63,7 +66,7 @@ def test_chaotic_map(benchmark):
     z0 = random_orbits(body, 4096)
 
     def run():
-        return frequency_map(body, z0, time=500.0, step=0.04, fallback=np.inf)
+        return frequency_map(body, z0, time=500.0, step=0.04, method=BirkhoffAverages(fallback=np.inf))
 
     run()
     result = benchmark.pedantic(run, rounds=3)

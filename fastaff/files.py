@@ -20,6 +20,7 @@ import numpy as np
 
 from . import charts, models, schemes
 from .analysis.chaos import indicators
+from .analysis.frequencies import methods
 from .analysis.tori import families, separation
 from .base.display import screen
 from .base.provenance import provenance
@@ -263,7 +264,8 @@ def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and
     schemes.
     """
-    modules = (models, models.functions, sections, angles, indicators, schemes, time_transformed, families, separation)
+    values = models, models.functions, sections, angles, indicators, methods, schemes
+    modules = *values, time_transformed, families, separation
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}
 

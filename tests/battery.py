@@ -193,6 +193,7 @@ CALLS = {
         partial(judged, fa.analysis.TangentIndicator),
         {"name": "own", "reading": first_length, "limit": 4.0},
     ),
+    "BirkhoffAverages": (fa.analysis.BirkhoffAverages, {}),
     "ZeroOne": (partial(judged, fa.ZeroOne), {}),
     "RungeKutta": (
         fa.schemes.RungeKutta,
@@ -327,6 +328,7 @@ CONTAINERS = {
     "LevelTable",
     "FrequencyLines",
     "MeanRatio",
+    "NaffLines",
     "Multiplets",
     "Orbits",
     "Packet",

@@ -27,6 +27,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
+from fastaff.analysis import BirkhoffAverages
 from fastaff.models.angles import AlphaBeta, Coordinates2
 
 BODY, BALL = Body(Hyperelastic()), HenonHeiles()
@@ -36,7 +37,8 @@ CALLS = {
     "poincare_map": (poincare_map, {"section": AlphaTurning(), "crossings": 2, "max_time": 5.0, "step": 0.1}),
     "frequency_map": (frequency_map, {"time": 20.0, "step": 0.1}),
 }
-every_call = pytest.mark.parametrize("call", CALLS)
+every_call = pytest.mark.parametrize("call", [*CALLS])
+CALLS["BirkhoffAverages"] = (lambda body, z0, **given: BirkhoffAverages(**given), {})
 
 
 def refused(call, error, *fragments, body=BODY, z0=Z0, **change):
@@ -119,7 +121,7 @@ NUMBERS = [
     ("poincare_map", "energy_tolerance"),
     ("frequency_map", "time"),
     ("frequency_map", "step"),
-    ("frequency_map", "fallback"),
+    ("BirkhoffAverages", "fallback"),
 ]
 every_number = pytest.mark.parametrize(("call", "name"), NUMBERS)
 
@@ -271,14 +273,20 @@ def test_sections_of_bodies_do_not_suit_henon_heiles():
     )
 
 
-@pytest.mark.parametrize("method", ["fft", "", None, 3, "NAFF"], ids=repr)
+@pytest.mark.parametrize("method", ["fft", "", None, 3, BirkhoffAverages], ids=repr)
 def test_unknown_methods(method):
     refused(
         "frequency_map",
-        ValueError,
-        "method must be one of 'birkhoff', 'naff', got " + re.escape(repr(method)),
+        TypeError,
+        re.escape(f"method must be BirkhoffAverages() or NaffLines() of fastaff.analysis, got {method!r}") + "$",
         method=method,
     )
+
+
+@pytest.mark.parametrize("name", ["BirkhoffAverages", "NaffLines"])
+def test_an_old_name_of_a_method_is_told_its_value(name):
+    old = {"BirkhoffAverages": "birkhoff", "NaffLines": "naff"}[name]
+    refused("frequency_map", TypeError, re.escape(f"pass fastaff.analysis.{name}()"), method=old)
 
 
 def test_angles():

@@ -31,7 +31,8 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.analysis.frequencies.frequency_map import METHODS
+from fastaff.analysis import BirkhoffAverages, NaffLines
+from fastaff.analysis.frequencies.methods import METHODS
 from fastaff.analysis.frequencies.readings import ROUNDING
 from fastaff.charts import from_matrix
 from fastaff.models.angles import AlphaBeta
@@ -126,11 +127,11 @@ def test_the_naive_truth_is_the_turning_of_the_planes(body):
 
 
 @every_reference
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [BirkhoffAverages(), NaffLines()])
 def test_frequencies_of_the_reference_points(potential, expected, method):
     """To 2e-12; NAFF on the heavy top, whose lines lie close, to its own error estimate."""
     f = frequency_map(Body(potential), reference_points(), time=2000.0, method=method, **PRECISE)
-    allowed = 2e-12 + (3 * f.error if method == "naff" and isinstance(potential, HeavyTop) else 0.0)
+    allowed = 2e-12 + (3 * f.error if method == NaffLines() and isinstance(potential, HeavyTop) else 0.0)
     assert (np.abs(f.nu - np.transpose(expected)) <= allowed).all()
     assert (f.status == Status.OK).all()
     assert f.names[2:] == ("phi", "psi")
@@ -155,13 +156,13 @@ def population(body, orbits):
     """
     z0 = moving(body, orbits, 2)
     truth = frequencies(body, z0)
-    f = frequency_map(body, z0, time=PERIODS, fallback=np.inf, **PRECISE)
+    f = frequency_map(body, z0, time=PERIODS, method=BirkhoffAverages(fallback=np.inf), **PRECISE)
     error = relative(f, truth)
     estimate = f.error.max(axis=0) / np.abs(truth).max(axis=0)
     assert (f.status == Status.OK).all()
     assert (error < 1e-11).mean() >= 0.95
     assert (10 * estimate[error > 1e-11] > 1e-11).all()
-    assert (f.method == METHODS.index("birkhoff")).all()
+    assert (f.method == METHODS.index(BirkhoffAverages)).all()
     return error, estimate
 
 
@@ -186,7 +187,7 @@ def test_a_thousand_random_orbits(body):
 def test_naff_agrees(body):
     z0 = moving(body, 20, 3)
     truth = frequencies(body, z0)
-    f = frequency_map(body, z0, time=PERIODS, method="naff", **PRECISE)
+    f = frequency_map(body, z0, time=PERIODS, method=NaffLines(), **PRECISE)
     error = np.abs(rows(f) - truth)
     estimate = np.array([*f.error[:2], f.error[2] * 2, f.error[2] * 2])
     assert np.median(error) < (1e-9 if isinstance(body.potential, HeavyTop) else 1e-12)
@@ -194,7 +195,7 @@ def test_naff_agrees(body):
     # knows.
     assert (error <= 10 * estimate + 1e-12).all(axis=0).mean() >= 0.85
     # Where the lines tell fewer frequencies than there are, as of an isochronous body, its own angles do.
-    lines = (f.method == METHODS.index("naff")).all(axis=0)
+    lines = (f.method == METHODS.index(NaffLines)).all(axis=0)
     assert (lines | (f.rank < 4)).mean() >= 0.9
 
 
@@ -307,7 +308,12 @@ def test_diffusion_is_the_change_of_the_frequencies_between_the_halves():
     between.
     """
     body, z0 = neo_hookean(4.0, 6)
-    options = {"fallback": np.inf, "step": 0.005, "scheme": SOFRONIOU_SPALETTA10, "energy_tolerance": 1e-4}
+    options = {
+        "method": BirkhoffAverages(np.inf),
+        "step": 0.005,
+        "scheme": SOFRONIOU_SPALETTA10,
+        "energy_tolerance": 1e-4,
+    }
     f = frequency_map(body, z0, time=160.0, **options)
     middle = integrate(body, z0, time=80.0, step=0.005, scheme=SOFRONIOU_SPALETTA10, energy_tolerance=1e-4)
     kept = (f.status == Status.OK) & (middle.status == Status.OK)
@@ -327,7 +333,7 @@ def test_henon_heiles_small_motion():
     shift = np.abs(f.nu - 1 / (2 * np.pi)) * 2 * np.pi
     assert (shift > 1e-4).all()
     assert (shift < 0.05).all()
-    naff = frequency_map(BALL, z0, time=3000.0, step=0.1, method="naff")
+    naff = frequency_map(BALL, z0, time=3000.0, step=0.1, method=NaffLines())
     np.testing.assert_allclose(f.nu, naff.nu, rtol=0, atol=1e-9)
 
 
@@ -338,10 +344,10 @@ def test_the_fallback_is_named_and_better():
     """Averages over time have small divisors for this body: where they are not done, NAFF takes over, and says so."""
     z0 = moving(BODY, 40, 7)
     options = {"time": 300.0, "step": 0.05, "scheme": SOFRONIOU_SPALETTA10, "angles": AlphaBeta()}
-    plain = frequency_map(BODY, z0, fallback=np.inf, **options)
-    rescued = frequency_map(BODY, z0, fallback=1e-5, **options)
-    assert (plain.method == METHODS.index("birkhoff")).all()
-    taken = rescued.method == METHODS.index("naff")
+    plain = frequency_map(BODY, z0, method=BirkhoffAverages(fallback=np.inf), **options)
+    rescued = frequency_map(BODY, z0, method=BirkhoffAverages(fallback=1e-5), **options)
+    assert (plain.method == METHODS.index(BirkhoffAverages)).all()
+    taken = rescued.method == METHODS.index(NaffLines)
     assert taken.any()
     assert not taken.all()
     # Rounding is relative to the orbit's largest frequency, which may be one that NAFF has changed.
@@ -385,7 +391,7 @@ def test_energy_drift_is_marked():
 RUNS = {
     "birkhoff": {"step": 0.1, "scheme": KAHAN_LI8},
     "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
-    "naff": {"step": 0.1, "method": "naff"},
+    "naff": {"step": 0.1, "method": NaffLines()},
     "adaptive": {"step": 0.06, "scheme": DOP853},
     "accuracy": {"accuracy": 1e-6},
 }
@@ -426,7 +432,7 @@ def test_memory_does_not_grow_with_time(monkeypatch):
 
     def peak(time):
         tracemalloc.start()
-        frequency_map(BODY, z0, time=time, step=0.1, fallback=np.inf)
+        frequency_map(BODY, z0, time=time, step=0.1, method=BirkhoffAverages(fallback=np.inf))
         size = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return size
@@ -439,15 +445,16 @@ INTERRUPT = """
 import os, signal, threading, time
 import numpy as np
 from fastaff import *
+from fastaff.analysis import BirkhoffAverages
 body = Body(Hyperelastic())
 z0 = np.array([1.5, 0.1, 0.2, 0.3, 0.1, 0.2, 0.3, 0.1])[:, None] + 0.01*np.arange(400)/400
 sent = []
 def send():
     sent.append(time.perf_counter()); os.kill(os.getpid(), signal.SIGINT)
-frequency_map(body, z0, time=20.0, step=0.1, fallback=np.inf)
+frequency_map(body, z0, time=20.0, step=0.1, method=BirkhoffAverages(fallback=np.inf))
 threading.Timer(0.5, send).start()
 try:
-    frequency_map(body, z0, time=1e5, step=0.1, fallback=np.inf)
+    frequency_map(body, z0, time=1e5, step=0.1, method=BirkhoffAverages(fallback=np.inf))
 except Interrupted as stopped:
     print("took", time.perf_counter() - sent[0])
     partial = stopped.partial

@@ -31,7 +31,7 @@ from fastaff import (
     resonances,
     rotation_number,
 )
-from fastaff.analysis import Character
+from fastaff.analysis import Character, NaffLines
 from fastaff.analysis.frequencies.frequency_map import FrequencyKind
 from fastaff.kernels.fundamental import angle_of
 
@@ -167,7 +167,7 @@ def test_a_pendulum_over_the_top():
 def test_lines_are_never_aliases(time):
     """Samples as many as the time asks for."""
     body = Body(Harmonic(1.0), 1.0)
-    f = frequency_map(body, states(body, 2, 3), time=time, method="naff", step=0.2)
+    f = frequency_map(body, states(body, 2, 3), time=time, method=NaffLines(), step=0.2)
     np.testing.assert_allclose(f.nu[:2], 1 / np.pi, atol=1e-9)
 
 
@@ -175,7 +175,7 @@ def test_lines_of_a_separable_body_are_its_fundamental_ones():
     body = Body(Hyperelastic(0.8), 1.3)
     z0 = states(body, 40, 21)
     truth = frequencies(body, z0)
-    f = frequency_map(body, z0, time=900.0, method="naff", step=0.1)
+    f = frequency_map(body, z0, time=900.0, method=NaffLines(), step=0.1)
     ratio = np.abs(f.nu[:2] - truth[:2]) / f.error[:2]
     assert (ratio <= 1).mean() >= 0.97
     assert ratio.max() < 10

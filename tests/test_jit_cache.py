@@ -28,6 +28,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
+from fastaff.analysis import NaffLines
 from fastaff.compile import jit as _jit
 from fastaff.compile import source
 from fastaff.compile.texts import TEXTS
@@ -44,7 +45,7 @@ def seed():
     integrate(model, z0, time=1.0, step=0.1)
     integrate(model, z0, time=1.0, scheme=DOP853)
     poincare_map(model, z0, section=Linear((1, 0, 0, 0)), crossings=1, max_time=10.0, step=0.1)
-    frequency_map(model, z0, time=20.0, step=0.1, method="naff")
+    frequency_map(model, z0, time=20.0, step=0.1, method=NaffLines())
     if _jit.cache_directory() is None:
         pytest.skip("no cache folder can be written here")
     return _jit.cache_directory()
@@ -610,6 +611,7 @@ import numpy as np
 from naive import states
 import fastaff
 from fastaff import *
+from fastaff.analysis import BirkhoffAverages, NaffLines
 body = Body(Hyperelastic(1.1), 0.8)
 z0 = states(body, 5)
 small = dict(step=0.2, energy_tolerance=1.0)
@@ -623,8 +625,8 @@ run = integrate(HenonHeiles(), z0[:4]*0.1, time=2.0, scheme=DOP853, samples=3)
 results += [run.z, run.samples, run.status]
 cut = poincare_map(body, z0, section=BetaEquals(0.3, 0), crossings=3, max_time=6.0, **small)
 results += [cut.points, cut.times, cut.counts, cut.status]
-for method in ("birkhoff", "naff"):
-    f = frequency_map(body, z0[:, :2], time=20.0, method=method, fallback=np.inf, **small)
+for method in (BirkhoffAverages(fallback=np.inf), NaffLines()):
+    f = frequency_map(body, z0[:, :2], time=20.0, method=method, **small)
     results += [f.nu, f.error]
 np.savez(PLACE, *results)
 """

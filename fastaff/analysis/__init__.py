@@ -8,6 +8,7 @@ from .chaos.chaos_map import ChaosMap
 from .chaos.chaotic_fraction import ChaoticFraction
 from .chaos.indicators import Character, TangentIndicator
 from .frequencies.frequency_map import FrequencyKind, FrequencyMap
+from .frequencies.methods import BirkhoffAverages, NaffLines
 from .frequencies.naff import FrequencyLines
 from .frequencies.resonance_web import ResonanceLine, ratio_web
 from .frequencies.resonances import Resonances, diffusion_histogram
@@ -27,6 +28,7 @@ from .tori.fit_torus import TorusFit, Verdict
 __all__ = [
     "ActionAngles",
     "Bifurcation",
+    "BirkhoffAverages",
     "Branch",
     "ChaosMap",
     "ChaoticFraction",
@@ -39,6 +41,7 @@ __all__ = [
     "FrequencyLines",
     "FrequencyMap",
     "Islands",
+    "NaffLines",
     "NotReached",
     "Orbits",
     "PeriodicOrbits",

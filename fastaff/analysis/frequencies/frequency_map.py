@@ -24,7 +24,8 @@ from ...models.contracts import Angles, Model, coordinate_names, isotropic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .angle_loops import Layout, Plain
 from .fundamental import fastest
-from .readings import METHODS, Samples, read
+from .methods import BirkhoffAverages, NaffLines, checked_method
+from .readings import Samples, read
 
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
@@ -63,8 +64,8 @@ class FrequencyMap(Result):
     """Fundamental frequencies of orbits.
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
-    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits), an index into
-    METHODS: which method gave the value; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
+    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits): what gave the
+    value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
     DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show the
     leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is
     too short to tell. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n,
@@ -112,9 +113,8 @@ def frequency_map(
     *,
     time: float,
     accuracy: float | None = None,
-    method: str = "birkhoff",
+    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
     angles: Angles | None = None,
-    fallback: float | None = None,
     step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta = KAHAN_LI8,
     rtol: float = 1e-12,
@@ -125,15 +125,14 @@ def frequency_map(
 ) -> FrequencyMap:
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's
-    largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave
-    more; what `time` is too short for stays in `error`; method "birkhoff" or "naff"; angles: a value of
-    `fastaff.models.angles` (default: those natural to the potential, or the coordinates and momenta themselves); step:
-    instead of an accuracy, and for an adaptive scheme the interval between the states that are sampled (default: a
-    sixteenth of a typical radian); fallback: relative error estimate above which a Birkhoff value is replaced by the
-    NAFF one where that has the smaller error (default: the accuracy asked for, or 1e-9; inf: never); the other options
-    as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an
+    orbit's largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where
+    they leave more; what `time` is too short for stays in `error`; method: `BirkhoffAverages()`, with lines where
+    they have not converged, or `NaffLines()` of `fastaff.analysis`; angles: a value of `fastaff.models.angles`
+    (default: those natural to the potential, or the coordinates and momenta themselves); step: instead of an
+    accuracy, and for an adaptive scheme the interval between the states that are sampled (default: a sixteenth of a
+    typical radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for
+    wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     Identification: the orbit is sampled at every step, or every 2, 4 or 8 where a quarter of a radian of its fastest
     motion allows. The lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest
@@ -157,15 +156,12 @@ def frequency_map(
     time = positive("time", time)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     goal = options.goal(ACCURACY)
-    if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    fallback = checked_method(method).fallback
     if fallback is None:
-        fallback = FALLBACK if accuracy is None else accuracy
-    if not (isinstance(fallback, float) and fallback == np.inf):
-        fallback = positive("fallback", fallback)
+        fallback = FALLBACK if options.accuracy is None else options.accuracy
     angles = checked_angles(angles, checked_model(body))
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
-    work = FrequencyWork(flow, angles, z, time, goal, 0.0 if method == "naff" else fallback, report)
+    work = FrequencyWork(flow, angles, z, time, goal, fallback, report)
     with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):
         work.run(options.energy_tolerance)
     return work.result(options.energy_tolerance)

@@ -10,7 +10,6 @@ from .angle_loops import Layout, clock_windows
 from .fundamental import Loops, Modes, damping, fastest, line_rates, modes, turning, values, windows
 from .integer_lattice import box
 
-METHODS = ("birkhoff", "naff")
 SAFETY = 5.0
 """Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors
 (bench/test_frequency.py).

@@ -9,10 +9,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...analysis import BirkhoffAverages, NaffLines
 from ...base.numbers import positive
 from ..options import HOW, WRITTEN, Model, Output, Parameter, Run, Starts, Surface, named
 from ..progress import Progress, compiled, counted, drawing, finished, kept, say, watched
 from .captions import figure_of, finish, stated
+
+METHODS = {"birkhoff": BirkhoffAverages(), "naff": NaffLines()}
+"""Values of --method."""
 
 
 def frequencies(
@@ -46,17 +50,17 @@ def frequencies(
     body = options.build()
     section = surface.build(body)
     grid, _, z0 = starts.build(body, section, surface, "40x40")
-    method = named("--method", method.lower(), ("birkhoff", "naff"))
+    chosen = METHODS[named("--method", method.lower(), tuple(METHODS))]
     stem = output.stem("fastaff-frequency-map")
     output.check()
-    fixed: dict[str, Any] = {"time": positive("time", time), "method": method}
+    fixed: dict[str, Any] = {"time": positive("time", time), "method": chosen}
 
     def smallest() -> None:
         scheme = fastaff.schemes.scheme_named(run.scheme.replace("-", "_"))
         few: dict[str, Any] = {"scheme": scheme, "step": run.step or 0.02, "threads": run.threads}
         fastaff.frequency_map(body, z0[:, :1], **{**fixed, "time": 5.0}, **few)
-        if method == "birkhoff":
-            fastaff.frequency_map(body, z0[:, :1], time=5.0, method="naff", **few)
+        if isinstance(chosen, BirkhoffAverages):
+            fastaff.frequency_map(body, z0[:, :1], time=5.0, method=NaffLines(), **few)
 
     compiled("frequency-map", smallest)
     choices = run.build(body, z0)

@@ -53,7 +53,7 @@ def poincare(
     fixed: dict[str, Any] = {"section": section, "crossings": crossings}
     if max_time is not None:
         fixed["max_time"] = max_time
-    span: dict[str, Any] = {} if no_diffusion else {"method": "naff"}
+    span: dict[str, Any] = {} if no_diffusion else {"method": fastaff.analysis.NaffLines()}
 
     def smallest() -> None:
         scheme, step = fastaff.schemes.scheme_named(run.scheme.replace("-", "_")), run.step or 0.02

@@ -27,7 +27,7 @@ def warmup() -> int:
             body, z0, section=fastaff.AlphaTurning(), crossings=2, max_time=20.0, step=0.05
         ),
         "frequency-map": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05),
-        "naff": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05, method="naff"),
+        "naff": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05, method=fastaff.analysis.NaffLines()),
         "chaos-map": lambda: fastaff.chaos_map(body, z0, time=10.0, step=0.05),
         "chaos-map, steep walls": lambda: fastaff.chaos_map(body, z0, time=10.0, scheme=fastaff.VERNER9),
         "time of return": lambda: fastaff.poincare_map(

@@ -1,0 +1,56 @@
+"""How `frequency_map` finds the frequency of a loop: values of its `method`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.numbers import positive
+
+
+@dataclass(frozen=True)
+class BirkhoffAverages:
+    """Weighted Birkhoff averages of the rates of loops; lines where an average has not converged.
+
+    fallback: relative error estimate above which an average is replaced by the fitted line where that has the smaller
+    error (None: the accuracy asked for, or 1e-9; inf: never, which saves the fits). Raises ValueError or TypeError for
+    other values.
+    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111.
+    """
+
+    fallback: float | None = None
+
+    def __post_init__(self) -> None:
+        given = self.fallback
+        if given is not None and not (isinstance(given, float) and given == np.inf):
+            object.__setattr__(self, "fallback", positive("fallback", given))
+
+
+@dataclass(frozen=True)
+class NaffLines:
+    """The strongest lines of each loop, fitted together (NAFF), for all of them.
+
+    Source: Laskar 1990, Icarus 88, 266.
+    """
+
+    @property
+    def fallback(self) -> float:
+        """Relative error above which lines are fitted: 0, always."""
+        return 0.0
+
+
+METHODS = (BirkhoffAverages, NaffLines)
+"""What the numbers in `FrequencyMap.method` mean."""
+
+
+def checked_method(method: Any) -> BirkhoffAverages | NaffLines:
+    """Return `method` if it is one."""
+    if not isinstance(method, METHODS):
+        named = {"birkhoff": "BirkhoffAverages", "naff": "NaffLines"}.get(method) if isinstance(method, str) else None
+        raise TypeError(
+            f"method must be BirkhoffAverages() or NaffLines() of fastaff.analysis, got {method!r}"
+            + (f": pass fastaff.analysis.{named}()" if named else "")
+        )
+    return method
