@@ -22,7 +22,7 @@ from fastaff.kernels.crossings import RECORD
 from fastaff.kernels.readings import LN10, length, stretch, time
 
 BODY, ORBITS, TIME, WANTED = Body(Hyperelastic()), 150, 60.0, 6
-WIDTH = (RECORD + 8) * (WANTED + 8)
+WIDTH = (RECORD.state + 8) * (WANTED + 8)
 
 
 @pytest.fixture(scope="module")

@@ -136,9 +136,9 @@ class TransformedFlow:
     def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:
         """Turn the records numbered `where` into crossings of a section of transformed states; drop late ones."""
         self.flow.locate(section, records, where, report)
-        tau = records[where, RECORD + self.row]
-        records[where, 0] = tau * self.model.time
-        records[where[(tau > 1.0) & (records[where, 1] == LOCATED)], 1] = NOTHING
+        tau = records[where, RECORD.state + self.row]
+        records[where, RECORD.time] = tau * self.model.time
+        records[where[(tau > 1.0) & (records[where, RECORD.kind] == LOCATED)], RECORD.kind] = NOTHING
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states one step later or earlier; see `Flow.shifted`."""
@@ -152,7 +152,7 @@ class TransformedFlow:
         """
         wanted, count = count, max(count, 1)
         rows, orbits = ensemble.z.shape
-        width = RECORD + rows
+        width = RECORD.state + rows
         fits("samples", orbits, count, width)
         observer = observers.levels(self.row, count, rows)
         memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * width), np.nan)
@@ -170,8 +170,8 @@ class TransformedFlow:
             self.flow.locate(Linear(normal), records, where)
         except KeyboardInterrupt:
             interrupted = True
-            records[where[records[where, 1] != LOCATED]] = np.nan
-        states = records[:, RECORD:].reshape(orbits, count, rows).transpose(1, 2, 0)
+            records[where[records[where, RECORD.kind] != LOCATED]] = np.nan
+        states = records[:, RECORD.state :].reshape(orbits, count, rows).transpose(1, 2, 0)
         states[:, self.row] += np.arange(1, count + 1)[:, None] / count
         whole = (passed == count) & np.isfinite(states[-1]).all(axis=0)
         ensemble.z[:, whole] = states[-1][:, whole]

@@ -1,8 +1,8 @@
 """Section crossings: detection at full steps, location on the scheme's own flow.
 
-A record (a row of RECORD + rows numbers) holds what the location needs: the state at a step, its time, and the range of
-fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time and
-state.
+A record (a row of RECORD.state + rows numbers) holds what the location needs: the state at a step, its time, and the
+range of fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time
+and state.
 """
 
 from __future__ import annotations
@@ -15,8 +15,21 @@ from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call_value
 from .stepping import advance, load_lane, row, store_lane
 
-RECORD = 4
-"""Numbers before the state in a record: time, kind, lower and upper fractional step."""
+
+class Record(NamedTuple):
+    """Columns of a record: time, kind, lower and upper fractional step, the first one of the state; once located, the
+    section function stands where the lower one was.
+    """
+
+    time: int = 0
+    kind: int = 1
+    lower: int = 2
+    upper: int = 3
+    state: int = 4
+    residual: int = 2
+
+
+RECORD = Record()
 
 NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 """Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located
@@ -68,7 +81,7 @@ def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
     full. Returns how many lanes became done.
     """
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    width = RECORD + rows
+    width = RECORD.state + rows
     slots = out.shape[1] // width
     ended = 0
     for i in range(lanes):
@@ -83,16 +96,16 @@ def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
         if crossed or paired:
             slot = int(memory[ROWS.written * LANES + i])
             o = orbit[i]
-            first, last = (1, 1) if crossed else (2, 3)
+            first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
             if crossed and abs(before) == BARELY:
-                first, last = 5, 5
-            for kind in range(first, last + 1):
+                first, last = RETURN, RETURN
+            for kind in range(int(first), int(last) + 1):
                 c = slot * width
-                out[o, c], out[o, c + 1] = t1, kind
-                out[o, c + 2] = 0.0 if crossed else t2 - t1
-                out[o, c + 3] = t[i] - t1
+                out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, kind
+                out[o, c + RECORD.lower] = 0.0 if crossed else t2 - t1
+                out[o, c + RECORD.upper] = t[i] - t1
                 for r in range(rows):
-                    out[o, c + RECORD + r] = memory[(ROWS.state + r) * LANES + i]
+                    out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
                 slot += 1
             memory[ROWS.written * LANES + i] = slot
             if crossed:
@@ -317,7 +330,7 @@ def locate(
     All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the
     step, is as small as rounding. A suspected pair is first split at the extremum of the section function, a return to
     the section left by a step off it; where there is no other sign, or the wrong direction, the record becomes empty.
-    Afterwards a record holds time, kind, section function and, from RECORD on, the state.
+    Afterwards a record holds time, kind, section function and state.
     """
     count = where.size
     size = rows * LANES
@@ -329,9 +342,10 @@ def locate(
     kind, live, resolution, flat = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     for i in range(lanes):
         o = where[first + i]
-        kind[i], x1[i], x2[i] = records[o, 1], records[o, 2], records[o, 3]
+        kind[i] = records[o, RECORD.kind]
+        x1[i], x2[i] = records[o, RECORD.lower], records[o, RECORD.upper]
         for r in range(rows):
-            start[r * LANES + i] = records[o, RECORD + r]
+            start[r * LANES + i] = records[o, RECORD.state + r]
     pairs = split_pairs(
         stage,
         derivative,
@@ -449,11 +463,11 @@ def locate(
     )
     for i in range(lanes):
         o = where[first + i]
-        records[o, 0] += tau[i]
-        records[o, 1] = NOTHING if kind[i] == NOTHING else LOCATED
-        records[o, 2] = f[i]
+        records[o, RECORD.time] += tau[i]
+        records[o, RECORD.kind] = NOTHING if kind[i] == NOTHING else LOCATED
+        records[o, RECORD.residual] = f[i]
         for r in range(rows):
-            records[o, RECORD + r] = z[r * LANES + i]
+            records[o, RECORD.state + r] = z[r * LANES + i]
     write_now(progress, block, lanes)
 
 
@@ -462,11 +476,11 @@ def compact(rows, out, counts):
     """Keep the located records of each orbit's row, without gaps, NaN after them; counts (orbits,) becomes their
     number.
     """
-    width = RECORD + rows
+    width = RECORD.state + rows
     for o in range(out.shape[0]):
         kept = 0
         for slot in range(counts[o]):
-            if out[o, slot * width + 1] == LOCATED:
+            if out[o, slot * width + RECORD.kind] == LOCATED:
                 if kept != slot:
                     out[o, kept * width : (kept + 1) * width] = out[o, slot * width : (slot + 1) * width]
                 kept += 1

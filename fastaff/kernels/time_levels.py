@@ -26,7 +26,7 @@ def pass_levels(value, row, rows, lanes, orbit, fresh, t, z, memory, out, done):
     memory (ROWS.state + rows)*LANES. A record's row is counted from its level, so that all are crossings of zero. A
     lane is done when it passes 1. Returns how many became done.
     """
-    width, count = RECORD + rows, int(value.levels)
+    width, count = RECORD.state + rows, int(value.levels)
     ended = 0
     for i in range(lanes):
         if fresh[i] == 0.0:
@@ -34,11 +34,12 @@ def pass_levels(value, row, rows, lanes, orbit, fresh, t, z, memory, out, done):
         o, passed, before = orbit[i], int(memory[ROWS.passed * LANES + i]), memory[ROWS.before * LANES + i]
         while passed < count and z[row * LANES + i] * count >= passed + 1:
             c = passed * width
-            out[o, c], out[o, c + 1], out[o, c + 2], out[o, c + 3] = before, CERTAIN, 0.0, t[i] - before
+            out[o, c + RECORD.time], out[o, c + RECORD.kind] = before, CERTAIN
+            out[o, c + RECORD.lower], out[o, c + RECORD.upper] = 0.0, t[i] - before
             for r in range(rows):
-                out[o, c + RECORD + r] = memory[(ROWS.state + r) * LANES + i]
+                out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
             passed += 1
-            out[o, c + RECORD + row] -= passed / count
+            out[o, c + RECORD.state + row] -= passed / count
         memory[ROWS.passed * LANES + i], memory[ROWS.before * LANES + i] = passed, t[i]
         for r in range(rows):
             memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]

@@ -71,7 +71,7 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     """
     rows, orbits = z.shape
     n = rows // 2
-    fits("period", orbits, period + SPARE, kernels.RECORD + rows * (1 + rows))
+    fits("period", orbits, period + SPARE, kernels.RECORD.state + rows * (1 + rows))
     found = Returns(
         np.full((orbits, period, rows), np.nan),
         np.full(orbits, np.nan),
@@ -88,7 +88,7 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
     ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
     whole = len(ensemble.z)
-    width = kernels.RECORD + whole
+    width = kernels.RECORD.state + whole
     observer = observers.crossings(section, period, n, rows)
     memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
     start_crossings(flow, memory, section, ensemble, on=True)
@@ -96,9 +96,9 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
         flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None
     )
     records = out.reshape(live.size, -1, width)[:, :period]
-    parts = records[:, :, kernels.RECORD :].reshape(live.size, period, 2, 1 + rows, n)
+    parts = records[:, :, kernels.RECORD.state :].reshape(live.size, period, 2, 1 + rows, n)
     found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
-    found.time[live] = records[:, -1, 0]
+    found.time[live] = records[:, -1, kernels.RECORD.time]
     found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
     reached = (memory[kernels.ROWS.written] >= period) & (found.time[live] <= limit)
     arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & reached

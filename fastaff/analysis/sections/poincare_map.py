@@ -22,6 +22,7 @@ from ...flows.motion import Motion, motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
+from ...kernels.crossings import RECORD
 from ...models.contracts import Model, Section
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
@@ -142,7 +143,7 @@ def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=
     asked, section = section, flow.section(section)
     ensemble = flow.ensemble(z, radius=radius)
     rows, orbits = ensemble.z.shape
-    width, slots = kernels.RECORD + rows, wanted + SPARE
+    width, slots = RECORD.state + rows, wanted + SPARE
     fits("crossings", orbits, slots, width)
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
@@ -308,7 +309,7 @@ def follow_crossings(
     After an interruption the records so far are located before it is passed on; what is not located is never kept.
     """
     rows, orbits = ensemble.z.shape
-    records = out.reshape(-1, kernels.RECORD + rows)
+    records = out.reshape(-1, RECORD.state + rows)
     slot = np.arange(out.shape[1] // records.shape[1])
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
 
@@ -322,8 +323,8 @@ def follow_crossings(
             flow.locate(section, records, where)
         finally:
             limit = np.broadcast_to(max_time, orbits)[where // slot.size]
-            late = ~((records[where, 0] > 0.0) & (records[where, 0] <= limit * (1 + START)))
-            records[where[late], 1] = kernels.NOTHING
+            late = ~((records[where, RECORD.time] > 0.0) & (records[where, RECORD.time] <= limit * (1 + START)))
+            records[where[late], RECORD.kind] = kernels.NOTHING
             kernels.compact(rows, out, written)
             memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
         return written
@@ -357,14 +358,17 @@ def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
     rows, at = ensemble.z.shape[0], kernels.ROWS
     after = replace(ensemble, z=flow.shifted(ensemble.z, ensemble.ahead))
     now, step = _section_values(section, after.points), ensemble.ahead
-    records = out.reshape(len(out), -1, kernels.RECORD + rows)
+    records = out.reshape(len(out), -1, RECORD.state + rows)
     for o in np.flatnonzero(last):
         time = memory[at.time_before, o]
         back = time - memory[at.time_earlier, o]
         if kernels.dips(memory[at.earlier, o], memory[at.before, o], now[o], back, step[o]):
             slot = int(memory[at.written, o])
             for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
-                records[o, slot + k] = [time, kind, -back, step[o], *memory[at.state :, o]]
+                record = records[o, slot + k]
+                record[RECORD.time], record[RECORD.kind] = time, kind
+                record[RECORD.lower], record[RECORD.upper] = -back, step[o]
+                record[RECORD.state :] = memory[at.state :, o]
             memory[at.written, o] += 2
 
 
@@ -380,11 +384,11 @@ def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, m
 def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> SectionMap:
     """Assemble the map: cut each orbit at the wanted number and where its energy has drifted."""
     rows, orbits = ensemble.z.shape
-    width = kernels.RECORD + rows
+    width = RECORD.state + rows
     records = out.reshape(orbits, -1, width)[:, :wanted]
     counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
     kept = np.arange(wanted) < counts[:, None]
-    points, times = records[:, :, kernels.RECORD :], np.where(kept, records[:, :, 0], np.nan)
+    points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
     drift = np.full(times.shape, -1.0)
     start, scale = np.repeat(ensemble.energy, counts), np.repeat(ensemble.scale, counts)
     drift[kept] = energy_drift(flow.model, points.transpose(2, 0, 1)[:, kept], start, scale)
@@ -401,6 +405,8 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     dropped = (slot >= counts[:, None]) & (slot < written[:, None])
     points[dropped], times[dropped] = np.nan, np.nan
     residual = np.zeros(orbits)
-    np.maximum.at(residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], 2]))
+    np.maximum.at(
+        residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], RECORD.residual])
+    )
     found = points.transpose(2, 1, 0), times.T, counts, residual, np.maximum(error, 0.0), status
     return SectionMap(*found, section, flow.scheme, flow.step, row_names(body))
