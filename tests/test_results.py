@@ -604,6 +604,35 @@ def test_a_torus_fit_is_undecided(monkeypatch, calls):
     assert "stopped by the user" in partial.summary()
 
 
+def test_a_torus_fit_says_how_far_it_is():
+    fractions = []
+    found = fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1, report=fractions.append)
+    assert fractions == [0.25, 0.5, 0.75, 1.0]
+    same(found, fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1))
+
+
+@pytest.mark.parametrize("bases", [0, 2])
+def test_a_spectrum_keeps_the_levels_of_the_last_basis(monkeypatch, bases):
+    """Of a body that does not separate: what is kept has an error estimate, and lies within it of the end."""
+    body, module = fa.Body(fa.NeoHookean()), "fastaff.quantum.solvers.nonseparable"
+    fractions = []
+    whole = fa.quantum.spectrum(body, m=0, l=0, count=4, tolerance=1e-13, report=fractions.append)
+    assert fractions[-1] == 1.0
+    assert len(fractions) > 3
+    assert np.all(np.diff(fractions) >= 0)
+    count = raising(monkeypatch, module, "_solve", bases)
+    partial = interrupted(fa.quantum.spectrum, body, m=0, l=0, count=4, tolerance=1e-13)
+    assert count[0] == bases + 1
+    if not bases:
+        assert partial is None
+        return
+    assert isinstance(partial, fa.quantum.LevelTable)
+    assert len(partial) == 4
+    assert partial.call.function == "spectrum"
+    assert np.isfinite(partial.error).all()
+    assert (np.abs(partial.E - whole.E) <= partial.error + whole.error).all()
+
+
 @pytest.mark.parametrize("calls", [0, 1, 8])
 def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
     raising(monkeypatch, "fastaff.analysis.periodic.periodic_orbits", "section_returns", calls)

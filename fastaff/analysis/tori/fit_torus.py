@@ -18,7 +18,7 @@ from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
 from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points
-from ...flows.flow import Flow, mark_drift
+from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...models.contracts import Model, coordinate_names
@@ -176,14 +176,16 @@ def fit_torus(
     scheme: Splitting | RungeKutta = SOFRONIOU_SPALETTA10,
     rtol: float = 1e-12,
     atol: float = 1e-12,
+    report: Report | None = None,
 ) -> TorusFit:
     """Find the Fourier torus that the orbit of `body` from `z0` lies on, separable or not.
 
     Parameters: z0 (2n,); time > 0 that is fitted, best 200 periods or more (half as much again is integrated for the
     prediction); tolerance: residual and prediction error up to which there is a torus; step, scheme, rtol, atol as in
-    `integrate`. Returns TorusFit. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    what was known until then in `.partial`. An orbit that escapes is "not a torus", one that fails otherwise
-    "undecided", with its status as evidence.
+    `integrate`; report: called with the fraction that is done, a quarter for each of the orbit, the same by half the
+    steps, the fit and the verdict. Returns TorusFit. Raises ValueError or TypeError for wrong input; Interrupted on
+    Ctrl-C, with what was known until then in `.partial`. An orbit that escapes is "not a torus", one that fails
+    otherwise "undecided", with its status as evidence.
 
     The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations
     of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
@@ -209,15 +211,25 @@ def fit_torus(
     z = phase_points("z0", z0, checked_model(body))
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
-    flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol))
+    flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol, report=report))
     energy = float(energies(body, z)[0])
     known = [_nothing(body, energy, {"status": float(Status.INTERRUPTED)}, Verdict.UNDECIDED)]
     with keeping("fit_torus", lambda: known[-1]):
-        return _found(flow, body, z, time, tolerance, energy, known)
+        found = _found(flow, body, z, time, tolerance, energy, known, report or (lambda fraction: None))
+        if report is not None:
+            report(1.0)
+    return found
 
 
 def _found(
-    flow: Flow, body: Any, z: np.ndarray, time: float, tolerance: float, energy: float, known: list[TorusFit]
+    flow: Flow,
+    body: Any,
+    z: np.ndarray,
+    time: float,
+    tolerance: float,
+    energy: float,
+    known: list[TorusFit],
+    report: Report,
 ) -> TorusFit:
     """Return the torus of the orbit from z (2n, 1), if there is one; add to `known` what is known on the way."""
     own = motion(body, z)
@@ -236,10 +248,13 @@ def _found(
         )
     if _resting(path):
         return _point(body, path, energy, evidence)
+    report(0.25)
     taken = flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
     finer, state = _path(taken.finer(), z, time, inside)
     finer = finer if state["status"] == Status.OK else path
+    report(0.5)
     found = _fitted(body, times, path, finer, inside, energy, evidence)
+    report(0.75)
     if max(found.residual, found.prediction_error) <= tolerance:
         return found
     known.append(_unsure(found, time))

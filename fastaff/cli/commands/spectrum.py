@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.interruption import keeping
 from ...base.numbers import whole
 from ..options import HOW, WRITTEN, Model, Output, Parameter, Wrong, named
 from ..progress import Progress, drawing, say, watched
@@ -234,14 +235,10 @@ def _some(
     found: list[Any] = []
 
     def compute(report: Progress) -> Any:
-        try:
+        with keeping("spectrum", lambda: fastaff.quantum.level_list(found) if found else None):
             for number, (m, l) in enumerate(classes):
                 found.append(fastaff.quantum.spectrum(body, m=m, l=l, count=levels, **how))
                 report((number + 1) / len(classes))
-        except KeyboardInterrupt:
-            stopped = fastaff.Interrupted("spectrum")
-            stopped.partial = fastaff.quantum.level_list(found) if found else None
-            raise stopped from None
         return fastaff.quantum.level_list(found)
 
     return found, watch(compute, "of the first classes")

@@ -73,10 +73,19 @@ class _Problem(NamedTuple):
     channels: Callable
 
 
-def plane_levels(body: Any, chosen: SymmetryClass, count: int, hbar: float, tolerance: float) -> LevelTable:
+def plane_levels(
+    body: Any,
+    chosen: SymmetryClass,
+    count: int,
+    hbar: float,
+    tolerance: float,
+    known: list[LevelTable] | None = None,
+    report: Callable[[float], None] | None = None,
+) -> LevelTable:
     """Compute the lowest levels of a class of a body by adiabatic channels, whether the potential separates or not.
 
-    Parameters and result as in `spectrum` (chosen: its class), which checks them. Raises as `spectrum`, and ValueError
+    Parameters and result as in `spectrum` (chosen: its class), which checks them; known: a list that gets the
+    levels of each basis. Raises as `spectrum`, and ValueError
     where the potential lives elsewhere than on det phi > 0 or on all of GL(2,R). At every node of a Gauss-Jacobi grid
     in rho the equation in x = cos(vartheta) is solved in Jacobi polynomials; channels below a cut are kept, and the
     matrix of d^2/drho^2 between them is diagonalised (sequential truncation). Weights have the exponents at alpha = 0,
@@ -94,50 +103,57 @@ def plane_levels(body: Any, chosen: SymmetryClass, count: int, hbar: float, tole
         ends = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
     parts = interruptible(_partition, problem, ends, bottom, top)
     smooth = _global(problem, parts, ends, bottom, top)
-    coarse, size = None, 0
-    for step in STEPS if smooth else ELEMENTS:
-        try:
-            E, found, found_size, left = interruptible(
-                _solve if smooth else _solve_elements, problem, parts, count, bottom, top, *step
-            )
-        except _TooLarge:
-            break
-        if found_size < count:
-            continue
-        size = found_size
-        gap = np.full(count, np.inf) if coarse is None else np.abs(E - coarse)
-        coarse, waves, top = E, found, max(E[-1], top)
-        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
-        if not smooth:  # a level that two bases agree on by chance
-            gap = np.maximum(gap, 0.1 * np.maximum.accumulate(gap))
-        factor = SPECTRAL if not smooth else 1.0 if problem.smooth else ALGEBRAIC
-        error = unit * (factor * gap + left + rounding)
-        if np.all(error <= tolerance * level_scale(unit * E)):
-            break
-    if size == 0:
-        raise ValueError(
-            f"count = {count} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar"
-        )
     grid = (
         "adiabatic channels in vartheta, Gauss-Jacobi grid in rho"
         if smooth
         else "spectral elements in rho and vartheta"
     )
-    method = f"not separated: {grid}; f = 0 where V is infinite (Friedrichs)"
-    return class_levels(
-        chosen,
-        unit * coarse,
-        error,
-        np.arange(count)[None],
-        tolerance,
-        names=("level",),
-        constants=np.zeros((0, count)),
-        constant_names=(),
-        hbar=hbar,
-        method=method,
-        functions=size,
-        waves=waves,
-    )
+
+    def table(E: np.ndarray, error: np.ndarray, size: int, waves: Waves) -> LevelTable:
+        return class_levels(
+            chosen,
+            unit * E,
+            error,
+            np.arange(count)[None],
+            tolerance,
+            names=("level",),
+            constants=np.zeros((0, count)),
+            constant_names=(),
+            hbar=hbar,
+            method=f"not separated: {grid}; f = 0 where V is infinite (Friedrichs)",
+            functions=size,
+            waves=waves,
+        )
+
+    known = [] if known is None else known
+    coarse: np.ndarray | None = None
+    bases = STEPS if smooth else ELEMENTS
+    for number, step in enumerate(bases):
+        try:
+            E, waves, size, left = interruptible(
+                _solve if smooth else _solve_elements, problem, parts, count, bottom, top, *step
+            )
+        except _TooLarge:
+            break
+        if report is not None:
+            report((number + 1) / len(bases))
+        if size < count:
+            continue
+        gap = np.full(count, np.inf) if coarse is None else np.abs(E - coarse)
+        coarse, top = E, max(E[-1], top)
+        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
+        if not smooth:  # a level that two bases agree on by chance
+            gap = np.maximum(gap, 0.1 * np.maximum.accumulate(gap))
+        factor = SPECTRAL if not smooth else 1.0 if problem.smooth else ALGEBRAIC
+        error = unit * (factor * gap + left + rounding)
+        known.append(table(E, error, size, waves))
+        if np.all(error <= tolerance * level_scale(unit * E)):
+            break
+    if not known:
+        raise ValueError(
+            f"count = {count} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar"
+        )
+    return known[-1]
 
 
 def _wanted(problem: _Problem, count: int, unit: float) -> float:

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...analysis.tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
 from ...analysis.tori.separation import separate
-from ...base.numbers import an_array, fits, positive, whole
+from ...base.interruption import keeping
+from ...base.numbers import an_array, fits, positive, reporter, whole
 from ...base.recipe import recorded
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...flows.checks import checked_model
@@ -35,35 +36,36 @@ def spectrum(
     single_valued: bool = True,
     chart: Any = None,
     tolerance: float = 1e-10,
+    report: Callable[[float], None] | None = None,
 ) -> LevelTable:
     """Compute the lowest energy levels of a body in one symmetry class, with error estimates and wave functions.
 
     Parameters: body: a Body, whose potential may separate or not; m, l: whole quantum numbers of spin and vorticity, m
-    + l even for functions on GL(2,R) (single_valued=True), else any, on the double covering; count: how many levels, at
-    least 1; hbar > 0; chart: one of ALPHA_BETA, R_VARTHETA that the body separates in (by default the first);
+    + l even for functions on GL(2,R) (single_valued=True), else any, on the double covering; count: how many levels,
+    at least 1; hbar > 0; chart: one of ALPHA_BETA, R_VARTHETA that the body separates in (by default the first);
     tolerance: relative, of E and of the spacing of levels, for `converged`; bases grow until two agree to it or they
-    are as large as they may be. Returns LevelTable. Raises ValueError or TypeError for wrong input, NoGroundState (a
-    ValueError) where the energy is unbounded below or the body does not bind that many levels. Method: H = -(hbar^2/2
-    mu) Delta + V; the separated equations EQ4.1, EQ4.2, EQ4.6, EQ4.9 by Galerkin in Jacobi polynomials with the
-    exponents at singular ends built in (oscillators in closed form); bodies that do not separate by adiabatic channels,
-    see `plane_levels`. At a wall det phi = 0 where both solutions are square integrable f = 0 (Friedrichs).
+    are as large as they may be; report: called with the fraction that is done at most, after each basis. Returns
+    LevelTable. Raises ValueError or TypeError for wrong input, NoGroundState (a ValueError) where the energy is
+    unbounded below or the body does not bind that many levels; Interrupted on Ctrl-C, with the levels of the last
+    basis in `.partial`, None before the first. Method: H = -(hbar^2/2 mu) Delta + V; the separated equations EQ4.1,
+    EQ4.2, EQ4.6, EQ4.9 by Galerkin in Jacobi polynomials with the exponents at singular ends built in (oscillators in
+    closed form); bodies that do not separate by adiabatic channels, see `plane_levels`. At a wall det phi = 0 where
+    both solutions are square integrable f = 0 (Friedrichs).
     Milliseconds for separable bodies, to about 1e-13; for others see bench/test_quantum.py.
     Source: Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
     """
-    chosen = checked_class(m, l, single_valued)
+    chosen, report = checked_class(m, l, single_valued), reporter(report)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
-    if chart is None and not solved_families(body):
-        return plane_levels(body, chosen, count, hbar, tolerance)
-    return spectrum_table(
-        body,
-        m=[chosen.m],
-        l=[chosen.l],
-        count=count,
-        hbar=hbar,
-        single_valued=single_valued,
-        chart=chart,
-        tolerance=tolerance,
-    )[0]
+    known: list[LevelTable] = []
+    with keeping("spectrum", lambda: known[-1] if known else None):
+        if chart is None and not solved_families(body):
+            plane_levels(body, chosen, count, hbar, tolerance, known, report)
+        else:
+            options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
+            known += spectrum_table(body, m=[chosen.m], l=[chosen.l], count=count, **options)
+        if report is not None:
+            report(1.0)
+    return known[-1]
 
 
 def spectrum_table(
