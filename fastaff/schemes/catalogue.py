@@ -27,24 +27,6 @@ from ..base.numbers import flag, reals, text, whole
 from . import _dop853, _verner98
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
 
-__all__ = [
-    "BLANES_MOAN6",
-    "DOP853",
-    "KAHAN_LI8",
-    "LEAPFROG",
-    "RK4",
-    "SCHEMES",
-    "SOFRONIOU_SPALETTA10",
-    "VERNER9",
-    "YOSHIDA4",
-    "RungeKutta",
-    "Scheme",
-    "Splitting",
-    "compose",
-    "scheme_named",
-    "triple_jump",
-]
-
 
 def _label(scheme: "Splitting | RungeKutta") -> None:
     """Check what a scheme says of itself."""
