@@ -1,5 +1,6 @@
 """Figures: every function takes `ax=` and returns the artists it made; Matplotlib is imported when one is drawn."""
 
+from ..analysis.sections.energy_sample import Edge, edge
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
 from .figures import FIGURES
 from .periodic import plot_periodic
@@ -8,11 +9,9 @@ from .quantum_chaos import plot_husimi, plot_spacings
 from .resonances import plot_diffusion_histogram, plot_ratio_web, plot_web
 from .sections import (
     Artists,
-    Edge,
     clipped,
     colour_map,
     diffusion_scale,
-    edge,
     frequency,
     on_line,
     plot_diffusion_grid,

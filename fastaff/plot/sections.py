@@ -15,26 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge, edge
+from ..analysis.sections.energy_sample import Edge
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..models.sections import BetaEquals, BetaTurning, Linear
-
-__all__ = [
-    "Artists",
-    "Edge",
-    "clipped",
-    "colour_map",
-    "diffusion_scale",
-    "edge",
-    "frequency",
-    "on_line",
-    "plot_diffusion_grid",
-    "plot_frequency_map",
-    "plot_section",
-    "resonances_between",
-    "symbol",
-]
 
 SYMBOLS = {
     "alpha": r"\alpha",
