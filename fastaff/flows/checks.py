@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.numbers import numbers, shown
+from ..base.sums import length
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, planar, quadratic
@@ -257,11 +258,11 @@ def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
     n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
         q, v = z[:n], np.array(np.broadcast_arrays(*model.velocity(*z[n:]), z[0])[:-1])
-        size = np.sqrt((q * q).sum(axis=0))
+        size = length(q)
         force = np.array(np.broadcast_arrays(*model.force(*q), z[0])[:-1])
         direction = np.where((v != 0).any(axis=0), v, force)
         direction = direction / np.abs(direction).max(axis=0)  # lengths of huge momenta have no square
-        unit = direction / np.sqrt((direction * direction).sum(axis=0))
+        unit = direction / length(direction)
         unit = np.where(np.isfinite(unit), unit, 0.0)
         limit = kinetic_energies(model, z) + model.potential_energy(*q)
         reach, away = size.copy(), ~(size > 0)

@@ -276,7 +276,7 @@ class Flow:
         refill: bool = False,
         report: Report | None = None,
     ) -> None:
-        """Advance the ensemble to `time`, with fixed steps perhaps one for each orbit, and update its status.
+        """Advance the ensemble to `time`, perhaps one for each orbit, and update its status.
 
         The observer sees `observations` equidistant states, for which steps are shortened as they need, or every step
         where that is 0.
@@ -371,8 +371,8 @@ class Flow:
             dense,
             self.rtol,
             self.atol,
-            time,
-            time / observations if observations else 0.0,
+            np.array(np.broadcast_to(time, orbits), dtype=np.float64),
+            float(time / observations) if observations else 0.0,
             self.vectors > 0,
             ensemble.radius,
             unit,

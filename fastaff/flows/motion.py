@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.status import Status
+from ..base.sums import length, total
 from ..schemes.catalogue import KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
@@ -134,16 +135,6 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
         return rate, np.where(sound, T, 0.0).max(axis=0)
 
 
-def total(rows: np.ndarray) -> np.ndarray:
-    """Return the sum over the first axis, row by row: NumPy's own order of summation depends on the number of
-    orbits.
-    """
-    result = np.zeros(rows.shape[1:])
-    for row in rows:
-        result += row
-    return result
-
-
 def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return matrix (n, n, ...) times vector (n, ...), in the same order for any number of orbits."""
     return np.array([total(row * vector) for row in matrix])
@@ -167,9 +158,8 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         F, v = _force(model, q), _velocity(model, p)
         u = applied(W, F)
-        sizes = [np.sqrt(total(x * x)) for x in (q, p, F, v, u)]
-        length, momentum, force, speed, pull = sizes
-        guesses = [0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / length)]
+        distance, momentum, force, speed, pull = (length(x) for x in (q, p, F, v, u))
+        guesses = [0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / distance)]
         guesses += [_curvature(model, z, W, direction / size) for direction, size in ((u, pull), (v, speed))]
     known = np.array([np.where(np.isfinite(guess) & (guess > 0), guess, 0.0) for guess in guesses])
     stiff = known[2:].max(axis=0)
@@ -185,11 +175,11 @@ def _curvature(model: Any, z: np.ndarray, W: np.ndarray, unit: np.ndarray) -> np
     NaN where none.
     """
     q = z[: z.shape[0] // 2]
-    length = np.sqrt(total(q * q))
-    shift = NUDGE * np.where(length > 0, length, 1.0) * unit
+    size = length(q)
+    shift = NUDGE * np.where(size > 0, size, 1.0) * unit
     with np.errstate(all="ignore"):
         turned = applied(W, _force(model, q + shift) - _force(model, q - shift))
-        return np.sqrt(np.sqrt(total(turned * turned)) / (2 * np.sqrt(total(shift * shift))))
+        return np.sqrt(length(turned) / (2 * length(shift)))
 
 
 def _small_oscillations(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
@@ -199,7 +189,7 @@ def _small_oscillations(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
     n = z.shape[0] // 2
     with np.errstate(all="ignore"):
         unit = np.array([np.sqrt(np.abs(W[i, i])) * (1.0 + 0.618 * i) for i in range(n)])
-        found = _curvature(model, z, W, unit / np.sqrt(total(unit * unit)))
+        found = _curvature(model, z, W, unit / length(unit))
     return np.where(np.isfinite(found), found, 0.0)
 
 

@@ -302,8 +302,8 @@ def run_adaptive(
     status,
     steps,
 ):
-    """Advance the orbits of unit u from time0 to end_time with step control of each orbit's own, the lanes always
-    refilled.
+    """Advance the orbits of unit u from time0 to end_time (orbits,) with step control of each orbit's own, the lanes
+    always refilled.
 
     The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it
     may change the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is
@@ -318,14 +318,14 @@ def run_adaptive(
     t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     ahead, ceiling, kinetic, reached = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
     longest = np.zeros(LANES)
-    bound = np.zeros(LANES)
+    bound, until = np.zeros(LANES), np.zeros(LANES)
     code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
     while read_now(stop, 0) == 0:
         loaded = 0
         while lanes < LANES and following < end:
-            if status[following] == 0 and time0[following] < end_time:
+            if status[following] == 0 and time0[following] < end_time[following]:
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
@@ -335,7 +335,7 @@ def run_adaptive(
                     kinetic0[following],
                     0.0,
                 )
-                bound[lanes] = radius[following]
+                bound[lanes], until[lanes] = radius[following], end_time[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
                 loaded += 1
@@ -345,7 +345,7 @@ def run_adaptive(
         if loaded > 0:
             derivative(params, lanes, z, k[:size])
         for i in range(lanes):
-            h[i] = min(ahead[i], end_time - t[i])
+            h[i] = min(ahead[i], until[i] - t[i])
         runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
         combine(rows, lanes, 0, stages, b, k, new)
         for r in range(rows):
@@ -404,7 +404,7 @@ def run_adaptive(
         for i in range(lanes):
             if fresh[i] > 0.0:
                 kinetic[i] = reached[i]
-                t[i] = end_time if h[i] == end_time - t[i] else t[i] + h[i]
+                t[i] = until[i] if h[i] == until[i] - t[i] else t[i] + h[i]
                 move_step(rows, i, size, stages, new, z, k)
             steps[orbit[i]] += 1
         if cadence == 0.0:
@@ -415,7 +415,7 @@ def run_adaptive(
         i = 0
         while i < lanes:
             o = orbit[i]
-            if code[i] > 0.0 or done[i] > 0.0 or t[i] == end_time:
+            if code[i] > 0.0 or done[i] > 0.0 or t[i] == until[i]:
                 store_lane(z, i, z0, o)
                 store_lane(memory, i, memory0, o)
                 time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
@@ -426,7 +426,8 @@ def run_adaptive(
                 move_lane(memory_rows, lanes, i, memory)
                 orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
                 ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
-                kinetic[i], bound[i] = kinetic[lanes], bound[lanes]
+                kinetic[i], bound[i], longest[i] = kinetic[lanes], bound[lanes], longest[lanes]
+                until[i] = until[lanes]
             else:
                 i += 1
     for i in range(lanes):

@@ -138,7 +138,7 @@ def collect(signal, window, work, lines):
         if not abs(a[0, m]) > 2 * EPS * (1.0 + high) * top or not abs(a[0, m]) < math.inf:
             break
         top, high = max(top, abs(a[0, m])), max(high, abs(u[0, m]))
-        a[2, m] = 0.0
+        u[2, m], a[2, m] = 0.0, 0.0  # nothing taken off yet, nor left of the signal before
         m += 1
         update_spectrum(window, work, m)
     last = 0.0

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.numbers import fits, number_of_steps
 from ...base.status import Status
+from ...base.sums import length
 from ...flows import observers
 from ...flows.flow import Ensemble, Flow, Report
 from ...flows.motion import inverse_masses, natural_rates
@@ -38,8 +39,8 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """
     inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))
     inverse = np.where(np.isfinite(inverse) & (inverse > 0), inverse, 1.0)
-    length = np.sqrt(rates / inverse)
-    return np.concatenate([length, 1 / length])
+    own = np.sqrt(rates / inverse)
+    return np.concatenate([own, 1 / own])
 
 
 def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -49,7 +50,7 @@ def _unit_vectors(deviations: Any, scale: np.ndarray) -> tuple[np.ndarray, np.nd
     given = checked_deviations(deviations, scale)
     with np.errstate(all="ignore"):
         given = given / np.abs(given).max(axis=1, keepdims=True)  # squares must neither overflow nor vanish
-        given = given * scale / np.linalg.norm(given * scale, axis=1, keepdims=True)
+        given = given * scale / length((given * scale).transpose(1, 0, 2))[:, None]
     unit = np.nan_to_num(given).transpose(2, 1, 0)
     factors = np.abs(np.diagonal(np.linalg.qr(unit, mode="r"), axis1=1, axis2=2))
     if len(given) > len(scale) or not (factors > DEPENDENT).all():

@@ -203,9 +203,7 @@ class _Accurate:
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
-            ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < self.time * (1 - 1e-12))] = (
-                Status.INTERRUPTED
-            )
+            ensemble.status[:] = Status.INTERRUPTED  # whatever became of them with these steps
             self.ensemble.take(where, ensemble)
             self.step[where] = used
             raise KeyboardInterrupt

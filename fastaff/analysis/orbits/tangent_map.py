@@ -12,6 +12,7 @@ from ...base.numbers import numbers, positive
 from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
+from ...base.sums import length
 from ...flows import observers
 from ...flows.checks import checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
@@ -117,11 +118,11 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     square = np.zeros(q.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
-            direction = direction / np.sqrt((direction * direction).sum(axis=0))
+            direction = direction / length(direction)
             direction = np.array(
                 [row + np.zeros(q.shape[1]) for row in body.velocity(*body.tangent_force(*q, *direction))]
             )
-            square = np.sqrt((direction * direction).sum(axis=0))
+            square = length(direction)
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300))
 
 

@@ -92,9 +92,7 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     observer = observers.crossings(section, period, n, rows)
     memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
     start_crossings(flow, memory, section, ensemble, on=True)
-    follow_crossings(
-        flow, ensemble, section, period, observer, memory, out, limit.max() if flow.adaptive else limit, None
-    )
+    follow_crossings(flow, ensemble, section, period, observer, memory, out, limit, None)
     records = out.reshape(live.size, -1, width)[:, :period]
     parts = records[:, :, kernels.RECORD.state :].reshape(live.size, period, 2, 1 + rows, n)
     found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)

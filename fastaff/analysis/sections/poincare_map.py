@@ -153,7 +153,7 @@ def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
         result = replace(result, points=flow.states(result.points), section=asked)
         if interrupted:
-            result.status[(result.status == Status.TOO_FEW_CROSSINGS) & (ensemble.time < max_time)] = Status.INTERRUPTED
+            result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
         return result
 
     with keeping("poincare_map", lambda: found(True)):
@@ -231,7 +231,8 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         try:
             part, reached = _mapped(flow.sized(step), body, start, *asked)
         except Interrupted as stopped:
-            put(result, orbits, replace(stopped.partial, step=used))
+            unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever became of them with these steps
+            put(result, orbits, replace(stopped.partial, step=used, status=unfinished))
             raise
         slant = slants(body, section, part.points, steps.motion.of(orbits))
         return _Crossings(replace(part, step=used), reached, slant)
@@ -306,7 +307,8 @@ def follow_crossings(
 ) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
-    After an interruption the records so far are located before it is passed on; what is not located is never kept.
+    After an interruption the records so far are located before it is passed on; what is not located is never kept, and
+    an orbit that misses it is INTERRUPTED.
     """
     rows, orbits = ensemble.z.shape
     records = out.reshape(-1, RECORD.state + rows)
@@ -318,14 +320,17 @@ def follow_crossings(
         of crossings.
         """
         written = memory[kernels.ROWS.written].astype(np.int64)
-        where = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))[:most]
+        found = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))
+        where = found[:most]
         try:
             flow.locate(section, records, where)
         finally:
             limit = np.broadcast_to(max_time, orbits)[where // slot.size]
             late = ~((records[where, RECORD.time] > 0.0) & (records[where, RECORD.time] <= limit * (1 + START)))
             records[where[late], RECORD.kind] = kernels.NOTHING
+            left = found[~np.isin(records[found, RECORD.kind], (kernels.LOCATED, kernels.NOTHING))] // slot.size
             kernels.compact(rows, out, written)
+            ensemble.status[left[written[left] < wanted]] = Status.INTERRUPTED
             memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
         return written
 
@@ -376,7 +381,7 @@ def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, m
     """Leave only the orbits that still miss crossings to the next round."""
     finished = ~short & (ensemble.status == Status.OK)
     if flow.adaptive:
-        ensemble.time[finished] = max_time
+        ensemble.time[finished] = np.broadcast_to(max_time, finished.shape)[finished]
     else:
         ensemble.count[finished] = np.broadcast_to(flow.steps(max_time), finished.shape)[finished]
 

@@ -115,7 +115,7 @@ def action_angles(
     turning, error = np.full((2, 3, n), np.nan), np.full(n, np.nan)
     status = np.full(n, int(Status.INTERRUPTED))
     out = (z, J, nu, theta, turning, constants, error, status)
-    with keeping("tori", lambda: _assembled(separated, out)):
+    with keeping("action_angles", lambda: _assembled(separated, out)):
         closed = _closed_form(separated)
         if closed is not None:
             kernel, parameters = closed
@@ -212,7 +212,8 @@ def from_action_angles(
     the two coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number
     of the other; chart as in `action_angles`; near: phase point (8,), or one for each orbit, in the well that is meant,
     where the effective potentials have several; threads as in `integrate`. Returns z (8, orbits), (8,) for single ones.
-    Raises ValueError or TypeError for wrong input, and where no torus has these actions.
+    Raises ValueError or TypeError for wrong input, and where no torus has these actions; Interrupted on Ctrl-C, with
+    NaN in `.partial` where nothing was found yet.
     Formulas: the constants by Newton's method on J, from the bottom of the effective potential; the phases by Newton's
     method on theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles`
     agree to 1e-11 or better.
@@ -227,12 +228,13 @@ def from_action_angles(
     actions = np.ascontiguousarray(np.broadcast_to(actions, (4, n)))
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
-    z = np.empty((8, n))
     separated = separate(body, chart)
     if _closed_form(separated) is not None:
         z = _closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
-    else:
-        _refuse_failed(actions, _invert(body, separated, actions, np.mod(angles, 1.0), z, near, threads)[2])
+        return z[:, 0] if single else z
+    z = np.full((8, n), np.nan)
+    with keeping("from_action_angles", lambda: z[:, 0] if single else z):
+        _refuse_failed(actions, _invert(body, separated, actions, np.mod(angles, 1.0), z, _unknown(n), near, threads))
     return z[:, 0] if single else z
 
 
@@ -256,22 +258,32 @@ def energy_of_actions(
 
     Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angles`. Returns EnergyOfActions;
     at J_eta = 0 or J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the
-    status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there.
+    status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there; Interrupted on Ctrl-C, with
+    `.partial`.
     Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the
     quadratures.
     Source: Martens & Slawianowski, section 4.
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
+
+    def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
+        _to_spin(nu, 0.5)
+        which = 0 if np.ndim(J) == 1 else slice(None)
+        return EnergyOfActions(separated.names, energy[which], nu[:, which], status[which])
+
     if _closed_form(separated) is not None:
         energy, nu = _closed_energy(separated, _checked_actions(separated, actions))
-        _to_spin(nu, 0.5)
-        status = np.zeros(energy.size, np.int64)
-    else:
-        energy, nu, status = _invert(body, separated, actions, np.empty((4, 0)), np.empty((8, 0)), near, threads)
-    if np.ndim(J) == 1:
-        return EnergyOfActions(separated.names, energy[0], nu[:, 0], status[0])
-    return EnergyOfActions(separated.names, energy, nu, status)
+        return found(nu, energy, np.zeros(energy.size, np.int64))
+    out = _unknown(actions.shape[1])
+    with keeping("energy_of_actions", lambda: found(*out)):
+        _invert(body, separated, actions, np.empty((4, 0)), np.empty((8, 0)), out, near, threads)
+    return found(*out)
+
+
+def _unknown(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return gradients (4, n), energies and statuses (n,) of actions of which nothing is known yet."""
+    return np.full((4, n), np.nan), np.full(n, np.nan), np.full(n, int(Status.INTERRUPTED))
 
 
 def _rows(name: str, given: ArrayLike) -> np.ndarray:
@@ -401,18 +413,20 @@ def _invert(
     J: np.ndarray,
     theta: np.ndarray,
     z: np.ndarray,
+    out: tuple[np.ndarray, np.ndarray, np.ndarray],
     near: ArrayLike | None,
     threads: int | None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fill z where theta has columns; return E, its gradient and statuses."""
+) -> np.ndarray:
+    """Fill z where theta has columns, and `out`: the gradient to J_1, J_2, J_eta, J_gamma, E and statuses, which are
+    returned.
+    """
     spins = _checked_actions(separated, J)
     spins[2:] *= TURN
     n = J.shape[1]
     start = np.zeros((2, n))
     if near is not None:
         start[:] = _start(separated, phase_points("near", near, body))
-    nu, energy = np.empty((4, n)), np.empty(n)
-    wells, status = np.ones(n, np.int64), np.full(n, Status.INTERRUPTED, np.int64)
+    wells, (nu, energy, status) = np.ones(n, np.int64), out
     known = separated.knots()[:2]
     arguments = (
         *separated.blocks(),
@@ -435,8 +449,7 @@ def _invert(
             "phase point in the "
             "one that is meant (`action_angles` of it gives its turning points)"
         )
-    _to_spin(nu, 0.5)
-    return energy, nu, status
+    return status
 
 
 def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
