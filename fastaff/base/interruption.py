@@ -8,7 +8,11 @@ from typing import Any
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED."""
+    """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED.
+
+    What is finished in it has the bits that it would have had. While a function still chooses steps there is nothing so
+    far: there Ctrl-C is a plain KeyboardInterrupt.
+    """
 
     partial: Any = None
 

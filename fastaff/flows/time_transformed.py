@@ -170,7 +170,9 @@ class TransformedFlow:
             self.flow.locate(Linear(normal), records, where)
         except KeyboardInterrupt:
             interrupted = True
-            records[where[records[where, RECORD.kind] != LOCATED]] = np.nan
+            left = where[records[where, RECORD.kind] != LOCATED]
+            records[left] = np.nan
+            ensemble.status[left // count] = Status.INTERRUPTED
         states = records[:, RECORD.state :].reshape(orbits, count, rows).transpose(1, 2, 0)
         states[:, self.row] += np.arange(1, count + 1)[:, None] / count
         whole = (passed == count) & np.isfinite(states[-1]).all(axis=0)

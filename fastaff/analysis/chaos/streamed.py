@@ -209,7 +209,8 @@ class ChaosRun:
             return None, None
         # Volumes count from the start, whatever the angles between given vectors.
         growth = self.growth
-        sums, half = growth.sums - self.first, growth.half_sums - self.first
+        with np.errstate(all="ignore"):
+            sums, half = growth.sums - self.first, growth.half_sums - self.first
         if self.k < 2 * self.n:
             sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
         with np.errstate(all="ignore"):

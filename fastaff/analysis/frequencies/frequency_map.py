@@ -212,7 +212,7 @@ class FrequencyWork:
         self.method = np.zeros((self.n, self.orbits), np.int8)
         self.rank = np.zeros(self.orbits, np.int64)
         self.basis = np.zeros((self.n, self.n, self.orbits), np.int64)
-        self.reached, self.again = np.zeros((2, self.orbits), bool)
+        self.reached, self.unfinished = np.zeros(self.orbits, bool), np.ones(self.orbits, bool)
         self.used = np.full(self.orbits, np.nan)
         self.done = 0
 
@@ -231,7 +231,7 @@ class FrequencyWork:
             if not again.any():
                 return
             orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
-            self.again = again
+            self.unfinished = again
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
         """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there
@@ -298,7 +298,7 @@ class FrequencyWork:
             if kept.size:
                 order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
                 self._adopt(part[kept], Samples(samples[kept], start, interval, order))
-            self.again[part] = False
+            self.unfinished[part] = False
             self.done += own.size
             if self.report is not None:
                 self.report(min(self.done / self.orbits, 1.0))
@@ -322,7 +322,7 @@ class FrequencyWork:
         ensemble = self.ensemble
         energy = energy_error(self.flow.model, ensemble)
         mark_drift(ensemble, energy, tolerance)
-        ensemble.status[((ensemble.status == Status.OK) & ~self.reached) | self.again] = Status.INTERRUPTED
+        ensemble.status[((ensemble.status == Status.OK) & ~self.reached) | self.unfinished] = Status.INTERRUPTED
         names, nu, error, halves, method = self.angles.names, self.nu, self.error, self.halves, self.method
         if not self.flow.scheme.symplectic:  # whose energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
@@ -340,7 +340,7 @@ class FrequencyWork:
             error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
             method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
         each = np.ndim(self.flow.step) > 0 or self.accuracy is not None
-        step = self.flow.step if self.flow.adaptive else self.used if each else float(np.nanmax(self.used, initial=0.0))
+        one = self.flow.step if self.flow.adaptive else float(self.time / self._steps(self.flow).max(initial=1))
         return FrequencyMap(
             names,
             nu,
@@ -353,7 +353,7 @@ class FrequencyWork:
             gamma,
             self.time,
             self.flow.scheme,
-            step,
+            self.used if each and not self.flow.adaptive else one,
             kind,
             self.rank,
             leading,

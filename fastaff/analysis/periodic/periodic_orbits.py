@@ -245,7 +245,9 @@ def periodic_orbits(
 
 @dataclass
 class _State:
-    """A search under way: arrays over orbits. `z` is the best point so far, `trial` the next."""
+    """A search under way: arrays over orbits. `z` is the best point so far, `trial` the next; `settled`: whether no
+    shorter step will be tried.
+    """
 
     z: np.ndarray
     trial: np.ndarray
@@ -260,6 +262,7 @@ class _State:
     iterations: np.ndarray
     status: np.ndarray
     live: np.ndarray
+    settled: np.ndarray
     found: Returns
 
 
@@ -310,6 +313,7 @@ class _Search:
             np.zeros(orbits, np.int64),
             status,
             reached,
+            np.zeros(orbits, bool),
             Returns(*empty, status.copy()),
         )
 
@@ -352,7 +356,7 @@ class _Search:
         which (orbits,).
         """
         again = np.zeros(state.status.shape, bool)
-        which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error))
+        which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error) & ~state.settled)
         if which.size:
             order, scale = self.flow.scheme.order, state.scale.of(which)
             z, found = state.z[:, which], Returns(*(entry[which] for entry in state.found))
@@ -365,12 +369,14 @@ class _Search:
             factor = finer_by(change, goal, order)
             state.step[which] = np.where(change > goal, state.step[which] / factor, state.step[which])
         fell = np.isin(state.status, (Status.NONFINITE, Status.COLLAPSED)) & ~np.isfinite(state.residual)
+        fell &= ~state.settled
         state.step[fell] /= FINER
         again |= fell
         again &= self.flexible & (state.step * FINEST >= np.broadcast_to(self.flow.step, again.shape))
         state.status[again], state.live[again], state.share[again] = Status.NOT_CONVERGED, True, 1.0
         state.residual[again], state.error[again] = np.inf, np.nan
         state.trial[:, again] = state.z[:, again]
+        state.settled[:] = ~again
         return again
 
     def _goal(self, state: _State, which: np.ndarray) -> np.ndarray:
@@ -386,7 +392,7 @@ class _Search:
 
     def partial(self, state: _State) -> PeriodicOrbits:
         """Assemble what there is after Ctrl-C."""
-        state.status[state.live] = Status.INTERRUPTED
+        state.status[~state.settled] = Status.INTERRUPTED
         return self.result(state)
 
     def result(self, state: _State) -> PeriodicOrbits:

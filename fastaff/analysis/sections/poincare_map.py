@@ -147,7 +147,6 @@ def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=
     fits("crossings", orbits, slots, width)
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
-    start_crossings(flow, memory, section, ensemble)
 
     def found(interrupted: bool) -> SectionMap:
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
@@ -157,6 +156,7 @@ def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=
         return result
 
     with keeping("poincare_map", lambda: found(True)):
+        start_crossings(flow, memory, section, ensemble)
         follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
     return found(False), ensemble.time
 
