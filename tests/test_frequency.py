@@ -15,7 +15,6 @@ from naive import frequencies, label, sign, states, turns
 
 from fastaff import (
     DOP853,
-    KAHAN_LI8,
     LEAPFROG,
     SOFRONIOU_SPALETTA10,
     AlphaTurning,
@@ -387,43 +386,6 @@ def test_energy_drift_is_marked():
 
 
 # --- promises ----------------------------------------------------------------------------------------------------
-
-RUNS = {
-    "birkhoff": {"step": 0.1, "scheme": KAHAN_LI8},
-    "order ten": {"step": 0.2, "scheme": SOFRONIOU_SPALETTA10},
-    "naff": {"step": 0.1, "method": NaffLines()},
-    "adaptive": {"step": 0.06, "scheme": DOP853},
-    "accuracy": {"accuracy": 1e-6},
-}
-every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
-
-
-def assert_same(one, other, orbits=slice(None)):
-    for name in ("nu", "diffusion", "method", "energy_error", "status", "nu_eta", "nu_gamma"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name)[..., orbits], err_msg=name)
-    np.testing.assert_allclose(
-        one.error, other.error[..., orbits], rtol=1e-14, atol=0
-    )  # estimates of lines: to the last digit
-
-
-@every_run
-def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
-    z0 = states(BODY, 150)
-    assert_same(
-        frequency_map(BODY, z0, time=40.0, threads=1, **options),
-        frequency_map(BODY, z0, time=40.0, threads=2, **options),
-    )
-
-
-@every_run
-def test_any_order_and_company_of_the_orbits_gives_the_same_bits(options):
-    z0 = states(BODY, 150)
-    crowd = frequency_map(BODY, z0, time=40.0, **options)
-    order = np.random.default_rng(1).permutation(150)
-    assert_same(frequency_map(BODY, z0[:, order], time=40.0, **options), crowd, order)
-    for i in (0, 64, 149):
-        assert_same(frequency_map(BODY, z0[:, i], time=40.0, **options), crowd, slice(i, i + 1))
-
 
 def test_memory_does_not_grow_with_time(monkeypatch):
     """Samples are in memory for as many orbits at a time as the budget allows; one orbit's always are."""

@@ -270,28 +270,6 @@ every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
 
 
 @every_run
-def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
-    z0 = states(BODY, 300)
-    assert_same(integrate(BODY, z0, threads=1, **options), integrate(BODY, z0, threads=2, **options))
-
-
-@every_run
-def test_any_order_of_the_orbits_gives_the_same_bits(options):
-    z0 = states(BODY, 300)
-    order = np.random.default_rng(1).permutation(300)
-    assert_same(integrate(BODY, z0[:, order], **options), integrate(BODY, z0, **options), order)
-
-
-@every_run
-def test_an_orbit_alone_gives_the_same_bits_as_in_a_crowd(options):
-    z0 = states(BODY, 300)
-    crowd = integrate(BODY, z0, **options)
-    for i in (0, 63, 64, 171, 299):
-        assert_same(integrate(BODY, z0[:, i], **options), crowd, slice(i, i + 1))
-    assert_same(integrate(BODY, z0[:, 10:87], **options), crowd, slice(10, 87))
-
-
-@every_run
 def test_a_lost_orbit_does_not_change_its_neighbours(options):
     z0 = states(BODY, 200)
     bad = np.arange(3, 200, 7)

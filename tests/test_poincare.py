@@ -481,29 +481,6 @@ CUT = {"section": BetaEquals(0.3, 0), "crossings": 6, "max_time": 12.0}
 
 
 @every_run
-def test_any_number_of_threads_gives_the_same_bits(options, two_threads):
-    z0 = states(BODY, 300)
-    assert_same(
-        poincare_map(BODY, z0, threads=1, **CUT, **options), poincare_map(BODY, z0, threads=2, **CUT, **options)
-    )
-
-
-@every_run
-def test_any_order_of_the_orbits_gives_the_same_bits(options):
-    z0 = states(BODY, 300)
-    order = np.random.default_rng(1).permutation(300)
-    assert_same(poincare_map(BODY, z0[:, order], **CUT, **options), poincare_map(BODY, z0, **CUT, **options), order)
-
-
-@every_run
-def test_an_orbit_alone_gives_the_same_bits_as_in_a_crowd(options):
-    z0 = states(BODY, 300)
-    crowd = poincare_map(BODY, z0, **CUT, **options)
-    for i in (0, 63, 64, 171, 299):
-        assert_same(poincare_map(BODY, z0[:, i], **CUT, **options), crowd, slice(i, i + 1))
-
-
-@every_run
 def test_a_lost_orbit_does_not_change_its_neighbours(options):
     z0 = states(BODY, 200)
     bad = np.arange(3, 200, 7)

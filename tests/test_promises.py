@@ -132,6 +132,9 @@ ROWS = {
         {"body": BODY, "time": 20.0, "indicators": (fa.LyapunovSpectrum(),), "deviations": FRAME, "step": 0.1},
     ),
     "frequency_map": Row(fa.frequency_map, {"z0": FEW}, {"body": HH, "time": 100.0}),
+    "frequency_map, accuracy": Row(
+        fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "accuracy": 1e-6}
+    ),
     "frequency_map, given step": Row(fa.frequency_map, {"z0": BODIES}, {"body": BODY, "time": 40.0, "step": 0.1}),
     "frequency_map, adaptive": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, **DOP853}),
     "frequency_map, adaptive by a step": Row(

@@ -280,11 +280,6 @@ def test_lanes_do_not_see_one_another():
     assert (one.basis == whole.basis[..., 17]).all()
 
 
-def test_threads_give_the_same_bits(two_threads):
-    nu = np.random.default_rng(4).integers(-9, 10, (4, 1000)).astype(float)
-    assert (resonances(nu, threads=1).basis == resonances(nu, threads=2).basis).all()
-
-
 @pytest.mark.parametrize(
     ("call", "error", "match"),
     [

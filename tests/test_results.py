@@ -9,6 +9,7 @@ from typing import NamedTuple
 import battery
 import numpy as np
 import pytest
+from comparison import same
 from own_models import OneSpring
 
 import fastaff as fa
@@ -67,29 +68,6 @@ def made(name):
 
 def below(cls):
     return [cls, *(entry for child in cls.__subclasses__() for entry in below(child))]
-
-
-def same(one, other):
-    """Assert that two values are the same, arrays and numbers to the bit."""
-    assert type(one) is type(other)
-    if isinstance(one, (np.ndarray, np.generic)):
-        assert (one.dtype, one.shape) == (other.dtype, other.shape)
-        assert one.tobytes() == other.tobytes()
-    elif dataclasses.is_dataclass(one):
-        for field in dataclasses.fields(one):
-            same(getattr(one, field.name), getattr(other, field.name))
-    elif isinstance(one, (tuple, list)):
-        assert len(one) == len(other)
-        for pair in zip(one, other, strict=True):
-            same(*pair)
-    elif hasattr(one, "keys"):
-        assert list(one) == list(other)
-        for key in one:
-            same(one[key], other[key])
-    elif isinstance(one, float):
-        assert np.float64(one).tobytes() == np.float64(other).tobytes()
-    else:
-        assert one == other
 
 
 def part_of(result, index):
