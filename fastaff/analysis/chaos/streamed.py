@@ -209,12 +209,11 @@ class ChaosRun:
             return None, None
         # Volumes count from the start, whatever the angles between given vectors.
         growth = self.growth
-        with np.errstate(all="ignore"):
-            sums, half = growth.sums - self.first, growth.half_sums - self.first
+        sums, half = growth.sums - self.first, growth.half_sums - self.first
         if self.k < 2 * self.n:
             sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
         with np.errstate(all="ignore"):
             now, before = sums / self.memory[ROWS.last], half / self.memory[ROWS.half]
+            error = np.where(self.memory[ROWS.half] > 0, np.abs(now - before), np.inf)
         order = np.argsort(-now, axis=0, kind="stable")
-        error = np.where(self.memory[ROWS.half] > 0, np.abs(now - before), np.inf)
         return np.take_along_axis(now, order, axis=0), np.take_along_axis(error, order, axis=0)
