@@ -228,10 +228,11 @@ class FrequencyWork:
             excess = self._excess(self.accuracy, tolerance)
             # What a finer step does not change is rounding, or chaos.
             again = (excess > 1) & (excess < before / 4)
+            self.unfinished = again
             if not again.any():
                 return
             orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
-            self.unfinished = again
+        self.unfinished[:] = False
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
         """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there
@@ -298,7 +299,7 @@ class FrequencyWork:
             if kept.size:
                 order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
                 self._adopt(part[kept], Samples(samples[kept], start, interval, order))
-            self.unfinished[part] = False
+            self.unfinished[part] &= self.accuracy is not None  # with one, once its error is judged
             self.done += own.size
             if self.report is not None:
                 self.report(min(self.done / self.orbits, 1.0))
