@@ -387,6 +387,7 @@ def test_energy_drift_is_marked():
 
 # --- promises ----------------------------------------------------------------------------------------------------
 
+
 def test_memory_does_not_grow_with_time(monkeypatch):
     """Samples are in memory for as many orbits at a time as the budget allows; one orbit's always are."""
     z0 = states(BODY, 32)
