@@ -141,7 +141,9 @@ ROWS = {
         fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "step": 0.06, **DOP853}
     ),
     "frequency_map, lines": Row(
-        fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "step": 0.1, "method": fa.analysis.NaffLines()}
+        fa.frequency_map,
+        {"z0": BODIES[:, :40]},
+        {"body": BODY, "time": 40.0, "step": 0.1, "method": fa.analysis.NaffLines()},
     ),
     "frequency_map, order ten": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, **TEN}),
     "poincare_map": Row(fa.poincare_map, {"z0": FEW}, {"body": HH, **CUT}),
