@@ -429,7 +429,7 @@ else:
 
 
 def test_ctrl_c_stops_a_frequency_map():
-    done = subprocess.run([sys.executable, "-c", INTERRUPT], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", INTERRUPT], capture_output=True, text=True, timeout=180)
     assert done.returncode == 0, done.stderr
     assert "took" in done.stdout, done.stdout
     assert float(done.stdout.split()[1]) < 1.0

@@ -136,39 +136,163 @@ def generators(unit, stop, progress, value, bar, count, tables, sizes, rank, bas
         progress[unit] = 1.0
 
 
-def project(unit, stop, progress, signals, stride, window, interval, rank, nu, moments, gram):
-    """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t) of every stride-th sample, and the lines' own
-    (orbits, 2n, 2n).
+@jit
+def total(sums):
+    """Return the sum of partial sums (BLOCK,)."""
+    result = 0.0
+    for i in range(BLOCK):
+        result += sums[i]
+    return result
 
-    The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,) sums to 1; time counts from its
-    middle.
+
+@jit
+def weighted_sum(weights, values, sums):
+    """Return the sum of weights times values (both of one size), over BLOCK partial sums (BLOCK,)."""
+    for i in range(BLOCK):
+        sums[i] = 0.0
+    whole = values.size // BLOCK * BLOCK
+    for start in range(0, whole, BLOCK):
+        w, v = weights[start : start + BLOCK], values[start : start + BLOCK]
+        for i in range(BLOCK):
+            sums[i] += w[i] * v[i]
+    for i in range(values.size - whole):
+        sums[i] += weights[whole + i] * values[whole + i]
+    return total(sums)
+
+
+def quickness(unit, stop, progress, signals, ratio):
+    """Fill ratio (orbits,) with the largest, over rows of signals, of the mean square of second over first
+    differences.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    first, second, best = np.empty(BLOCK), np.empty(BLOCK), 0.0
+    samples = signals.shape[2]
+    for r in range(signals.shape[1]):
+        row = signals[unit, r]
+        first[:], second[:] = 0.0, 0.0
+        for start in range(0, samples - 2, BLOCK):
+            for i in range(min(BLOCK, samples - 2 - start)):
+                before, after = row[start + i + 1] - row[start + i], row[start + i + 2] - row[start + i + 1]
+                first[i] += before * before
+                second[i] += (after - before) * (after - before)
+        end = row[samples - 1] - row[samples - 2]
+        below = (total(first) + end * end) / (samples - 1)
+        value = total(second) / (samples - 2) / below if below > 0.0 else 0.0
+        best = value if value > best and value < math.inf else best
+    ratio[unit] = best
+    progress[unit] = 1.0
+
+
+@jit
+def growth(row, tables, rest, sums):
+    """Return the mean change per sample of a row that grows without bound, as a coordinate that rotates; else 0.
+
+    tables (3, samples - 1): weights of the whole and of two of its parts; rest, sums: scratch.
+    """
+    samples = row.size
+    for i in range(samples - 1):
+        rest[i] = row[i + 1] - row[i]
+    mean = weighted_sum(tables[0], rest[: samples - 1], sums)
+    first, last = weighted_sum(tables[1], rest[: samples - 1], sums), weighted_sum(tables[2], rest[: samples - 1], sums)
+    if not max(abs(first - mean), abs(last - mean)) < 0.1 * abs(mean):
+        return 0.0
+    low, high = math.inf, -math.inf
+    for i in range(samples):
+        value = row[i] - mean * i
+        low, high = min(low, value), max(high, value)
+    return mean if abs(mean) * samples > 2.0 * (high - low) else 0.0
+
+
+def prepare(unit, stop, progress, signals, stride, window, tables, at_rest, rows, loops, drift, centre, size, moving):
+    """Fill rows (orbits, 2m, samples) with every stride-th sample of the signals without drift and mean, in units of
+    their size, and loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest.
+
+    window (samples,) of sum 1; drift, centre, size (orbits, 2m), moving (orbits, m): what was found.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    samples, scratch, sums = window.size, np.empty(window.size), np.empty(BLOCK)
+    for r in range(rows.shape[1]):
+        row, source = rows[unit, r], signals[unit, r]
+        for i in range(samples):
+            row[i] = source[i * stride]
+        change = growth(row, tables, scratch, sums)
+        if change != 0.0:
+            for i in range(samples):
+                row[i] -= change * i
+        mean = weighted_sum(window, row, sums)
+        for i in range(samples):
+            row[i] -= mean
+            scratch[i] = row[i] * row[i]
+        drift[unit, r], centre[unit, r] = change, mean
+        size[unit, r] = math.sqrt(weighted_sum(window, scratch, sums))
+    largest = 0.0
+    for j in range(loops.shape[1]):
+        largest = max(largest, size[unit, 2 * j] * size[unit, 2 * j + 1])
+    for j in range(loops.shape[1]):
+        loop, q, p = loops[unit, j], rows[unit, 2 * j], rows[unit, 2 * j + 1]
+        moving[unit, j] = size[unit, 2 * j] * size[unit, 2 * j + 1] > at_rest * largest
+        for r in (2 * j, 2 * j + 1):
+            size[unit, r] = size[unit, r] if size[unit, r] > 0.0 else 1.0
+        one, other = 1.0 / size[unit, 2 * j], 1.0 / size[unit, 2 * j + 1]
+        for i in range(samples):
+            q[i] *= one
+            p[i] *= other
+        for i in range(samples):
+            loop[i] = complex(q[i], -p[i]) if moving[unit, j] else 0j
+    progress[unit] = 1.0
+
+
+def project(unit, stop, progress, signals, window, interval, rank, nu, moments, gram):
+    """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t), and the lines' own (orbits, 2n, 2n).
+
+    The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,) sums to 1 and is symmetric, so
+    their products are real; time counts from its middle.
     """
     if read_now(stop, 0) > 0:
         return
     s, r, samples = signals[unit], rank[unit], window.size
-    P, G = moments[unit], gram[unit]
-    e, turn = np.empty(r, np.complex128), np.empty(r, np.complex128)
+    n, P, G = s.shape[0], moments[unit], gram[unit]
+    wave, cosine, sine = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK))
+    sums, pairs = np.zeros((r, n, 2, BLOCK)), np.zeros((r, r, 2, BLOCK))
     for k in range(r):
-        phase = 2.0 * math.pi * nu[unit, k] * interval
-        turn[k] = complex(math.cos(phase), math.sin(phase))
-    for j in range(samples):
-        if j % 64 == 0:
-            for k in range(r):
-                phase = 2.0 * math.pi * nu[unit, k] * interval * (j - 0.5 * (samples - 1))
-                e[k] = complex(math.cos(phase), math.sin(phase))
+        for i in range(BLOCK):
+            phase = 2.0 * math.pi * nu[unit, k] * interval * i
+            wave[k, 0, i], wave[k, 1, i] = math.cos(phase), math.sin(phase)
+    for start in range(0, samples, BLOCK):
+        width = min(BLOCK, samples - start)
+        w = window[start : start + width]
         for k in range(r):
-            c = window[j] * e[k].conjugate()
-            for i in range(s.shape[0]):
-                P[i, k] += c * s[i, j * stride]
-            for m in range(r):
-                G[k, m] += c * e[m]
-                G[k, r + m] += c * e[m].conjugate()
-        for k in range(r):
-            e[k] *= turn[k]
+            phase = 2.0 * math.pi * nu[unit, k] * interval * (start - 0.5 * (samples - 1))
+            x, y, c, d, a, b = math.cos(phase), math.sin(phase), cosine[k], sine[k], wave[k, 0], wave[k, 1]
+            for i in range(width):
+                c[i] = a[i] * x - b[i] * y
+                d[i] = a[i] * y + b[i] * x
+            for m in range(k + 1):
+                e, f, direct, mirror = cosine[m], sine[m], pairs[k, m, 0], pairs[k, m, 1]
+                for i in range(width):
+                    direct[i] += w[i] * (c[i] * e[i] + d[i] * f[i])
+                    mirror[i] += w[i] * (c[i] * e[i] - d[i] * f[i])
+            for i in range(width):
+                c[i] *= w[i]
+                d[i] *= w[i]
+            for j in range(n):
+                row, re, im = s[j, start : start + width], sums[k, j, 0], sums[k, j, 1]
+                for i in range(width):
+                    re[i] += c[i] * row[i]
+                    im[i] -= d[i] * row[i]
+            for i in range(width):  # the next line's products want them without the window
+                c[i] = a[i] * x - b[i] * y
+                d[i] = a[i] * y + b[i] * x
     for k in range(r):
-        for m in range(r):
-            G[r + k, r + m] = G[k, m].conjugate()
-            G[r + k, m] = G[k, r + m].conjugate()
+        for j in range(n):
+            P[j, k] = complex(total(sums[k, j, 0]), total(sums[k, j, 1]))
+        for m in range(k + 1):
+            direct, mirror = total(pairs[k, m, 0]), total(pairs[k, m, 1])
+            for i, j in ((k, m), (m, k)):
+                G[i, j] = G[r + i, r + j] = direct
+                G[i, r + j] = G[r + i, j] = mirror
     progress[unit] = 1.0
 
 
@@ -180,7 +304,8 @@ def angle_of(x, y):
     atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; pi/4 is taken off above.
     """
     wide, high = abs(x), abs(y)
-    big, small = max(wide, high), min(wide, high)
+    steep = high > wide
+    big, small = (high if steep else wide), (wide if steep else high)
     beyond = small > 0.41421356237309503 * big
     top, bottom = (small - big if beyond else small), (small + big if beyond else big)
     u = top / (bottom if bottom != 0.0 else 1.0)
@@ -198,7 +323,7 @@ def angle_of(x, y):
     p = p * w + 0.19999999999997013892
     p = p * w - 0.33333333333333324206
     angle = (u + u * w * p) + (0.25 * math.pi if beyond else 0.0)
-    angle = 0.5 * math.pi - angle if high > wide else angle
+    angle = 0.5 * math.pi - angle if steep else angle
     angle = math.pi - angle if x < 0.0 else angle
     return -angle if y < 0.0 else angle
 
@@ -207,38 +332,21 @@ def angle_of(x, y):
 def loop_angles(s, c, offset, drift, samples, re, im, angles):
     """Fill angles (samples - 1,) with the angle from each value of the loop  c . s - offset - drift j  to the next.
 
-    re, im (1 + BLOCK,): values of a block, behind the last one before it.
+    re, im (samples,): scratch for the values.
     """
-    for start in range(0, samples, BLOCK):
-        width = min(BLOCK, samples - start)
-        re[0], im[0] = re[BLOCK], im[BLOCK]
-        for i in range(width):
-            re[i + 1] = -offset.real - drift.real * (start + i)
-            im[i + 1] = -offset.imag - drift.imag * (start + i)
-        for r in range(c.size):
-            a, b, row = c[r].real, c[r].imag, s[r]
-            for i in range(width):
-                re[i + 1] += a * row[start + i]
-                im[i + 1] += b * row[start + i]
-        first = 1 if start == 0 else 0
-        for i in range(first, width):
-            x = re[i + 1] * re[i] + im[i + 1] * im[i]
-            y = im[i + 1] * re[i] - re[i + 1] * im[i]
-            angles[start + i - 1] = angle_of(x, y)
-
-
-@jit
-def weighted_sum(weights, values, sums):
-    """Return the sum of weights times values (both of one size), over BLOCK partial sums."""
-    sums[:] = 0.0
-    count = values.size
-    for start in range(0, count, BLOCK):
-        for i in range(min(BLOCK, count - start)):
-            sums[i] += weights[start + i] * values[start + i]
-    total = 0.0
-    for i in range(BLOCK):
-        total += sums[i]
-    return total
+    for i in range(samples):
+        re[i] = -offset.real - drift.real * i
+        im[i] = -offset.imag - drift.imag * i
+    for r in range(c.size):
+        a, b, row = c[r].real, c[r].imag, s[r]
+        if a != 0.0 or b != 0.0:
+            for i in range(samples):
+                re[i] += a * row[i]
+                im[i] += b * row[i]
+    for i in range(samples - 1):
+        x = re[i + 1] * re[i] + im[i + 1] * im[i]
+        y = im[i + 1] * re[i] - re[i + 1] * im[i]
+        angles[i] = angle_of(x, y)
 
 
 def turn(unit, stop, progress, signals, samples, loops, offset, drift, windows, rates):
@@ -251,7 +359,7 @@ def turn(unit, stop, progress, signals, samples, loops, offset, drift, windows, 
     if read_now(stop, 0) > 0:
         return
     table = windows[unit % windows.shape[0]]
-    angles, re, im, sums = np.empty(samples - 1), np.zeros(BLOCK + 1), np.zeros(BLOCK + 1), np.empty(BLOCK)
+    angles, re, im, sums = np.empty(samples - 1), np.empty(samples), np.empty(samples), np.empty(BLOCK)
     for k in range(loops.shape[1]):
         loop_angles(signals[unit], loops[unit, k], offset[unit, k], drift[unit, k], samples, re, im, angles)
         for w in range(table.shape[0]):
@@ -290,4 +398,22 @@ def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k)
         ):
             for i in range(rank):
                 k[unit, j, where[i]] = found[i]
+    progress[unit] = 1.0
+
+
+def loop_values(unit, stop, progress, signals, stride, orbits, number, loops, offset, drift, values):
+    """Fill values (count, samples) with every stride-th value of the loops  c . s - offset - drift j  given by their
+    orbits (count,) and numbers (count,) in these.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    o, k, value = orbits[unit], number[unit], values[unit]
+    samples = value.size
+    for i in range(samples):
+        value[i] = -offset[o, k] - drift[o, k] * (stride * i)
+    for r in range(signals.shape[1]):
+        c, row = loops[o, k, r], signals[o, r]
+        if c != 0.0:
+            for i in range(samples):
+                value[i] += c * row[i * stride]
     progress[unit] = 1.0

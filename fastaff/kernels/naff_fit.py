@@ -172,16 +172,16 @@ def substitute(factor, n, x):
 
 
 @jit
-def trial_step(work, m, damping):
-    """Solve for a damped step of at most half a bin per line and write the trial lines."""
+def trial_step(work, u, a, m, damping):
+    """Solve for a damped step of at most half a bin per line and write the trial lines: row 1 of u, a."""
     cholesky(work.matrix, work.factor, 3 * m, damping)
     work.step[: 3 * m] = work.gradient[: 3 * m]
     substitute(work.factor, 3 * m, work.step)
     for k in range(m):
-        a = work.a[0, k]
-        move = work.step[3 * k + 2] / abs(a) if abs(a) > 0.0 else 0.0
-        work.u[1, k] = work.u[0, k] + min(max(move, -0.5), 0.5)
-        work.a[1, k] = a + complex(work.step[3 * k], work.step[3 * k + 1])
+        size = abs(a[0, k])
+        move = work.step[3 * k + 2] / size if size > 0.0 else 0.0
+        u[1, k] = u[0, k] + min(max(move, -0.5), 0.5)
+        a[1, k] = a[0, k] + complex(work.step[3 * k], work.step[3 * k + 1])
 
 
 @jit
@@ -192,22 +192,23 @@ def accept(u, a, m):
 
 
 @jit
-def refit(signal, window, work, m, strict):
-    """Fit m lines jointly (Levenberg-Marquardt); return the largest last step in bins, 0 if converged."""
+def refit(signal, window, work, m):
+    """Fit m lines jointly to all samples (Levenberg-Marquardt); return the largest last step in bins, 0 if
+    converged.
+    """
     u, a = work.u, work.a
     cost = residual_moments(signal, window, u[0], a[0], m, work)
     normal_equations(window, u[0], a[0], m, work)
     damping, last = 0.0, 0.0
-    for _ in range(80 if strict else 8):
-        trial_step(work, m, damping)
+    for _ in range(80):
+        trial_step(work, u, a, m, damping)
         top, small, last = 0.0, True, 0.0
         for k in range(m):
             top = max(top, abs(a[0, k]))
-        enough = EPS * top if strict else max(EPS * top, 0.01 * math.sqrt(cost))
         for k in range(m):
             move = abs(u[1, k] - u[0, k])
             last = max(last, move)
-            small = small and (move <= 1e-8 or move * abs(a[0, k]) <= enough)
+            small = small and (move <= 1e-8 or move * abs(a[0, k]) <= EPS * top)
         if small and damping <= 1e-3:
             accept(u, a, m)
             return 0.0

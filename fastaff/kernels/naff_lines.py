@@ -12,19 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
-from .naff_fit import cholesky, normal_equations, phasors, refit, substitute
-from .naff_spectrum import (
-    first_guess,
-    leakage,
-    load_spectrum,
-    noise_floor,
-    spectrum_power,
-    strongest_bin,
-    subtract_line,
-    tail_reach,
-)
+from .naff_bins import apart, bins_of, couple, fit_group, group_of, settle_lines, update_spectrum
+from .naff_fit import normal_equations, phasors, refit
+from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, strongest_bin
 
-FLOOR = 1e-17  # relative amplitude at which the tail of a line is cut, below the rounding of the transform
 EPS = 2.220446049250313e-16
 
 
@@ -34,7 +25,8 @@ class Window(NamedTuple):
     order: int
     weight: Any  # (N,) w_n, sum 1
     centre: Any  # (N,) complex, moves the time origin of FFT bin k to the middle
-    sine: Any  # (2 (N//2) + 1,) (-1)^j N/pi sin(pi j/N), j = -N//2 ... N//2
+    zero: int  # index of j = 0 in the next two
+    sine: Any  # (2 zero + 1,) (-1)^j N/pi sin(pi j/N), j = -zero ... zero, zero = N//2 + 2p + 10
     cosine: Any  # the same with cos
     fourier: Any  # (p + 1,) W(j) at whole bins: w_n = (fourier[0] + 2 sum_j fourier[j] cos(j tau_n))/N
     envelope: Any  # (4,) height, width of the bound of |W'|/sum w_n tau_n^2; 1/(N sum w_n^2); noise to error of u
@@ -43,7 +35,7 @@ class Window(NamedTuple):
 class Work(NamedTuple):
     """Scratch memory for one signal at a time."""
 
-    spectrum: Any  # (2, N) transform of the windowed residual, real and imaginary parts
+    spectrum: Any  # (2, N) transform of what the lines leave of the windowed signal, real and imaginary parts
     lanes: Any  # (4, LANES)
     fast: Any  # (lines, 2, LANES) exp(i u tau) within a row of samples
     slow: Any  # (lines, 2, rows) and at the row starts
@@ -55,110 +47,146 @@ class Work(NamedTuple):
     step: Any  # (3 lines,)
     u: Any  # (3, lines) bins: current, trial, already subtracted from the spectrum
     a: Any  # (3, lines) complex amplitudes in the middle of the signal
+    fitted: Any  # (lines,) whether a line was fitted since one beside it was found
+    done: Any  # (lines,)
+    who: Any  # (lines,) lines of a group
+    coupling: Any  # (lines,) by how much others beside a line widen its error
+    gu: Any  # (3, lines) u of the lines of a group
+    ga: Any  # (3, lines) and a
+    place: Any  # (lines,) whole part of u where a line's bins were taken
+    near: Any  # (lines, lines) whether lines share bins
+    whole: Any  # (2, bins) what is in the bins of a group, without the lines of others
+    rest: Any  # (2, bins) and without its own
+    kept: Any  # (bins,) 0 for a bin that another line has too
+    shape: Any  # (lines, bins) W of each line at all bins
+    slope: Any  # (lines, bins) and W'
+    around: Any  # (2, 4p + 1) factors and reciprocals of W around a line
 
 
-def workspace(samples: int, lines: int) -> Work:
-    """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
-    rows, full = -(-samples // LANES), np.zeros
+def workspace(samples: int, lines: int, order: int) -> Work:
+    """Allocate scratch memory for signals of `samples` and up to `lines` lines of a window of that order."""
+    rows, bins, full = -(-samples // LANES), lines * int(bins_of(order)), np.zeros
     return Work(
-        full((2, samples)),
-        full((4, LANES)),
-        full((lines, 2, LANES)),
-        full((lines, 2, rows)),
-        full((lines, 4, LANES)),
-        full((lines, 4)),
-        full((3 * lines, 3 * lines)),
-        full((3 * lines, 3 * lines)),
-        full(3 * lines),
-        full(3 * lines),
-        full((3, lines)),
-        full((3, lines), np.complex128),
+        spectrum=full((2, samples)),
+        lanes=full((4, LANES)),
+        fast=full((lines, 2, LANES)),
+        slow=full((lines, 2, rows)),
+        sums=full((lines, 4, LANES)),
+        moments=full((lines, 4)),
+        matrix=full((3 * lines, 3 * lines)),
+        factor=full((3 * lines, 3 * lines)),
+        gradient=full(3 * lines),
+        step=full(3 * lines),
+        u=full((3, lines)),
+        a=full((3, lines), np.complex128),
+        fitted=full(lines, np.int64),
+        done=full(lines, np.int64),
+        who=full(lines, np.int64),
+        coupling=full(lines),
+        gu=full((3, lines)),
+        ga=full((3, lines), np.complex128),
+        place=full(lines, np.int64),
+        near=full((lines, lines), np.int64),
+        whole=full((2, bins)),
+        rest=full((2, bins)),
+        kept=full(bins),
+        shape=full((lines, bins)),
+        slope=full((lines, bins)),
+        around=full((2, 4 * order + 1)),
     )
-
-
-@jit
-def update_spectrum(window, work, m):
-    """Bring the residual spectrum up to date with the refitted lines."""
-    top = 0.0
-    for k in range(m):
-        top = max(top, abs(work.a[0, k]))
-    for k in range(m):
-        old, new = work.a[2, k], work.a[0, k]
-        change = abs(new - old) + abs(new) * min(abs(work.u[0, k] - work.u[2, k]), 1.0) * 2 * math.pi
-        if change > FLOOR * top:
-            reach = tail_reach(change / top, window.order)
-            if old != 0.0:
-                subtract_line(work.spectrum, window, work.u[2, k], -old, reach, work.lanes)
-            subtract_line(work.spectrum, window, work.u[0, k], new, reach, work.lanes)
-            work.u[2, k], work.a[2, k] = work.u[0, k], new
 
 
 @jit
 def error_bars(window, work, m, last, power, error):
     """Fill error (lines,) in bins: leakage of the residual times the coupling to other lines, and rounding."""
-    normal_equations(window, work.u[0], work.a[0], m, work)
-    cholesky(work.matrix, work.factor, 3 * m, 0.0)
     for k in range(m):
-        work.step[: 3 * m] = 0.0
-        work.step[3 * k + 2] = 1.0
-        substitute(work.factor, 3 * m, work.step)
-        coupling = math.sqrt(work.step[3 * k + 2] * work.matrix[3 * k + 2, 3 * k + 2])
         leak = leakage(work.spectrum, window, work.u[0, k], power, work.lanes)
         noise = window.envelope[3] * noise_floor(work.spectrum, work.u[0, k], window.order + 2)
-        error[k] = coupling * math.hypot(leak, noise) / abs(work.a[0, k]) + 2 * EPS * max(abs(work.u[0, k]), 1.0) + last
+        size = math.hypot(leak, noise) / abs(work.a[0, k])
+        error[k] = work.coupling[k] * size + 2 * EPS * max(abs(work.u[0, k]), 1.0) + last
 
 
 @jit
-def beside_a_line(k, u, m, samples, reach):
-    """Return whether bin k is within `reach` bins of one of m lines."""
-    for j in range(m):
-        d = abs(k - u[j])
-        if min(d, abs(samples - d)) <= reach:
-            return True
-    return False
-
-
-@jit
-def collect(signal, window, work, lines):
+def collect(signal, window, work, lines, samples_too):
     """Find and fit up to `lines` lines; return their number and the last step in bins (0 if converged).
 
-    Far lines are taken off one by one and fitted once, at the end; a peak beside a known line may be what
-    its first guess left over, so it counts as a line only after a fit of all lines so far.
+    Far lines are taken off one by one and fitted at the end; a peak beside a known line may be what its first guess
+    left over, so it counts as a line only after a fit of those around it. Lines are fitted to their bins, and with
+    `samples_too` at last to all samples.
     """
-    samples, order, u, a = window.weight.size, window.order, work.u, work.a
-    m, fitted, top, high = 0, 0, 0.0, 0.0
+    samples, order, u, a, who = window.weight.size, window.order, work.u, work.a, work.who
+    m, top, high = 0, 0.0, 0.0
     while m < lines:
         k = strongest_bin(work.spectrum, work.lanes)
-        if fitted < m and beside_a_line(k, u[0], m, samples, 2 * order + 8):
-            refit(signal, window, work, m, False)
-            update_spectrum(window, work, m)
-            fitted = m
+        beside, raw = 0, False
+        for j in range(m):
+            if abs(apart(k, math.floor(u[0, j]), samples)) <= 2 * order + 8:
+                who[beside] = j
+                beside += 1
+                raw = raw or work.fitted[j] == 0
+        if raw:
+            fit_group(window, work, who, beside, False)
+            update_spectrum(window, work, who, beside)
+            for i in range(beside):
+                work.fitted[who[i]] = 1
             continue
-        u[0, m], a[0, m] = first_guess(work.spectrum, k, order)
+        u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
         if not abs(a[0, m]) > 2 * EPS * (1.0 + high) * top or not abs(a[0, m]) < math.inf:
             break
         top, high = max(top, abs(a[0, m])), max(high, abs(u[0, m]))
-        u[2, m], a[2, m] = 0.0, 0.0  # nothing taken off yet, nor left of the signal before
+        u[2, m], a[2, m] = u[0, m], 0.0
+        for i in range(beside):
+            work.fitted[who[i]] = 0
+        work.fitted[m] = 0
+        who[0] = m
         m += 1
-        update_spectrum(window, work, m)
+        update_spectrum(window, work, who, 1)
     last = 0.0
     if m > 0:
-        last = refit(signal, window, work, m, True)
-        update_spectrum(window, work, m)
+        last = settle_lines(window, work, m)
+        if samples_too:
+            last = refit(signal, window, work, m)
+            normal_equations(window, u[0], a[0], m, work)
+            for k in range(m):
+                who[k] = k
+            couple(work, who, m)
+            update_spectrum(window, work, who, m)
     return m, last
 
 
 @jit
-def find_lines(signals, transforms, window, work, nu, amplitude, error, residual):
-    """Find the lines of signals (batch, N) with windowed FFTs (batch, N): rows of nu (in bins), amplitude, error."""
-    samples = signals.shape[1]
-    for s in range(signals.shape[0]):
+def find_lines(signals, transforms, window, work, nu, amplitude, error, residual, samples_too):
+    """Find the lines of signals (batch, N) with windowed FFTs (batch, N): rows of nu (in bins), amplitude, error.
+
+    The signals themselves are needed with `samples_too` only.
+    """
+    samples = transforms.shape[1]
+    for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work.spectrum)
-        m, last = collect(signals[s], window, work, nu.shape[1])
+        m, last = collect(signals[s % signals.shape[0]], window, work, nu.shape[1], samples_too)
         power = spectrum_power(work.spectrum, work.lanes)
         error_bars(window, work, m, last, power, error[s])
         residual[s] = math.sqrt(power * window.envelope[2])
         write_sorted(work, m, samples, nu[s], amplitude[s], error[s])
+
+
+@jit
+def follow_lines(transforms, window, work, count, which, u, a, found):
+    """Fill found (batch,) with line which[s] of the first count[s] lines of u (in bins), a (in the middle of the
+    signal), both (batch, lines), in signals with windowed FFTs (batch, N).
+
+    It is fitted with those around it from where it is, the others staying as they are; NaN where that comes to no end.
+    """
+    for s in range(transforms.shape[0]):
+        m = count[s]
+        load_spectrum(transforms[s], window, work.spectrum)
+        for k in range(m):
+            work.u[0, k], work.a[0, k] = u[s, k], a[s, k]
+            work.u[2, k], work.a[2, k], work.who[k] = u[s, k], 0.0, k
+        update_spectrum(window, work, work.who, m)
+        beside = group_of(which[s], work, m, window.weight.size, 2 * window.order + 8, work.who)
+        last = fit_group(window, work, work.who, beside, True)
+        found[s] = work.u[0, which[s]] if last < 0.1 else math.nan
 
 
 @jit

@@ -9,20 +9,25 @@ from ..compile.jit import LANES, jit
 
 FLOOR = 1e-17  # relative amplitude at which the tail of a line is cut, below the rounding of the transform
 NOISE_REACH = 24  # bins around a line that tell its noise level
-LEAKAGE_REACH = 1024  # bins within which an error bar weighs the residual bin by bin
+LEAKAGE_REACH = 1024  # bins within which an error bar weighs the residual bin by bin, over 2^p
 
 
 @jit
-def line_shape(j, delta, samples, order):
-    """Return W(j - delta) for whole |j| <= order and |delta| <= 1/2, without loss of digits."""
-    scale = math.pi / samples
-    shape = 1.0 if delta == 0.0 else math.sin(math.pi * delta) / (samples * math.sin(scale * delta))
+def line_shape(j, delta, window):
+    """Return W(j - delta) for whole |j| <= order and |delta| <= 1/2, without loss of digits.
+
+    W(d) = -(-1)^p sin(pi delta)/pi prod S_i^2/prod_{i=-p..p} X_(j+i), with X_j = (-1)^j S(j - delta).
+    """
+    samples, order, zero = window.weight.size, window.order, window.zero
+    sd, cd = math.sin(math.pi / samples * delta), math.cos(math.pi / samples * delta)
+    shape = 1.0 if delta == 0.0 else math.sin(math.pi * delta) / (samples * sd)
+    below = 1.0
     for i in range(1, order + 1):
-        shape *= math.sin(scale * i) ** 2
-    for i in range(-order, order + 1):
-        if i != -j:
-            shape /= math.sin(scale * (j + i - delta))
-    return -shape if (order + j) % 2 else shape
+        shape *= window.sine[zero + i] ** 2
+    for i in range(j - order, j + order + 1):
+        if i != 0:
+            below *= window.sine[zero + i] * cd - window.cosine[zero + i] * sd
+    return (shape if order % 2 == 0 else -shape) / below
 
 
 @jit
@@ -43,12 +48,12 @@ def subtract_line(spectrum, window, u, a, reach, lanes):
     delta = u - middle
     for j in range(-order, order + 1):
         k = (middle + j) % samples
-        shape = line_shape(j, delta, samples, order) * (1.0 if 0 <= middle + j < samples else odd)
+        shape = line_shape(j, delta, window) * (1.0 if 0 <= middle + j < samples else odd)
         spectrum[0, k] -= a.real * shape
         spectrum[1, k] -= a.imag * shape
     height = math.sin(math.pi * delta) / math.pi * (1.0 if order % 2 else -1.0)
     for i in range(1, order + 1):
-        height *= window.sine[i + samples // 2] ** 2
+        height *= window.sine[window.zero + i] ** 2
     left, right = int(min(reach, samples // 2)), int(min(reach, (samples - 1) // 2))
     for wrap in range(-1, 2):
         origin = middle + wrap * samples
@@ -64,10 +69,10 @@ def subtract_tail(spectrum, window, h, delta, origin, first, stop, lanes):
     """Subtract h/(S prod(S^2 - S_i^2)) from the bins first <= k < stop, S = S(k - origin - delta)."""
     samples, hr, hi = spectrum.shape[1], h.real, h.imag
     sd, cd = math.sin(math.pi * delta / samples), math.cos(math.pi * delta / samples)
-    square, below, half = lanes[0], lanes[1], samples // 2
+    square, below = lanes[0], lanes[1]
     for start in range(first, stop, LANES):
         end = min(start + LANES, stop)
-        j = start - origin + half
+        j = start - origin + window.zero
         sine, cosine = window.sine[j : j + LANES], window.cosine[j : j + LANES]
         re, im = spectrum[0, start:end], spectrum[1, start:end]
         for i in range(end - start):
@@ -75,7 +80,7 @@ def subtract_tail(spectrum, window, h, delta, origin, first, stop, lanes):
             square[i] = x * x
             below[i] = x
         for k in range(1, window.order + 1):
-            pole = window.sine[k + half] ** 2
+            pole = window.sine[window.zero + k] ** 2
             for i in range(end - start):
                 below[i] *= square[i] - pole
         for i in range(end - start):
@@ -86,30 +91,28 @@ def subtract_tail(spectrum, window, h, delta, origin, first, stop, lanes):
 
 @jit
 def strongest_bin(spectrum, lanes):
-    """Return the bin of the largest modulus of a spectrum (2, N)."""
-    samples = spectrum.shape[1]
-    best, where = lanes[0], lanes[1]
-    best[:] = -1.0
-    where[:] = 0.0  # of a spectrum of NaN no bin is the strongest
+    """Return the first bin of the largest modulus of a spectrum (2, N)."""
+    samples, high, top, where = spectrum.shape[1], lanes[0], -1.0, 0
     for start in range(0, samples, LANES):
-        row = float(start)
         re, im = spectrum[0, start : start + LANES], spectrum[1, start : start + LANES]
-        for i in range(re.size):
-            power = re[i] * re[i] + im[i] * im[i]
-            larger = power > best[i]
-            best[i] = power if larger else best[i]
-            where[i] = row if larger else where[i]
-    top = 0
-    for i in range(1, min(LANES, samples)):
-        if best[i] > best[top] or (best[i] == best[top] and where[i] < where[top]):
-            top = i
-    return int(where[top]) + top
+        count = re.size
+        for i in range(count):
+            high[i] = re[i] * re[i] + im[i] * im[i]
+        best = -1.0
+        for i in range(count):
+            best = high[i] if high[i] > best else best
+        if best > top:  # of a spectrum of NaN no bin is the strongest
+            top, where = best, start
+    for k in range(where, min(where + LANES, samples)):
+        if spectrum[0, k] * spectrum[0, k] + spectrum[1, k] * spectrum[1, k] == top:
+            return k
+    return 0
 
 
 @jit
-def first_guess(spectrum, k, order):
+def first_guess(spectrum, k, window):
     """Return (u, a), -N/2 <= u < N/2, of the line that peaks at bin k, from the ratio to its larger neighbour."""
-    samples = spectrum.shape[1]
+    samples, order = spectrum.shape[1], window.order
     here = math.hypot(spectrum[0, k], spectrum[1, k])
     left = math.hypot(spectrum[0, k - 1], spectrum[1, k - 1])
     right = math.hypot(spectrum[0, (k + 1) % samples], spectrum[1, (k + 1) % samples])
@@ -121,7 +124,7 @@ def first_guess(spectrum, k, order):
     tangent /= ratio * math.cos(scale * (order + 1)) + math.cos(scale * order)
     delta = min(max(math.atan(tangent) / scale, -0.5), 0.5)
     delta = delta if right >= left else -delta
-    a = complex(spectrum[0, k], spectrum[1, k]) / line_shape(0, delta, samples, order)
+    a = complex(spectrum[0, k], spectrum[1, k]) / line_shape(0, delta, window)
     if 2 * k < samples:
         return k + delta, a
     return k - samples + delta, (-a if samples % 2 == 0 else a)
@@ -170,7 +173,7 @@ def leakage(spectrum, window, u, power, lanes):
     samples, height, width = spectrum.shape[1], window.envelope[0], 1.0 / window.envelope[1]
     total, square, fall = lanes[0], lanes[1], lanes[2]
     total[:] = 0.0
-    reach = min(LEAKAGE_REACH, (samples - 1) // 2)
+    reach = min(max(LEAKAGE_REACH >> window.order, 64), (samples - 1) // 2)
     for wrap in range(-1, 2):
         origin = u + wrap * samples
         stop = min(samples, int(origin) + reach)

@@ -146,8 +146,9 @@ def frequency_map(
     whole; 5 times the change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step
     is halved (for a Runge-Kutta scheme, whose error grows, times their ratio; tolerances a hundredth for an adaptive
     one), which for a splitting is taken off the value too; what the window leaves of the line itself; and rounding.
-    Cost: a run, a half-step run over a sixteenth of the time, one fit of about n + 4 lines to n loops of about eight
-    samples a radian of the fastest motion.
+    Cost: a run, a half-step run over a sixteenth of the time, an FFT of each loop, whose lines, about n + 4, are fitted
+    to their own bins, and a pass over the samples of each loop for its averages; where these leave more than `fallback`
+    five fits more. Altogether some 5 to 10 runs of a cheap force (bench/test_frequency.py).
     Memory: the samples of some orbits at a time, 128 MiB or one orbit.
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
@@ -278,7 +279,7 @@ class FrequencyWork:
         time, count = self.time / share, steps // share
         pilot, _ = self._sample(flow.finer(), orbits, time, count)
         with np.errstate(all="ignore"):
-            rate = fastest(self.layout.signals(pilot), time / count)
+            rate = fastest(self.layout.signals(pilot), time / count, flow.threads)
             allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
         every = np.where(allowed >= 8, 8, np.where(allowed >= 4, 4, np.where(allowed >= 2, 2, 1)))
         every = np.where(np.isfinite(pilot).all(axis=(1, 2)) & (share > 1), every, 1)

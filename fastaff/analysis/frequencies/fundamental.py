@@ -19,14 +19,17 @@ import numpy as np
 from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels.birkhoff import SHARPNESS
-from .naff import naff
+from .naff import followed_line, found_lines
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
 incomplete.
 """
 
-WINDOW_ORDER = 3
+WINDOW_ORDER, LINE_ORDER = 3, 2
+"""p of the window (1 + cos)^p of sums over samples, and of the spectra whose bins lines are fitted to: the squares of
+bins have the window of twice that order.
+"""
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
@@ -40,6 +43,9 @@ LINE_WIDTH = 1e-5
 """What is added to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are
 fitted as one.
 """
+
+NOT_FEW = 0.4
+"""Share of a loop's size that the first lines leave, beyond which no lattice is looked for among more of them."""
 
 DRIFTS = 0.6
 """Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for
@@ -74,7 +80,8 @@ class Modes(NamedTuple):
     leading, leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination
     @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
     and P itself where a loop has none of its own; owned: which have; moving: which loops move; drifting (orbits,):
-    whether the lattice is incomplete as no line is steady.
+    whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size that its lines leave,
+    the largest one's.
     """
 
     rank: np.ndarray
@@ -89,6 +96,7 @@ class Modes(NamedTuple):
     owned: np.ndarray
     moving: np.ndarray
     drifting: np.ndarray
+    rest: np.ndarray
 
 
 def weight_at(x: np.ndarray) -> np.ndarray:
@@ -116,6 +124,13 @@ def damping(cycles: np.ndarray) -> np.ndarray:
     """Return what is left, in a weighted average, of a line so many cycles per window from zero (an upper bound)."""
     root = np.sqrt(np.maximum(SHARPNESS**2 - (np.pi * cycles) ** 2, 0.0))
     return np.exp(root - SHARPNESS)
+
+
+def fast_length(samples: int) -> int:
+    """Return the largest number up to `samples` whose Fourier transform is fast."""
+    from scipy.fft import prev_fast_len  # not at import, which it would make slow
+
+    return prev_fast_len(samples)
 
 
 @functools.lru_cache(maxsize=8)
@@ -158,15 +173,13 @@ def _tables(most: int) -> tuple[np.ndarray, np.ndarray]:
     return vectors, sizes
 
 
-def fastest(signals: np.ndarray, interval: float) -> np.ndarray:
-    """Return a high angular frequency (orbits,) of the signals: root mean square of second over first differences, the
-    largest row's.
+def fastest(signals: np.ndarray, interval: float, threads: int) -> np.ndarray:
+    """Return a high angular frequency (orbits,) of the signals (orbits, rows, samples): root mean square of second over
+    first differences, the largest row's.
     """
-    first = np.diff(signals, axis=2)
-    second = np.diff(first, axis=2)
-    with np.errstate(all="ignore"):
-        ratio = np.sqrt((second**2).mean(axis=2) / (first**2).mean(axis=2)) / interval
-    return np.where(np.isfinite(ratio), ratio, 0.0).max(axis=1)
+    ratio = np.zeros(len(signals))
+    _run(kernels.quickness, len(signals), (signals, ratio), threads)
+    return np.sqrt(ratio) / interval
 
 
 def _run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
@@ -191,24 +204,19 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
     """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart, from every stride-th
     sample.
     """
-    m = signals.shape[1] // 2
-    sub, h = signals[:, :, ::stride], interval * stride
-    n = sub.shape[2]
+    orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
+    n, h = fast_length(-(-signals.shape[2] // stride)), interval * stride
     time, w = n * h, cosine_window(n)
-    drift = _drift(sub)
-    x = sub - drift[:, :, None] * np.arange(n)
-    centre = (x * w).sum(axis=2)
-    x = x - centre[:, :, None]
-    size = np.sqrt((x * x * w).sum(axis=2))
-    action = size[:, ::2] * size[:, 1::2]
-    moving = action > AT_REST**2 * action.max(axis=1, keepdims=True)
-    size = np.where(size > 0, size, 1.0)
-    x = x / size[:, :, None]
-    loops = x[:, ::2] - 1j * x[:, 1::2]
-    loops[~moving] = 0.0
+    tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
+    x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
+    drift, centre, size = np.empty((3, orbits, rows))
+    found = x, loops, drift, centre, size, moving
+    _run(kernels.prepare, orbits, (signals, stride, w, tables, AT_REST**2, *found), threads)
     result = _lattice(loops, x, h, time, moving, m + LINES, threads)
     short = np.flatnonzero((result.rank < moving.sum(axis=1)) & moving.any(axis=1))
-    lines = min(m + MORE_LINES, n // 4 - WINDOW_ORDER)
+    lines = min(m + MORE_LINES, n // 4 - LINE_ORDER)
+    result.drifting[short] = result.rest[short] > NOT_FEW
+    short = short[~result.drifting[short]]
     result.drifting[short] = _drifts(loops[short], result.leading[short], moving[short], h)
     short = short[~result.drifting[short]]
     if short.size and lines > m + LINES:
@@ -226,28 +234,15 @@ def _drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float
     of both halves.
     """
     half = loops.shape[2] // 2
-    lines = min(3, half // 4 - WINDOW_ORDER)
+    lines = min(3, half // 4 - LINE_ORDER)
     if lines < 1 or not len(loops):
         return np.zeros(len(loops), bool)
     change = np.zeros(leading.shape)
     for part in (loops[:, :, :half], loops[:, :, -half:]):
-        found = naff(np.ascontiguousarray(part), h, lines=lines, window_order=WINDOW_ORDER)
+        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER)
         near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
         change = np.maximum(change, near.min(axis=2) * half * h)
     return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
-
-
-def _drift(x: np.ndarray) -> np.ndarray:
-    """Return the mean change per sample (orbits, rows) of signals that grow without bound, as a coordinate that
-    rotates; else 0.
-    """
-    n = x.shape[2]
-    steps = np.diff(x, axis=2)
-    mean, first, last = ((steps * bump(*span, n - 1)).sum(axis=2) for span in (SPANS[0], SPANS[3], SPANS[4]))
-    rest = x - mean[:, :, None] * np.arange(n)
-    growth = np.abs(mean) * n
-    steady = np.maximum(np.abs(first - mean), np.abs(last - mean)) < 0.1 * np.abs(mean)
-    return np.where(steady & (growth > 2 * np.ptp(rest, axis=2)), mean, 0.0)
 
 
 def _lattice(
@@ -255,7 +250,7 @@ def _lattice(
 ) -> Modes:
     """Return the modes of loops (orbits, m, samples) of signals x (orbits, 2m, samples); dual ones of x itself."""
     orbits, m, n = loops.shape
-    found = naff(loops, h, lines=max(1, min(lines, n // 4 - WINDOW_ORDER)), window_order=WINDOW_ORDER)
+    found = found_lines(loops, h, max(1, min(lines, n // 4 - LINE_ORDER)), LINE_ORDER)
     strength = np.abs(found.amplitude)
     strength = strength / np.maximum(strength.max(axis=2, keepdims=True), 1e-300)
     seen = np.isfinite(found.error) & (np.abs(found.nu) * time > 2) & (strength > WEAK) & moving[:, :, None]
@@ -305,6 +300,7 @@ def _lattice(
         owned,
         moving,
         np.zeros(orbits, bool),
+        (np.where(moving, found.residual, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0),
     )
 
 
@@ -314,8 +310,8 @@ def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: in
     """
     orbits, rows, n = x.shape
     m = rows // 2
-    moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows), complex)
-    _run(kernels.project, orbits, (x, 1, cosine_window(n), h, rank, nu, moments, gram), threads)
+    moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows))
+    _run(kernels.project, orbits, (x, cosine_window(n), h, rank, nu, moments, gram), threads)
     dual, share = np.zeros((orbits, m, rows), complex), np.zeros((orbits, m, m))
     for r in np.unique(rank[rank > 0]):
         where = np.flatnonzero(rank == r)
@@ -363,19 +359,16 @@ def _greedy(score: np.ndarray) -> np.ndarray:
     return place
 
 
-def values(signals: np.ndarray, loops: Loops, orbits: np.ndarray, number: np.ndarray, stride: int) -> np.ndarray:
+def values(
+    signals: np.ndarray, loops: Loops, orbits: np.ndarray, number: np.ndarray, stride: int, threads: int
+) -> np.ndarray:
     """Return every stride-th value (count, samples) of loops given by their orbits (count,) and numbers (count,) in
     these.
     """
-    samples = signals[orbits, :, ::stride]
-    f = np.zeros((samples.shape[0], samples.shape[2]), complex)
-    for row in range(samples.shape[1]):
-        f += loops.c[orbits, number, row, None] * samples[:, row]
-    return (
-        f
-        - loops.offset[orbits, number, None]
-        - loops.drift[orbits, number, None] * (stride * np.arange(samples.shape[2]))
-    )
+    f = np.empty((orbits.size, -(-signals.shape[2] // stride)), complex)
+    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
+    _run(kernels.loop_values, orbits.size, (signals, stride, orbits, number, *complexes, f), threads)
+    return f
 
 
 def line_rates(
@@ -388,23 +381,22 @@ def line_rates(
     bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
     up, with inf for it.
     """
-    samples, count = f.shape[1], len(f)
-    rates, uncertainty, left = np.full((5, count), np.nan), np.zeros(count), np.arange(count)
-    for window in (0, 3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
+    samples, count = fast_length(f.shape[1]), len(f)
+    rates, uncertainty = np.full((5, count), np.nan), np.zeros(count)
+    found = found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
+    near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
+    best = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)
+    uncertainty = np.where(near.any(axis=1), found.error[np.arange(count), best], np.inf)
+    rates[0] = np.where(near.any(axis=1), found.nu[np.arange(count), best], np.nan)
+    left = np.flatnonzero(uncertainty < useless)
+    for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
         begin, end = SPANS[window]
-        part = np.ascontiguousarray(f[left, round(begin * samples) : round(end * samples)])
-        n = part.shape[1]
-        found = naff(part, interval, lines=max(1, min(lines, n // 4 - WINDOW_ORDER)), window_order=WINDOW_ORDER)
-        near = (np.abs(found.nu - nu[left, None]) * n * interval < 3) & np.isfinite(found.error)
-        best = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)[:, None]
-        chosen = np.take_along_axis(near, best, axis=1)[:, 0]
-        rates[window, left] = np.where(chosen, np.take_along_axis(found.nu, best, axis=1)[:, 0], np.nan)
-        if window == 0:
-            uncertainty[left] = np.where(chosen, np.take_along_axis(found.error, best, axis=1)[:, 0], np.inf)
-        elif window > 2:
+        first, n = round(begin * samples), fast_length(round((end - begin) * samples))
+        rates[window, left] = followed_line(
+            f[left], interval, LINE_ORDER, first, first + n, found.take(left), best[left]
+        )
+        if window > 2:
             change = np.abs(rates[window, left] - rates[0, left])
-            uncertainty[left] = np.maximum(uncertainty[left], np.where(chosen, change, np.inf))
-        left = left[uncertainty[left] < useless[left]]
-        if not left.size:
-            break
+            uncertainty[left] = np.maximum(uncertainty[left], np.where(np.isfinite(change), change, np.inf))
+            left = left[uncertainty[left] < useless[left]]
     return rates, np.where(uncertainty < useless, uncertainty, np.inf)

@@ -17,7 +17,8 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.results import Result, along
 from ...flows.flow import Report, checked_threads
-from ...kernels.naff_lines import Window, find_lines, workspace
+from ...kernels.naff_bins import bins_of
+from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
 MAX_ORDER = 12
@@ -100,6 +101,21 @@ def naff(
     """
     reporter(report)
     signal, dt, lines, order = _checked(signal, dt, lines, window_order)
+    return found_lines(signal, dt, lines, order, threads, report, True)
+
+
+def found_lines(
+    signal: np.ndarray,
+    dt: float,
+    lines: int,
+    order: int,
+    threads: int | None = None,
+    report: Report | None = None,
+    samples_too: bool = False,
+) -> FrequencyLines:
+    """Return the lines of checked signals as `naff` does, without `samples_too` fitted to their bins alone: many times
+    faster, and as exact where the lines are all there is.
+    """
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
     batch = len(flat)
@@ -111,7 +127,7 @@ def naff(
     stop = threading.Event()
 
     def analyse(worker: int, report: Report | None = None) -> None:
-        scratch = _Scratch(min(rows, batch), _window(samples, order), lines)
+        scratch = _Scratch(min(rows, batch), _window(samples, order), lines, samples_too)
         for chunk in chunks[worker::workers]:
             if stop.is_set():
                 return
@@ -136,6 +152,25 @@ def naff(
     return found()
 
 
+def followed_line(
+    signal: np.ndarray, dt: float, order: int, begin: int, end: int, lines: FrequencyLines, which: np.ndarray
+) -> np.ndarray:
+    """Return the frequency (signals,) of line `which` (signals,) of the `lines` of signals (signals, samples) over the
+    samples from `begin` to `end`, fitted to its bins there from where it is; NaN where that fails.
+    """
+    samples = end - begin
+    window, unit = _window(samples, order), samples * dt
+    turns = lines.nu * dt * (begin + (samples - 1) / 2)
+    u, a = lines.nu * unit, lines.amplitude * np.exp(2j * np.pi * (turns - np.rint(turns)))
+    count, work, found = (np.abs(a) > 0).sum(axis=1), workspace(samples, a.shape[1], order), np.empty(len(signal))
+    rows = max(1, CHUNK_SAMPLES // samples)
+    for start in range(0, len(signal), rows):
+        part = slice(start, start + rows)
+        transforms = np.fft.fft(signal[part, begin:end] * window.weight)
+        follow_lines(transforms, window, work, count[part], which[part], u[part], a[part], found[part])
+    return np.where(which < count, found / unit, np.nan)
+
+
 def _together(work: Callable[[int], None], workers: int, stop: threading.Event, progress: Callable[[], Any]) -> None:
     """Run work(worker) of each of several threads; an error or Ctrl-C stops all of them."""
     with ThreadPoolExecutor(workers) as pool:
@@ -153,12 +188,12 @@ def _together(work: Callable[[int], None], workers: int, stop: threading.Event, 
 class _Scratch:
     """Memory of one thread, kept over its chunks."""
 
-    def __init__(self, rows: int, window: Window, lines: int):
+    def __init__(self, rows: int, window: Window, lines: int, samples_too: bool):
         samples = window.weight.size
         self.signals = np.empty((rows, samples), np.complex128)
         self.transforms = np.empty((rows, samples), np.complex128)
-        self.window = window
-        self.work = workspace(samples, lines)
+        self.window, self.samples_too = window, samples_too
+        self.work = workspace(samples, lines, window.order)
 
     def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
         """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
@@ -175,9 +210,8 @@ class _Scratch:
             floats[row] = np.ldexp(floats[row], -exponent[row])
         np.multiply(signals, self.window.weight, out=transforms)
         np.fft.fft(transforms, axis=-1, out=transforms)
-        find_lines(
-            signals, transforms, self.window, self.work, result.nu, result.amplitude, result.error, result.residual
-        )
+        lines = result.nu, result.amplitude, result.error, result.residual
+        find_lines(signals, transforms, self.window, self.work, *lines, self.samples_too)
         with np.errstate(over="ignore"):  # an amplitude may exceed what a float holds by the root of 2
             for row in np.flatnonzero(exponent):
                 amplitude = result.amplitude[row].view(np.float64)
@@ -194,7 +228,8 @@ def _window(samples: int, order: int) -> Window:
         weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
         weight[[i, -1 - i]] = 0.0
     weight /= weight.sum()
-    j, k = np.arange(-(samples // 2), samples // 2 + 1), np.arange(samples)
+    zero, k = samples // 2 + bins_of(order), np.arange(samples)
+    j = np.arange(-zero, zero + 1)
     scale = np.where(j % 2, -samples / np.pi, samples / np.pi)
     curvature = np.sum(weight * times**2)
     bins = np.linspace(0, order + 2, 8 * order + 24)
@@ -207,6 +242,7 @@ def _window(samples: int, order: int) -> Window:
         order=order,
         weight=weight,
         centre=np.exp(1j * np.pi * (k * (samples - 1) % (2 * samples)) / samples),
+        zero=zero,
         sine=scale * np.sin(np.pi * j / samples),
         cosine=scale * np.cos(np.pi * j / samples),
         fourier=np.array([np.sum(weight * np.cos(i * times)) for i in range(order + 1)]),

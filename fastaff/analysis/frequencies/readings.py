@@ -104,7 +104,7 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     sound = (np.abs(own.nu - centre) * time < SAME) | (found.rank == 0)[:, None]
     own = own._replace(error=np.where(sound & found.moving, own.error, np.inf))
     steady = np.where(found.drifting[:, None] & (fallback > 0), 0.0, centre)
-    chosen = _with_lines(own, s, loops, steady, stride, dt, fallback)
+    chosen = _with_lines(own, s, loops, steady, stride, dt, fallback, threads)
     line = own._replace(nu=centre, error=np.where(centre > 0, found.spread, np.inf), method=np.ones_like(own.method))
     chosen = chosen.better(line) if np.isfinite(fallback) else chosen.where(np.isfinite(chosen.error), line)
     leading, leading_error = np.zeros((2, len(centre), n))
@@ -117,7 +117,9 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
         )
         planes = rates.of(slice(2 * m, None))
         near = np.where(planes.error * time < 3, planes.nu, 0.0)
-        planes = _with_lines(planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback)
+        planes = _with_lines(
+            planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback, threads
+        )
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
@@ -155,7 +157,7 @@ def _with_scheme(
 
 def _modes(s: np.ndarray, dt: float, threads: int) -> tuple[Modes, np.ndarray]:
     """Return the modes of signals and the strides of the samples that their lines were fitted to: each orbit's own."""
-    fast = fastest(s, dt) * dt
+    fast = fastest(s, dt, threads) * dt
     stride = 2 ** np.floor(np.log2(np.clip(LINES_DENSE / np.maximum(fast, 1e-6), 1, max(1, s.shape[2] // 64)))).astype(
         np.int64
     )
@@ -205,7 +207,14 @@ def _averages(layout: Layout, samples: Samples, s: np.ndarray, start: np.ndarray
 
 
 def _with_lines(
-    rates: _Rates, s: np.ndarray, loops: Loops, centre: np.ndarray, stride: np.ndarray, dt: float, fallback: float
+    rates: _Rates,
+    s: np.ndarray,
+    loops: Loops,
+    centre: np.ndarray,
+    stride: np.ndarray,
+    dt: float,
+    fallback: float,
+    threads: int,
 ) -> _Rates:
     """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where
     all are asked for.
@@ -223,7 +232,7 @@ def _with_lines(
         for begin in range(0, orbits.size, AT_ONCE):
             o, j = orbits[begin : begin + AT_ONCE], numbers[begin : begin + AT_ONCE]
             useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-            nu, uncertainty = line_rates(values(s, loops, o, j, int(k)), dt * int(k), centre[o, j], useless)
+            nu, uncertainty = line_rates(values(s, loops, o, j, int(k), threads), dt * int(k), centre[o, j], useless)
             lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
             lines.halves[o, j] = np.where(np.isfinite(nu[1:3]).all(axis=0), nu[1:3], rates.halves[o, j].T).T
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
