@@ -10,8 +10,22 @@ import naive
 import numpy as np
 import pytest
 
-from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, NeoHookean, frequency_map
-from fastaff.analysis import BirkhoffAverages
+from fastaff import (
+    SOFRONIOU_SPALETTA10,
+    AlphaTurning,
+    Anharmonic,
+    Body,
+    Harmonic,
+    HeavyTop,
+    HenonHeiles,
+    Hyperelastic,
+    Linear,
+    NeoHookean,
+    energy_grid,
+    frequency_map,
+    integrate,
+)
+from fastaff.analysis import BirkhoffAverages, NaffLines
 
 ORBITS, TIME = 1000, 200 * np.pi
 CASES = [(Harmonic(), 0.1), (Anharmonic(), 0.02), (Hyperelastic(), 0.01), (HeavyTop(1.0, 0.5), 0.01)]
@@ -72,3 +86,47 @@ def test_chaotic_map(benchmark):
     result = benchmark.pedantic(run, rounds=3)
     rate = 4096 / benchmark.stats["min"]
     print(f"\nneo-Hookean: {rate:.0f} orbits/s over T = 500 at step 0.04; {result.summary()}")
+
+
+def grids():
+    """Return systems with their orbits, times and steps: a coupled body and a cheap force, regular and chaotic ones."""
+    body, cubic = Body(NeoHookean()), HenonHeiles()
+    axes = [np.linspace(0.05, 1.2, 60), np.linspace(-1.4, 1.4, 45)]
+    orbits = energy_grid(body, energy=1.5, section=AlphaTurning(1), axes=axes, p_eta=0.3, p_gamma=0.2).z0
+    axes = [np.linspace(-0.4, 0.6, 40), np.linspace(-0.45, 0.45, 40)]
+    plane = energy_grid(cubic, energy=1 / 8, section=Linear(normal=(1, 0, 0, 0)), axes=axes).z0
+    return {
+        "neo-Hookean, E = 1.5": (body, orbits[:, :1106], 400.0, 0.04),
+        "Henon-Heiles, E = 1/8": (cubic, plane[:, :1106], 1000.0, 0.1),
+    }
+
+
+@pytest.mark.parametrize("name", ["neo-Hookean, E = 1.5", "Henon-Heiles, E = 1/8"])
+def test_multiples_of_the_integration(benchmark, name):
+    """Processor time of a frequency map over that of `integrate` with the same step, in alternating runs."""
+    body, z0, end, step = grids()[name]
+    options = {"time": end, "step": step}
+    runs = {
+        "integrate": lambda: integrate(body, z0, **options),
+        "averages alone": lambda: frequency_map(body, z0, method=BirkhoffAverages(fallback=np.inf), **options),
+        "as it comes": lambda: frequency_map(body, z0, **options),
+        "lines": lambda: frequency_map(body, z0, method=NaffLines(), **options),
+    }
+    results = {key: run() for key, run in runs.items()}
+    cost = dict.fromkeys(runs, np.inf)
+    for _ in range(3):
+        for key, run in runs.items():
+            start = time.process_time()
+            run()
+            cost[key] = min(cost[key], time.process_time() - start)
+    benchmark.pedantic(runs["as it comes"], rounds=1)
+    regular = results["as it comes"].regular
+    said = []
+    for key in list(runs)[1:]:
+        relative = results[key].error[:, regular].max(axis=0) / np.abs(results[key].nu[:, regular]).max(axis=0)
+        said.append(f"{key} {cost[key] / cost['integrate']:.1f} (median error estimate {np.median(relative):.0e})")
+    benchmark.extra_info.update({key: cost[key] / cost["integrate"] for key in runs})
+    print(
+        f"\n{name}, {z0.shape[1]} orbits, {regular.sum()} regular, integrate {cost['integrate']:.2f} s of one core; "
+        f"multiples of it: {'; '.join(said)}"
+    )

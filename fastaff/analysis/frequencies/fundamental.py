@@ -272,7 +272,9 @@ def _lattice(
     tables, sizes = _tables(m)
     rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
     nu, spread = np.zeros((2, orbits, m))
-    _run(kernels.generators, orbits, (value, bar, count, tables, sizes, rank, nu, spread, source), threads)
+    _run(
+        kernels.generators, orbits, (value, bar, count, tables, sizes, rank, nu, spread, source), 1
+    )  # too brief for more
     dual, share = _dual(x, h, rank, nu, threads)
     place = _places(share, nu, rank, moving)
     rows = np.arange(orbits)[:, None]
@@ -283,7 +285,7 @@ def _lattice(
     dual = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
     combination = np.zeros((orbits, m, m), np.int64)
-    _run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, combination), threads)
+    _run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, combination), 1)
     # A loop without a frequency of its own shows its leading line, which depends on the others.
     nu, spread = np.where(owned, nu, top), np.where(owned, spread, np.where(top > 0, top_bar, np.inf))
     zero = np.zeros((orbits, m), complex)
