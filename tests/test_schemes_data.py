@@ -20,12 +20,14 @@ from scipy.integrate import DOP853 as ScipyDOP853
 from fastaff import schemes
 from fastaff.schemes import _verner98
 from fastaff.schemes.catalogue import (
+    BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
     KAHAN_LI8,
     LEAPFROG,
     RK4,
     SCHEMES,
+    SOFRONIOU_SPALETTA8,
     SOFRONIOU_SPALETTA10,
     VERNER9,
     YOSHIDA4,
@@ -47,7 +49,9 @@ ORDERS = [
     (LEAPFROG, 2, 120),
     (YOSHIDA4, 4, 60),
     (BLANES_MOAN6, 6, 24),
+    (BLANES_CASAS_ESCORIHUELA8, 8, 16),
     (KAHAN_LI8, 8, 24),
+    (SOFRONIOU_SPALETTA8, 8, 16),
     (SOFRONIOU_SPALETTA10, 10, 12),
     (RK4, 4, 90),
     (DOP853, 8, 24),
@@ -293,7 +297,9 @@ def test_shapes_and_derived_properties():
         "LEAPFROG": (1, 1),
         "YOSHIDA4": (3, 3),
         "BLANES_MOAN6": (14, 14),
+        "BLANES_CASAS_ESCORIHUELA8": (19, 19),
         "KAHAN_LI8": (17, 17),
+        "SOFRONIOU_SPALETTA8": (21, 21),
         "SOFRONIOU_SPALETTA10": (35, 35),
         "RK4": (4, 4),
         "DOP853": (13, 12),
@@ -354,7 +360,7 @@ def test_coefficients_must_be_finite(scheme, name, value):
         replace(scheme, **{name: corrupted(getattr(scheme, name), 1, lambda c: value)})
 
 
-@pytest.mark.parametrize("scheme", [BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10], ids=lambda s: s.name)
+@pytest.mark.parametrize("scheme", [s for s in SPLITTINGS if s.order >= 6], ids=lambda s: s.name)
 def test_exchanged_coefficients_are_refused(scheme):
     """An exchange keeps the sum and the symmetry: only the quadrature conditions see it."""
     half = len(scheme.kick) // 2

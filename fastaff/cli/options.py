@@ -266,8 +266,8 @@ class Run:
     """How to integrate."""
 
     scheme: str = "KAHAN_LI8"
-    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive).
-    [KAHAN_LI8]
+    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8, SOFRONIOU_SPALETTA8,
+    SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive). [KAHAN_LI8]
     """
     step: float | None = None
     """Fixed step. [chosen for each orbit by a short trial]"""

@@ -187,7 +187,7 @@ class Flow:
         """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that
         small.
         """
-        return isinstance(self.scheme, Splitting) and self.scheme.order >= 10
+        return isinstance(self.scheme, Splitting) and self.scheme.increments
 
     def ensemble(
         self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None

@@ -4,12 +4,14 @@ them.
 
 from .automatic import AUTO, Automatic
 from .catalogue import (
+    BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
     KAHAN_LI8,
     LEAPFROG,
     RK4,
     SCHEMES,
+    SOFRONIOU_SPALETTA8,
     SOFRONIOU_SPALETTA10,
     VERNER9,
     YOSHIDA4,
@@ -24,6 +26,7 @@ from .time_transformed import Algebraic, Exponential, Logistic, TimeTransformed
 
 __all__ = [
     "AUTO",
+    "BLANES_CASAS_ESCORIHUELA8",
     "BLANES_MOAN6",
     "DOP853",
     "KAHAN_LI8",
@@ -31,6 +34,7 @@ __all__ = [
     "RK4",
     "SCHEMES",
     "SOFRONIOU_SPALETTA10",
+    "SOFRONIOU_SPALETTA8",
     "VERNER9",
     "YOSHIDA4",
     "Algebraic",

@@ -24,7 +24,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..base.numbers import flag, reals, text, whole
-from . import _dop853, _verner98
+from . import _dop853, _splittings, _verner98
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
 
 
@@ -48,7 +48,8 @@ class Splitting:
     ends with the drift drift[-1]*h. A scheme that kicks first has drift[0] = drift[-1] = 0.
 
     Parameters: `drift` has one entry more than `kick`; both are palindromic and sum to 1. With `nystrom` the order
-    holds only for T quadratic in p.
+    holds only for T quadratic in p; with `increments` steps are summed as increments with their rounding errors carried
+    on (Kahan's summation), for schemes whose own error is that small.
     Raises ValueError for coefficients that are not finite, not palindromic, do not sum to 1 or contradict the order.
     The test of the order is necessary, not sufficient: a force, and a velocity, that depend on time alone must be
     integrated by a quadrature of that order. The tests of the package measure the order itself.
@@ -60,13 +61,14 @@ class Splitting:
     drift: Weights
     kick: Weights
     nystrom: bool = False
+    increments: bool = False
 
     def __repr__(self) -> str:
         return _shown(self)
 
     def __post_init__(self) -> None:
         _label(self)
-        flag("nystrom", self.nystrom)
+        flag("nystrom", self.nystrom), flag("increments", self.increments)
         for what in ("drift", "kick"):
             object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
         require(
@@ -132,11 +134,12 @@ def compose(
     name: str,
     order: int,
     source: str,
+    increments: bool = False,
 ) -> Splitting:
     """Compose a symmetric splitting with itself at step sizes w1 h, w2 h, ..., w0 h, ..., w2 h, w1 h.
 
     `weights` are w1, w2, ... from the outside in, without the central w0 = 1 - 2 (w1 + w2 + ...); strings keep all
-    their digits. Adjacent flows of the same kind are merged exactly and rounded once.
+    their digits. Adjacent flows of the same kind are merged exactly and rounded once. `increments` as in `Splitting`.
     Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
     """
     outer = [Fraction(w) for w in weights]
@@ -151,7 +154,8 @@ def compose(
         merged += [w * flow for flow in flows[1:]]
     if kicks_first:
         merged = [Fraction(0), *merged, Fraction(0)]
-    return Splitting(name, order, source, tuple(map(float, merged[::2])), tuple(map(float, merged[1::2])), base.nystrom)
+    drift, kick = tuple(map(float, merged[::2])), tuple(map(float, merged[1::2]))
+    return Splitting(name, order, source, drift, kick, base.nystrom, increments)
 
 
 def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
@@ -309,80 +313,50 @@ YOSHIDA4 = triple_jump(
     source="Yoshida, Phys. Lett. A 150 (1990) 262; Forest and Ruth, Physica D 43 (1990) 105",
 )
 
-# Published with 15 digits. These solve the order conditions (grades 1, 3 and 5 of the free Lie algebra of drift A and
-# kick B with [B, [B, [B, A]]] = 0) to 1e-25: the solution nearest to the published digits, within 4e-15 of each.
-# The other of the pair, with 11 forces, needs 4-18 % fewer of them on Hénon-Heiles and 12-30 % more on Kepler orbits.
 BLANES_MOAN6 = Splitting(
     name="BLANES_MOAN6",
     order=6,
     nystrom=True,
     source="Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3, SRKN 14a; digits refined by Newton",
-    drift=_mirrored(
-        (
-            "0.03785931984061094144702118",
-            "0.10263563310243655284708225",
-            "-0.02586788826655833316394696",
-            "0.31424140307144643414714254",
-            "-0.13014445951741511384961508",
-            "0.10641770036954136802228014",
-            "-0.00879424312851020439406943",
-        ),
-        central=True,
-    ),
-    kick=_mirrored(
-        (
-            "0.09171915262446201798118323",
-            "0.18398317000500489849147656",
-            "-0.05653436583288910439527704",
-            "0.00491468877471188564020562",
-            "0.14376112716836168238737453",
-            "0.32856769374680414020048126",
-        ),
-        central=False,
-    ),
+    drift=_mirrored(_splittings.BLANES_MOAN6_DRIFT, central=True),
+    kick=_mirrored(_splittings.BLANES_MOAN6_KICK, central=False),
+)
+
+BLANES_CASAS_ESCORIHUELA8 = Splitting(
+    name="BLANES_CASAS_ESCORIHUELA8",
+    order=8,
+    nystrom=True,
+    increments=True,
+    source="Blanes, Casas and Escorihuela-Tomàs, arXiv 2202.01541 (2022), the symmetric method with 19 forces that "
+    "drifts first",
+    drift=_mirrored(_splittings.BLANES_CASAS_ESCORIHUELA8_DRIFT, central=False),
+    kick=_mirrored(_splittings.BLANES_CASAS_ESCORIHUELA8_KICK, central=True),
 )
 
 KAHAN_LI8 = compose(
     LEAPFROG,
-    (
-        "0.13020248308889008087881763",
-        "0.56116298177510838456196441",
-        "-0.38947496264484728640807860",
-        "0.15884190655515560089621075",
-        "-0.39590389413323757733623154",
-        "0.18453964097831570709183254",
-        "0.25837438768632204729397911",
-        "0.29501172360931029887096624",
-    ),
+    _splittings.KAHAN_LI8,
     name="KAHAN_LI8",
     order=8,
     source="Kahan and Li, Math. Comp. 66 (1997) 1089, 17 stages; digits of Hairer, Lubich, Wanner 2006, V.3.14",
 )
 
+SOFRONIOU_SPALETTA8 = compose(
+    LEAPFROG,
+    _splittings.SOFRONIOU_SPALETTA8,
+    name="SOFRONIOU_SPALETTA8",
+    order=8,
+    source="Sofroniou and Spaletta, Optim. Methods Softw. 20 (2005) 597, 21 stages",
+    increments=True,
+)
+
 SOFRONIOU_SPALETTA10 = compose(
     LEAPFROG,
-    (
-        "0.07879572252168641926390768",
-        "0.31309610341510852776481247",
-        "0.02791838323507806610952027",
-        "-0.22959284159390709415121340",
-        "0.13096206107716486317465686",
-        "-0.26973340565451071434460973",
-        "0.07497334315589143566613711",
-        "0.11199342399981020488957508",
-        "0.36613344954622675119314812",
-        "-0.39910563013603589787862981",
-        "0.10308739852747107731580277",
-        "0.41143087395589023782070412",
-        "-0.00486636058313526176219566",
-        "-0.39203335370863990644808194",
-        "0.05194250296244964703718290",
-        "0.05066509075992449633587434",
-        "0.04967437063972987905456880",
-    ),
+    _splittings.SOFRONIOU_SPALETTA10,
     name="SOFRONIOU_SPALETTA10",
     order=10,
     source="Sofroniou and Spaletta, Optim. Methods Softw. 20 (2005) 597, 35 stages",
+    increments=True,
 )
 
 RK4 = RungeKutta(
@@ -435,7 +409,18 @@ Scheme = Splitting | RungeKutta
 SCHEMES: Mapping[str, Scheme] = MappingProxyType(
     {
         scheme.name: scheme
-        for scheme in (LEAPFROG, YOSHIDA4, BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, RK4, DOP853, VERNER9)
+        for scheme in (
+            LEAPFROG,
+            YOSHIDA4,
+            BLANES_MOAN6,
+            BLANES_CASAS_ESCORIHUELA8,
+            KAHAN_LI8,
+            SOFRONIOU_SPALETTA8,
+            SOFRONIOU_SPALETTA10,
+            RK4,
+            DOP853,
+            VERNER9,
+        )
     }
 )
 
