@@ -5,6 +5,7 @@ documented.
 import ast
 import importlib
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -188,13 +189,18 @@ PUBLIC = list(battery.PUBLIC.items())
 FUNCTIONS = [(name, value) for name, value in PUBLIC if inspect.isfunction(value)]
 
 
+def by_number(name):
+    """The name with the numbers in it as numbers: 8 is before 10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
+
+
 @pytest.mark.parametrize(
     "folder", [fastaff, fastaff.analysis, fastaff.charts, fastaff.models, fastaff.quantum, fastaff.schemes]
 )
 def test_the_list_of_names_is_sorted_and_true(folder):
     names = folder.__all__
     assert len(set(names)) == len(names)
-    assert names == sorted(names, key=lambda n: (not n.isupper(), not n[0].isupper(), n))
+    assert names == sorted(names, key=lambda n: (not n.isupper(), not n[0].isupper(), by_number(n)))
     tree = ast.parse(Path(folder.__file__).read_text())
     logic = [n for n in tree.body if not isinstance(n, (ast.Expr, ast.ImportFrom, ast.Assign, ast.FunctionDef))]
     assert not logic

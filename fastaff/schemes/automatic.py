@@ -10,12 +10,26 @@ from typing import Any
 import numpy as np
 
 from ..base.numbers import positive
-from .catalogue import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, VERNER9, RungeKutta, Splitting
+from .catalogue import (
+    BLANES_CASAS_ESCORIHUELA8,
+    BLANES_MOAN6,
+    DOP853,
+    KAHAN_LI8,
+    SOFRONIOU_SPALETTA10,
+    VERNER9,
+    RungeKutta,
+    Splitting,
+)
 from .time_transformed import TimeTransformed
 
 PREFERENCE = 1.5
 """How many times the forces of the cheapest scheme one that keeps phase space volume may cost: its error does not grow
 with time.
+"""
+
+BETTER = {KAHAN_LI8: BLANES_CASAS_ESCORIHUELA8}
+"""Schemes that are not tried beside another where T is quadratic: the race of bench/test_schemes.py has it ahead on all
+systems at all accuracies.
 """
 
 TRIAL_ORBITS = 64
@@ -53,7 +67,15 @@ class Automatic:
     TypeError or ValueError for candidates that are no schemes.
     """
 
-    candidates: tuple[Any, ...] = (KAHAN_LI8, SOFRONIOU_SPALETTA10, BLANES_MOAN6, TimeTransformed(), DOP853, VERNER9)
+    candidates: tuple[Any, ...] = (
+        BLANES_CASAS_ESCORIHUELA8,
+        BLANES_MOAN6,
+        KAHAN_LI8,
+        SOFRONIOU_SPALETTA10,
+        TimeTransformed(),
+        DOP853,
+        VERNER9,
+    )
     energy_error: float = 1e-9
 
     def __post_init__(self) -> None:
@@ -87,8 +109,14 @@ class Automatic:
         return replace(self, candidates=kept)
 
     def suited(self, quadratic: bool) -> Automatic:
-        """Return itself with the candidates whose order holds: for T `quadratic` in the momenta all of them."""
-        kept = tuple(c for c in self.candidates if quadratic or not getattr(c, "nystrom", False))
+        """Return itself with the candidates worth a trial: those whose order holds, for T `quadratic` in the momenta those
+        that have no `BETTER` one beside them.
+        """
+        kept = tuple(
+            c
+            for c in self.candidates
+            if (BETTER.get(c) not in self.candidates if quadratic else not getattr(c, "nystrom", False))
+        )
         if not kept:
             raise ValueError(f"scheme {self.name} takes T quadratic in the momenta, which it is not")
         return replace(self, candidates=kept)

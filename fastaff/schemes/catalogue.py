@@ -49,7 +49,8 @@ class Splitting:
 
     Parameters: `drift` has one entry more than `kick`; both are palindromic and sum to 1. With `nystrom` the order
     holds only for T quadratic in p; with `increments` steps are summed as increments with their rounding errors carried
-    on (Kahan's summation), for schemes whose own error is that small.
+    on (Kahan's summation), which takes 1.2 to 1.4 times as long and pays where the scheme's own error is below 1e-13:
+    `dataclasses.replace(BLANES_CASAS_ESCORIHUELA8, increments=True)`.
     Raises ValueError for coefficients that are not finite, not palindromic, do not sum to 1 or contradict the order.
     The test of the order is necessary, not sufficient: a force, and a velocity, that depend on time alone must be
     integrated by a quadrature of that order. The tests of the package measure the order itself.
@@ -326,7 +327,6 @@ BLANES_CASAS_ESCORIHUELA8 = Splitting(
     name="BLANES_CASAS_ESCORIHUELA8",
     order=8,
     nystrom=True,
-    increments=True,
     source="Blanes, Casas and Escorihuela-Tomàs, arXiv 2202.01541 (2022), the symmetric method with 19 forces that "
     "drifts first",
     drift=_mirrored(_splittings.BLANES_CASAS_ESCORIHUELA8_DRIFT, central=False),
@@ -347,7 +347,6 @@ SOFRONIOU_SPALETTA8 = compose(
     name="SOFRONIOU_SPALETTA8",
     order=8,
     source="Sofroniou and Spaletta, Optim. Methods Softw. 20 (2005) 597, 21 stages",
-    increments=True,
 )
 
 SOFRONIOU_SPALETTA10 = compose(
