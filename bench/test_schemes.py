@@ -1,6 +1,7 @@
 """Work and precision of the splittings: forces per unit time for the accuracy asked, on seven systems.
 
-Run: pytest bench/test_schemes.py -s (the table, 3 minutes), or python bench/test_schemes.py PATH (the figure too).
+Run: pytest bench/test_schemes.py -s (the table, 3 minutes), or python bench/test_schemes.py PATH (the figure of
+docs/SCHEMES.md too, with increments where they help).
 """
 
 from __future__ import annotations
@@ -213,27 +214,34 @@ def race(system: System, racers: tuple[Splitting, ...] = RACERS) -> Race:
 
 
 def table(races: list[Race], racers: tuple[Splitting, ...] = RACERS) -> str:
-    """Return the Markdown table: forces per unit time, CPU microseconds of an orbit per unit time, the winners."""
+    """Return the Markdown table: forces per unit time (CPU microseconds of one orbit per unit time), the winners."""
     head = ["system", "error", *(s.name for s in racers), "fewest forces", "least time"]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for found in races:
         for goal, row in zip(GOALS, found.forces):
             times = row * np.array(found.seconds)
-            cells = [f"{f:.0f} ({1e6 * t:.1f})" if np.isfinite(f) else "-" for f, t in zip(row, times)]
+            cells = [f"{f:.0f} ({1e6 * t:.2f})" if np.isfinite(f) else "-" for f, t in zip(row, times)]
             won = [racers[int(np.argmin(r))].name if np.isfinite(r).any() else "-" for r in (row, times)]
             lines.append("| " + " | ".join([found.system.name, f"{goal:.0e}", *cells, *won]) + " |")
     return "\n".join(lines)
 
 
+def _base(scheme: Splitting) -> str:
+    """Return the name of a scheme without what was changed of it."""
+    return scheme.name.split(",")[0]
+
+
 def figure(races: list[Race], racers: tuple[Splitting, ...] = RACERS) -> plt.Figure:
     """Return the work-precision figure, one panel a system: geometric means of the errors of its orbits."""
     fig, axes = plt.subplots(2, 4, figsize=(13, 6.4), sharex=True, sharey=True, layout="constrained")
+    colours = {name: f"C{k}" for k, name in enumerate(dict.fromkeys(_base(s) for s in racers))}
     for ax, found in zip(axes.flat, races):
         for scheme, (work, errors) in zip(racers, found.curves):
             with np.errstate(all="ignore"):
                 mean = np.exp(np.log(np.maximum(errors, 1e-17)).mean(axis=1))
             kept = np.isfinite(mean) & (mean < 0.1)
-            ax.loglog(work[kept], mean[kept], lw=1.4, label=scheme.name, ls="-" if scheme.nystrom else "--")
+            style = ":" if scheme.name != _base(scheme) else "-" if scheme.nystrom else "--"
+            ax.loglog(work[kept], mean[kept], lw=1.5, label=scheme.name, ls=style, c=colours[_base(scheme)])
         for goal in GOALS:
             ax.axhline(goal, color="0.85", lw=0.8, zorder=0)
         ax.set(title=found.system.name, xlim=(10, 7000), ylim=(1e-16, 0.1))

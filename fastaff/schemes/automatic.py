@@ -109,8 +109,8 @@ class Automatic:
         return replace(self, candidates=kept)
 
     def suited(self, quadratic: bool) -> Automatic:
-        """Return itself with the candidates worth a trial: those whose order holds, for T `quadratic` in the momenta those
-        that have no `BETTER` one beside them.
+        """Return itself with the candidates worth a trial: those whose order holds and, for T `quadratic` in the
+        momenta, that have no `BETTER` one beside them.
         """
         kept = tuple(
             c
