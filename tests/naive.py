@@ -228,7 +228,9 @@ def frequencies(body, z):
 
 
 def turns(body, z, time, step):
-    """Return the mean turning rates nu_eta, nu_gamma of one orbit over `time`: unwrapped angles and nothing else."""
+    """Return the mean turning rates nu_eta, nu_gamma (2, ...) of orbits (8, ...) over `time`: unwrapped angles and
+    nothing else.
+    """
     path = march(body, SOFRONIOU_SPALETTA10, z, step, round(time / step))
     planes = path[:, [0, 2]] + 1j * path[:, [1, 3]]
     return np.angle(planes[1:] / planes[:-1]).sum(axis=0) / (2 * np.pi * time)

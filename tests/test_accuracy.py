@@ -12,13 +12,17 @@ NAMES = "x y z u v w"
 
 
 def chain(rng, n, *, length=1.0, time=1.0, constant=0.0, origin=0.0):
-    """Random coupled oscillators with unit masses, in units of length and time, and their matrix."""
+    """Random coupled oscillators with unit masses, in units of length and time, and their matrix. The numbers are
+    parameters: all chains of n are one compiled model.
+    """
     A = rng.normal(size=(n, n))
     K = (A @ A.T + 0.2 * np.eye(n)) / time**2
     names = NAMES.split()[:n]
-    about = [f"({name} - {float(origin)!r})" for name in names]
-    text = " + ".join(f"({float(K[i, j] / 2)!r})*{about[i]}*{about[j]}" for i in range(n) for j in range(n))
-    return fa.hamiltonian(f"{text} + {float(constant * length**2 / time**2)!r}", coordinates=" ".join(names)), K
+    pairs = {f"k{i}{j}": (i, j) for i in range(n) for j in range(i + 1)}
+    text = " + ".join(f"{k}*({names[i]} - o)*({names[j]} - o)" for k, (i, j) in pairs.items())
+    numbers = {k: float(K[i, j] / (2 if i == j else 1)) for k, (i, j) in pairs.items()}
+    zero = float(constant * length**2 / time**2)
+    return fa.hamiltonian(f"{text} + c", coordinates=" ".join(names), o=float(origin), c=zero, **numbers), K
 
 
 def chain_at(K, z, t, origin=0.0):

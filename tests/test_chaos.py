@@ -378,7 +378,7 @@ def test_threads_neighbours_and_order_change_no_bit(run):
     z0 = 0.7 * np.random.default_rng(4).standard_normal((4, 120))
     z0[:, ::17] *= np.geomspace(3.0, 1000.0, z0[:, ::17].shape[1])  # the frequency grows like the amplitude
     indicators = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(4), ZeroOne())
-    fixed = {"time": 25.0, "indicators": indicators, **run}
+    fixed = {"time": 8.0, "indicators": indicators, **run}
     if "step" in run:
         z0[:, ::17] /= 10.0
     whole = chaos_map(model, z0, threads=1, **fixed)

@@ -121,8 +121,7 @@ def test_the_naive_truth_is_the_turning_of_the_planes(body):
     """Mean rates of the unwrapped angles over a long time: the boundary terms fall like 1/time."""
     z0 = moving(body, 3, 20)
     truth = frequencies(body, z0)
-    for i in range(3):
-        np.testing.assert_allclose(turns(body, z0[:, i], 400.0, 0.1), truth[2:, i], rtol=0, atol=1.0 / 400)
+    np.testing.assert_allclose(turns(body, z0, 400.0, 0.1), truth[2:], rtol=0, atol=1.0 / 400)
 
 
 @every_reference
@@ -167,7 +166,7 @@ def population(body, orbits):
 
 @pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
 def test_random_orbits(body, record_property):
-    error, estimate = population(body, 200)
+    error, estimate = population(body, 120)
     covered = (error <= estimate + 1e-14).mean()  # 1e-14: rounding of the truth
     record_property("covered", float(covered))
     assert covered >= 0.95
@@ -176,8 +175,8 @@ def test_random_orbits(body, record_property):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
-def test_a_thousand_random_orbits(body):
-    error, estimate = population(body, 1000)
+def test_many_random_orbits(body):
+    error, estimate = population(body, 500)
     assert (error <= estimate + 1e-14).mean() >= 0.95
     assert (error / np.maximum(estimate, 1e-14)).max() < 100
 
@@ -291,7 +290,7 @@ def test_diffusion_tells_chaos_from_order():
     """Mostly regular at E = 1, mostly chaotic at E = 3 (docs/PHYSICS.md section 8): six orders of magnitude apart."""
     medians = []
     for energy in (0.5, 4.0):
-        body, z0 = neo_hookean(energy, 15)
+        body, z0 = neo_hookean(energy, 9)
         f = frequency_map(body, z0, time=600.0, step=0.02, energy_tolerance=1e-4)
         kept = f.status == Status.OK
         assert kept.sum() > 10
@@ -391,7 +390,7 @@ def test_energy_drift_is_marked():
 def test_memory_does_not_grow_with_time(monkeypatch):
     """Samples are in memory for as many orbits at a time as the budget allows; one orbit's always are."""
     z0 = states(BODY, 32)
-    monkeypatch.setattr("fastaff.analysis.frequencies.frequency_map.BUDGET", 1 << 24)
+    monkeypatch.setattr("fastaff.analysis.frequencies.frequency_map.BUDGET", 1 << 22)
 
     def peak(time):
         tracemalloc.start()
@@ -400,8 +399,8 @@ def test_memory_does_not_grow_with_time(monkeypatch):
         tracemalloc.stop()
         return size
 
-    peak(4000.0)  # what a first long run leaves in caches
-    assert peak(4000.0) < 1.2 * peak(1000.0) + 20_000
+    peak(1000.0)  # what a first long run leaves in caches
+    assert peak(1000.0) < 1.2 * peak(250.0) + 20_000
 
 
 INTERRUPT = """

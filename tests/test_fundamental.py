@@ -39,12 +39,16 @@ LETTERS = "abcdef"
 
 
 def chain(n, seed):
-    """A linear system of random couplings and masses, and its frequencies."""
+    """A linear system of random couplings and masses, and its frequencies. The couplings are parameters: all chains of
+    n are one compiled model.
+    """
     rng = np.random.default_rng(seed)
     M = rng.normal(size=(n, n))
     K, mass = M @ M.T / n + 0.15 * np.eye(n), rng.uniform(0.5, 2.0, n)
-    V = " + ".join(f"{float(K[i, j] / 2)}*{LETTERS[i]}*{LETTERS[j]}" for i in range(n) for j in range(n))
-    model = hamiltonian(V, coordinates=" ".join(LETTERS[:n]), masses=tuple(mass))
+    pairs = {f"k{i}{j}": (i, j) for i in range(n) for j in range(i + 1)}
+    V = " + ".join(f"{k}*{LETTERS[i]}*{LETTERS[j]}" for k, (i, j) in pairs.items())
+    springs = {k: float(K[i, j] / (2 if i == j else 1)) for k, (i, j) in pairs.items()}
+    model = hamiltonian(V, coordinates=" ".join(LETTERS[:n]), masses=tuple(mass), **springs)
     root = np.sqrt(mass)
     return model, np.sqrt(np.linalg.eigvalsh(K / np.outer(root, root))) / (2 * np.pi)
 
@@ -276,12 +280,12 @@ def unimodular(nu, other, reach=4):
 
 
 def test_regular_orbits_have_the_lattice_of_their_torus():
-    z0 = bound(1 / 30, 6, 2)
+    z0 = bound(1 / 30, 4, 2)
     f = frequency_map(HenonHeiles(), z0, time=4000.0)
     assert (f.kind == FrequencyKind.INDEPENDENT).all()
     assert (resonances(f).rank == 0).all()
     checked = 0
-    for i in range(6):
+    for i in range(4):
         torus = fit_torus(HenonHeiles(), z0[:, i], time=4000.0)
         if np.size(torus.nu) == 2 and np.isfinite(torus.nu).all():
             assert unimodular(f.nu[:, i], np.ravel(torus.nu)) < 1e-8
@@ -290,7 +294,7 @@ def test_regular_orbits_have_the_lattice_of_their_torus():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("energy", "orbits"), [(1 / 24, 1000), (0.1, 1000), (0.14, 400)])
+@pytest.mark.parametrize(("energy", "orbits"), [(1 / 24, 400), (0.1, 400), (0.14, 200)])
 def test_diffusion_agrees_with_tangent_vectors(energy, orbits):
     """Of those that all three decide, in 950 natural periods."""
     z0 = bound(energy, orbits, 6)
@@ -307,7 +311,7 @@ def test_units_origin_and_zero_of_energy():
     f = frequency_map(HenonHeiles(), z0, time=1500.0, step=0.1)
     for length, duration in ((1e6, 1e-6), (1e-6, 1e6)):
         a, b = 1 / duration**2, 1 / (length * duration**2)
-        model = hamiltonian(f"{a!r}*(x**2 + y**2)/2 + {b!r}*(x**2*y - y**3/3) + {1e3 * a * length**2!r}")
+        model = hamiltonian("a*(x**2 + y**2)/2 + b*(x**2*y - y**3/3) + c", a=a, b=b, c=1e3 * a * length**2)
         scaled = z0 * np.repeat([length, length / duration], 2)[:, None]
         other = frequency_map(model, scaled, time=1500.0 * duration, step=0.1 * duration)
         np.testing.assert_array_equal(other.kind, f.kind)

@@ -297,8 +297,9 @@ def test_all_wells_of_a_line_are_drawn_from(scale, shift):
     """V = (x^2 - 1)^2 + x/5 below its barrier, at any place and scale: shares of the wells are those of their areas (by
     quadrature).
     """
-    x = f"((x - {shift!r})/{scale!r})"
-    model, E, section = hamiltonian(f"({x}**2 - 1)**2 + {x}/5 + y**2/2"), 0.6, Linear((0.0, 1.0, 0.0, 0.0))
+    x = "((x - c)/s)"
+    model = hamiltonian(f"({x}**2 - 1)**2 + {x}/5 + y**2/2", c=shift, s=scale)
+    E, section = 0.6, Linear((0.0, 1.0, 0.0, 0.0))
     drawn = energy_sample(model, energy=E, section=section, orbits=4000, seed=5)
     s = np.linspace(-2, 2, 400_001)
     width = np.sqrt(np.maximum(E - (s**2 - 1) ** 2 - s / 5, 0))

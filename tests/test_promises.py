@@ -381,6 +381,7 @@ EXEMPT = {
     "continuation": "one orbit after another along a branch; its interruption is in test_results.py",
     "fit_torus": "one orbit; its interruption is in test_results.py",
     "coherent_packet": "one phase point",
+    "spectrum": "one class of one body, whose levels share a basis; its interruption is in test_results.py",
     "periodic_guesses": "guesses are chosen apart from one another: they belong to the set",
     "resonance_web": "nodes are neighbours of one map: it is about the company",
     "all_levels": "one body; its interruption is in test_quantum_listing.py",

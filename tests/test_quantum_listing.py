@@ -118,9 +118,9 @@ def test_no_class_is_missed():
 
 def test_bodies_that_do_not_separate():
     shares = []
-    found = all_levels(Body(Unseparated()), multiplets=4, tolerance=1e-6, report=shares.append)
-    np.testing.assert_allclose(found.multiplets().E, [2, 3, 4, 5], rtol=1e-7)
-    assert found.multiplets().degeneracy.tolist() == [1, 4, 10, 20]
+    found = all_levels(Body(Unseparated()), multiplets=3, tolerance=1e-6, report=shares.append)
+    np.testing.assert_allclose(found.multiplets().E, [2, 3, 4], rtol=1e-7)
+    assert found.multiplets().degeneracy.tolist() == [1, 4, 10]
     assert found.names == ("level",)
     assert np.all(np.diff(shares) >= 0)
     assert 0 <= shares[0] < shares[-1] == 1

@@ -64,12 +64,12 @@ def test_count_has_no_drift_on_exact_levels(m, l, hbar):
     """
     body = Body(Hyperelastic(1.4), 1.3)
     E = spectrum(body, m=m, l=l, count=160, hbar=hbar).E
-    count = partial(weyl_count, body, m=m, l=l, hbar=hbar)
-    deviation = count_deviation(E, count)
+    count = weyl_count(body, E, m=m, l=l, hbar=hbar)
+    deviation = count_deviation(E, lambda _: count)
     assert abs(deviation.mean()) < 0.03
     assert abs(deviation[:80].mean()) < 0.06
     assert abs(deviation[80:].mean()) < 0.06
-    short = count_deviation(np.delete(E, 60), count)
+    short = count_deviation(np.delete(E, 60), lambda _: np.delete(count, 60))
     assert short[:60].mean() == pytest.approx(deviation[:60].mean())
     assert short[60:].mean() == pytest.approx(-1 + deviation[61:].mean())
 
@@ -282,7 +282,7 @@ def test_phase_space_integrals_of_a_body_with_a_wall_are_those_of_one_quadrature
     lo, hi = (
         brentq(lambda angle: K(angle) - energy**2 / 2, *ends) for ends in ((1e-6, bottom), (bottom, np.pi / 4 - 1e-9))
     )
-    t, w = np.polynomial.legendre.leggauss(2000)
+    t, w = np.polynomial.legendre.leggauss(300)
     half = np.pi / 4 * (1 + t)
     angle, weight = lo + (hi - lo) * np.sin(half) ** 2, np.pi / 4 * w * (hi - lo) * np.sin(2 * half)
     root = np.sqrt(np.maximum(energy**2 - 2 * K(angle), 0))
