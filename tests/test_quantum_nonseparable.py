@@ -156,7 +156,7 @@ def test_errors_where_convergence_is_algebraic():
     truth = radial("V", V, 4, np.zeros(1), 2, 1.0, 1.0, 1e-11).values[0]
     assert np.all(np.abs(found.E - truth) <= 3 * found.error)
     walls = formula("k/2*(D1**2 + D2**2) + c/(D1*D2)**2 + g*(D1 - D2)**4", k=1.0, c=0.5, g=0.05)
-    coarse, fine = (spectrum(walls, m=0, l=0, count=4, tolerance=tolerance) for tolerance in (1e-3, 1e-5))
+    coarse, fine = (spectrum(walls, m=0, l=0, count=4, tolerance=tolerance) for tolerance in (1e-4, 1e-6))
     assert fine.functions > 2 * coarse.functions
     assert np.all(np.abs(coarse.E - fine.E) <= coarse.error)
 

@@ -201,9 +201,10 @@ def prepared(
         pace = float(np.median(scheme.rate.at(model.potential_energy(*z[: z.shape[0] // 2]))))
         return _flow(time, model, scheme, step, pace, threads), math.nan, math.nan
     sample = spread(z, TRIAL_ORBITS)
-    span, rate, bottom, top = survey(model, sample, threads)
+    span = 20 / typical_rate(model, sample)
     rounds = trial_rounds(sample, span, time)
     sample, most = staying(model, sample, span * rounds, threads)
+    rate, bottom, top = survey(model, sample, span, threads)
     best: tuple[TransformedFlow, float, float] | None = None
     for transformed in [scheme] if scheme.rate is not None else [replace(scheme, rate=r) for r in rates(bottom, top)]:
         k = 0
@@ -271,18 +272,18 @@ def _tried(
     return replace(flow, pace=pace, patience=PATIENCE), worst, scheme.stages / (step * pace)
 
 
-def survey(model: Any, sample: np.ndarray, threads: int) -> tuple[float, float, float, float]:
-    """Return a time of some librations, the typical angular frequency, the lowest potential and the highest energy of
-    orbits.
+def survey(model: Any, sample: np.ndarray, span: float, threads: int) -> tuple[float, float, float]:
+    """Return the typical angular frequency, the lowest potential and the highest energy of orbits, over a time `span`
+    of some librations. What has escaped would tell of depths where no other orbit goes.
     """
     n, rows = model.degrees_of_freedom, len(sample)
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
-    ensemble, span = flow.ensemble(sample.copy()), 20 / typical_rate(model, sample)
+    ensemble = flow.ensemble(sample.copy())
     states = flow.sampled(ensemble, LOOKS, time=span).reshape(-1, rows).T
     states = np.concatenate([sample, states[:, np.isfinite(states).all(axis=0)]], axis=1)
     with np.errstate(all="ignore"):
         V = np.asarray(model.potential_energy(*states[:n]))
-    return span, typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
+    return typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
 
 
 def rates(bottom: float, top: float) -> Iterable[Any]:
