@@ -3,6 +3,7 @@ outcomes.
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -287,13 +288,13 @@ def none_is_chaotic(model, size, orbits, time, indicators, **run):
 
 @pytest.mark.parametrize(("model", "size"), INTEGRABLE.values(), ids=INTEGRABLE)
 def test_integrable_models_have_no_chaotic_orbit(model, size):
-    none_is_chaotic(model, size, 300, 60.0, (Lyapunov(), FLI(), MEGNO(), SALI()))
+    none_is_chaotic(model, size, 150, 60.0, (Lyapunov(), FLI(), MEGNO(), SALI()))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("model", "size"), list(INTEGRABLE.values())[:4], ids=list(INTEGRABLE)[:4])
-def test_no_orbit_of_ten_thousand_is_chaotic_where_the_body_is_integrable(model, size):
-    none_is_chaotic(model, size, 10_000, 100.0, (MEGNO(), SALI(), GALI(4)), scheme=DOP853, rtol=1e-10, atol=1e-10)
+def test_no_orbit_of_thousands_is_chaotic_where_the_body_is_integrable(model, size):
+    none_is_chaotic(model, size, 4000, 100.0, (MEGNO(), SALI(), GALI(4)), scheme=DOP853, rtol=1e-10, atol=1e-10)
 
 
 @pytest.mark.slow
@@ -574,15 +575,21 @@ def surface(energy, orbits, seed=2):
     return fastaff.energy_sample(HenonHeiles(), energy=energy, section=section, orbits=orbits, seed=seed).z0
 
 
+@cache
+def in_units(*units):
+    """Regular and chaotic orbits, the same in any units of length, time and mass."""
+    z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), HenonHeilesInUnits(*units)
+    indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
+    return chaos_map(own, own.rows(z0), time=400.0 * own.time, step=0.1 * own.time, indicators=indicators)
+
+
 @pytest.mark.parametrize("units", [(1e6, 1.0, 1.0), (1.0, 1e-6, 1.0), (1e-6, 1e6, 3e5), (7e3, 3e-2, 1e-6)], ids=str)
 def test_units_change_nothing(units):
     """Lengths, times and masses from 1e-6 to 1e6: verdicts are the same, and values where chaos magnifies no
     rounding.
     """
-    z0, own = np.concatenate([surface(0.03, 20), surface(0.16, 12)], axis=1), HenonHeilesInUnits(*units)
-    indicators = (FLI(), OFLI(), MEGNO(), SALI(), GALI(3), LyapunovSpectrum(), ReversibilityError(), BirkhoffDigits())
-    plain = chaos_map(HenonHeilesInUnits(), z0, time=400.0, step=0.1, indicators=indicators)
-    found = chaos_map(own, own.rows(z0), time=400.0 * own.time, step=0.1 * own.time, indicators=indicators)
+    plain, found = (in_units(*given) for given in ((), units))
+    own = HenonHeilesInUnits(*units)
     np.testing.assert_array_equal(found.status, plain.status)
     np.testing.assert_array_equal(found.verdict, plain.verdict)
     assert plain.regular[:20].all()
@@ -611,19 +618,19 @@ def test_the_step_is_the_one_asked_for():
 
 @pytest.mark.parametrize("start", [CHAOTIC, REGULAR], ids=["chaotic", "regular"])
 def test_fli_and_ofli_are_maxima_over_all_steps(start):
-    """Against the vector at each of 240 steps, nothing renormalised; a record a radian would miss the crests."""
+    """Against the vector at each of 160 steps, nothing renormalised; a record a radian would miss the crests."""
     model, z, h = HenonHeiles(), np.array(start), 0.05
-    scale = scale_of(model, start, 12.0)[:, 0]
+    scale = scale_of(model, start, 8.0)[:, 0]
     w = symplectic_frame(2, 1) / scale
     fli = ofli = 0.0
-    for _ in range(240):
+    for _ in range(160):
         moved = tangent_map(model, z, time=h, step=h, deviations=w)
         z, w = moved.z[:, 0], moved.vectors[:, :, 0]
         flow = scale * np.array([*model.velocity(*z[2:]), *model.force(*z[:2])])
         own = scale * w[0]
         fli = max(fli, math.log10(np.linalg.norm(own)))
         ofli = max(ofli, math.log10(np.linalg.norm(own - (own @ flow) / (flow @ flow) * flow)))
-    found = chaos_map(model, start, time=12.0, step=h, indicators=(FLI(), OFLI()))
+    found = chaos_map(model, start, time=8.0, step=h, indicators=(FLI(), OFLI()))
     assert found.fli[0] == pytest.approx(fli, abs=1e-10)
     assert found.ofli[0] == pytest.approx(ofli, abs=1e-10)
 

@@ -2,6 +2,8 @@
 centre.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from naive import energy, march, slope, states
@@ -93,6 +95,13 @@ def winding(f):
     return np.angle(f[:, 1:] / f[:, :-1]).sum(axis=1)
 
 
+@cache
+def long_paths():
+    """Paths (times, 2n) of four random orbits."""
+    z0 = np.concatenate([states(BODY, 1, seed=seed) for seed in range(4)], axis=1)
+    return np.moveaxis(march(BODY, SOFRONIOU_SPALETTA10, z0, 0.1, 1000), -1, 0)
+
+
 @pytest.mark.parametrize("angles", [AlphaBeta(), RVartheta()], ids=lambda v: type(v).__name__)
 @pytest.mark.parametrize("kappa", [0.3, 1.0, 3.0])
 def test_the_loop_of_a_plane_turns_as_the_plane_does(angles, kappa):
@@ -100,9 +109,7 @@ def test_the_loop_of_a_plane_turns_as_the_plane_does(angles, kappa):
 
     The angles differ by less than half a turn for ever, whatever kappa; the sign of L is that of the plane's momentum.
     """
-    for seed in range(4):
-        z0 = states(BODY, 1, seed=seed)[:, 0]
-        path = march(BODY, SOFRONIOU_SPALETTA10, z0, 0.1, 1000)
+    for path in long_paths():
         f = loops(angles, path, kappa)
         for k, (i, j) in ((2, (0, 1)), (3, (2, 3))):
             L = path[0, i] * path[0, 4 + j] - path[0, j] * path[0, 4 + i]
