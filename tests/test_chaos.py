@@ -286,7 +286,17 @@ def none_is_chaotic(model, size, orbits, time, indicators, **run):
     assert not (found.verdicts[:, fine] == Character.CHAOTIC).any(), found.summary()
 
 
-@pytest.mark.parametrize(("model", "size"), INTEGRABLE.values(), ids=INTEGRABLE)
+COMPILED_ONLY_HERE = {"harmonic", "anharmonic", "heavy-top"}
+"""Types that cost a compilation each and that no other default test of chaos runs with as many vectors."""
+
+
+@pytest.mark.parametrize(
+    ("model", "size"),
+    [
+        pytest.param(*case, id=name, marks=[pytest.mark.slow] if name in COMPILED_ONLY_HERE else [])
+        for name, case in INTEGRABLE.items()
+    ],
+)
 def test_integrable_models_have_no_chaotic_orbit(model, size):
     none_is_chaotic(model, size, 150, 60.0, (Lyapunov(), FLI(), MEGNO(), SALI()))
 

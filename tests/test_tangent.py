@@ -61,7 +61,13 @@ def test_vectors_are_the_derivative_of_the_map(name, scheme):
         assert np.abs((ends[0] - ends[1]) / (2 * delta) - vector).max() <= 2e-6 * np.abs(found.vectors).max()
 
 
-@pytest.mark.parametrize(("model", "start"), CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    ("model", "start"),
+    [
+        pytest.param(*case, id=name, marks=[pytest.mark.slow] if name in ("heavy-top", "elliptic") else [])
+        for name, case in CASES.items()
+    ],
+)
 def test_every_model_is_symplectic_and_follows_the_variational_equations(model, start):
     n, z0 = model.degrees_of_freedom, np.array(start)
     form, splitting = omega(n), {"scheme": fastaff.SOFRONIOU_SPALETTA10, "energy_tolerance": 1e9}
