@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fastaff import SOFRONIOU_SPALETTA10, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
+from fastaff import KAHAN_LI8, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
 from fastaff.schemes import Splitting
 
 MODELS = (
@@ -231,7 +231,7 @@ def turns(body, z, time, step):
     """Return the mean turning rates nu_eta, nu_gamma (2, ...) of orbits (8, ...) over `time`: unwrapped angles and
     nothing else.
     """
-    path = march(body, SOFRONIOU_SPALETTA10, z, step, round(time / step))
+    path = march(body, KAHAN_LI8, z, step, round(time / step))
     planes = path[:, [0, 2]] + 1j * path[:, [1, 3]]
     return np.angle(planes[1:] / planes[:-1]).sum(axis=0) / (2 * np.pi * time)
 
