@@ -475,7 +475,7 @@ main.main()
 @pytest.mark.parametrize(
     ("part", "run"),
     [
-        ("0.02", ["poincare", "--grid", "90x90", "--crossings", "1500", "--no-diffusion"]),
+        ("0.05", ["poincare", "--grid", "90x90", "--crossings", "1500", "--no-diffusion", "--step", "0.05"]),
         ("0.25", ["chaos-map", "--grid", "90x90", "--time", "500", "--indicators", "megno"]),
     ],
     ids=["poincare", "chaos-map"],
