@@ -205,12 +205,12 @@ def fit_group(window, work, who, m, strict):
     cost = rest_of_bins(work, m * each, m, 0)
     bin_equations(work, each, m)
     damping, last = 0.0, 0.0
-    for _ in range(12 if strict else 6):
+    for _ in range(12 if strict else 8):
         trial_step(work, u, a, m, damping)
         top, small, away, sound, last = 0.0, True, False, True, 0.0
         for k in range(m):
             top = max(top, abs(a[0, k]))
-        enough = max(EPS * top, (1e-3 if strict else 0.05) * math.sqrt(cost))
+        enough = max(EPS * top, (1e-3 if strict else 0.01) * math.sqrt(cost))
         for k in range(m):
             move = abs(u[1, k] - u[0, k])
             last = max(last, move)
@@ -251,7 +251,8 @@ def couple(work, who, m):
         work.step[: 3 * m] = 0.0
         work.step[3 * k + 2] = 1.0
         substitute(work.factor, 3 * m, work.step)
-        work.coupling[who[k]] = math.sqrt(work.step[3 * k + 2] * work.matrix[3 * k + 2, 3 * k + 2])
+        widened = work.step[3 * k + 2] * work.matrix[3 * k + 2, 3 * k + 2]
+        work.coupling[who[k]] = math.sqrt(widened) if widened > 0.0 else math.inf  # not to be told apart
 
 
 @jit

@@ -192,7 +192,7 @@ def accept(u, a, m):
 
 
 @jit
-def refit(signal, window, work, m):
+def refit(signal, window, work, m, strict):
     """Fit m lines jointly to all samples (Levenberg-Marquardt); return the largest last step in bins, 0 if
     converged.
     """
@@ -200,15 +200,16 @@ def refit(signal, window, work, m):
     cost = residual_moments(signal, window, u[0], a[0], m, work)
     normal_equations(window, u[0], a[0], m, work)
     damping, last = 0.0, 0.0
-    for _ in range(80):
+    for _ in range(80 if strict else 8):
         trial_step(work, u, a, m, damping)
         top, small, last = 0.0, True, 0.0
         for k in range(m):
             top = max(top, abs(a[0, k]))
+        enough = EPS * top if strict else max(EPS * top, 0.01 * math.sqrt(cost))
         for k in range(m):
             move = abs(u[1, k] - u[0, k])
             last = max(last, move)
-            small = small and (move <= 1e-8 or move * abs(a[0, k]) <= EPS * top)
+            small = small and (move <= 1e-8 or move * abs(a[0, k]) <= enough)
         if small and damping <= 1e-3:
             accept(u, a, m)
             return 0.0

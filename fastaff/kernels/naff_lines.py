@@ -111,11 +111,11 @@ def collect(signal, window, work, lines, samples_too):
     """Find and fit up to `lines` lines; return their number and the last step in bins (0 if converged).
 
     Far lines are taken off one by one and fitted at the end; a peak beside a known line may be what its first guess
-    left over, so it counts as a line only after a fit of those around it. Lines are fitted to their bins, and with
-    `samples_too` at last to all samples.
+    left over, so it counts as a line only after a fit of those around it. Lines are fitted to their bins or, with
+    `samples_too`, all together to all samples.
     """
     samples, order, u, a, who = window.weight.size, window.order, work.u, work.a, work.who
-    m, top, high = 0, 0.0, 0.0
+    m, fitted, top, high = 0, 0, 0.0, 0.0
     while m < lines:
         k = strongest_bin(work.spectrum, work.lanes)
         beside, raw = 0, False
@@ -124,11 +124,18 @@ def collect(signal, window, work, lines, samples_too):
                 who[beside] = j
                 beside += 1
                 raw = raw or work.fitted[j] == 0
-        if raw:
+        if raw and not samples_too:
             fit_group(window, work, who, beside, False)
             update_spectrum(window, work, who, beside)
             for i in range(beside):
                 work.fitted[who[i]] = 1
+            continue
+        if samples_too and beside > 0 and fitted < m:
+            refit(signal, window, work, m, False)
+            for i in range(m):
+                who[i] = i
+            update_spectrum(window, work, who, m)
+            fitted = m
             continue
         u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
         if not abs(a[0, m]) > 2 * EPS * (1.0 + high) * top or not abs(a[0, m]) < math.inf:
@@ -142,15 +149,15 @@ def collect(signal, window, work, lines, samples_too):
         m += 1
         update_spectrum(window, work, who, 1)
     last = 0.0
-    if m > 0:
+    if m > 0 and samples_too:
+        last = refit(signal, window, work, m, True)
+        normal_equations(window, u[0], a[0], m, work)
+        for k in range(m):
+            who[k] = k
+        couple(work, who, m)
+        update_spectrum(window, work, who, m)
+    elif m > 0:
         last = settle_lines(window, work, m)
-        if samples_too:
-            last = refit(signal, window, work, m)
-            normal_equations(window, u[0], a[0], m, work)
-            for k in range(m):
-                who[k] = k
-            couple(work, who, m)
-            update_spectrum(window, work, who, m)
     return m, last
 
 

@@ -393,7 +393,8 @@ def line_rates(
     left = np.flatnonzero(uncertainty < useless)
     for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
         begin, end = SPANS[window]
-        first, n = round(begin * samples), fast_length(round((end - begin) * samples))
+        first = round(begin * samples)
+        n = fast_length(min(round((end - begin) * samples), samples - first))
         rates[window, left] = followed_line(
             f[left], interval, LINE_ORDER, first, first + n, found.take(left), best[left]
         )
