@@ -25,6 +25,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import lower_builtin
 
 from . import jit
+from .callees import Callee
 from .jit import JIT_DISABLED, SIGNATURES
 from .pointers import Calls
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read
@@ -345,4 +346,4 @@ def _compiled_function(function: Callable) -> Callable:
 
 @functools.cache
 def _compiled_method(method: Callable) -> Callable:
-    return numba.njit(method, error_model="numpy", forceinline=getattr(method, "inlined", False))
+    return Callee(method, {"error_model": "numpy", "forceinline": getattr(method, "inlined", False)}, constants=True)

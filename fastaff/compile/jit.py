@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import gc
 import hashlib
 import os
 import platform
@@ -16,11 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import numba
-import numpy as np
 from numba import types
 from numba.core import cgutils
 from numba.core import config as _config
 from numba.extending import intrinsic
+
+from .callees import Callee
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
 
@@ -117,6 +119,18 @@ def _private_cache(folder: Path | None) -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
+@contextlib.contextmanager
+def uncollected() -> Iterator[None]:
+    """Put garbage collection off: it takes a fifth of the time of a compilation, which leaves little garbage."""
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
+
+
 def jit(
     function: Callable | None = None, *, parallel: bool = False, constants: bool = False, inline: bool = False
 ) -> Callable:
@@ -130,24 +144,13 @@ def jit(
         return functools.partial(jit, parallel=parallel, constants=constants, inline=inline)
     if JIT_DISABLED:
         return function
+    how: Any = {"nogil": True, "error_model": "numpy", "inline": "always" if inline else "never"}
     with _private_cache(cache_directory()) as cache:
-        how: Any = "always" if inline else "never"
-        kernel = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy", inline=how)
-    return kernel if constants or inline else _for_all_numbers(kernel)
-
-
-def _for_all_numbers(kernel: Any) -> Any:
-    """Make kernels that call this one with constants share the code for all numbers: Numba would compile it anew for
-    each.
-    """
-    template = kernel.get_call_template
-
-    def get_call_template(args, kws):
-        return template(
-            tuple(map(types.unliteral, args)), {name: types.unliteral(entry) for name, entry in kws.items()}
-        )
-
-    kernel.get_call_template = get_call_template
+        kernel: Any = numba.njit(function, parallel=parallel, cache=cache, **how)
+    kernel.compile = uncollected()(kernel.compile)
+    if not parallel and not inline:
+        kernel.part = Callee(function, how, constants)
+        kernel.get_call_template, kernel.get_overload = kernel.part.get_call_template, kernel.part.get_overload
     return kernel
 
 
@@ -207,7 +210,7 @@ class BlockFunction(types.WrapperAddressProtocol):
     """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
 
     def __init__(self, function: Callable, signature: Any, *, cache: bool):
-        with _private_cache(cache_directory() if cache else None) as enabled:
+        with uncollected(), _private_cache(cache_directory() if cache else None) as enabled:
             self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
         self._signature = signature
         self._address: Any = self._compiled.address
@@ -222,36 +225,6 @@ class BlockFunction(types.WrapperAddressProtocol):
 def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable | BlockFunction:
     """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled)."""
     return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache)
-
-
-_loops: dict[tuple, Callable] = {}
-
-
-def loop_over_units(loop: Any, work: Callable, arguments: tuple) -> Callable:
-    """Return loop(work, ., .) with both compiled for arguments of these types: run it with the arguments and the number
-    of units.
-
-    `work` is work(unit, *arguments), not compiled yet; see `kernels.drive.run_units`.
-    """
-    if JIT_DISABLED:
-        return functools.partial(loop, work)
-    key = (work, *map(_kind, arguments))
-    if key not in _loops:
-        _loops[key] = _compiled_loop(loop, work, numba.typeof(arguments))
-    return _loops[key]
-
-
-def _kind(argument: Any) -> Any:
-    """Return what the type of an argument follows from, in a tenth of the time that Numba needs for it."""
-    if isinstance(argument, np.ndarray):
-        return argument.dtype, argument.ndim, argument.flags.num
-    return argument.signature() if isinstance(argument, BlockFunction) else type(argument)
-
-
-@functools.cache
-def _compiled_loop(loop: Any, work: Callable, arguments: Any) -> Callable:
-    compiled = BlockFunction(work, types.void(types.int64, *arguments), cache=True)
-    return functools.partial(loop.compile((types.FunctionType(compiled.signature()), arguments, types.int64)), compiled)
 
 
 _f8, _i8 = types.float64, types.int64

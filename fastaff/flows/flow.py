@@ -16,9 +16,10 @@ import numpy as np
 from ..base.numbers import fits, number_of_steps, whole
 from ..base.status import Status
 from ..compile.blocks import idle_block, model_block, parameters
-from ..compile.jit import JIT_DISABLED, LANES, loop_over_units
+from ..compile.jit import JIT_DISABLED, LANES
+from ..compile.packing import run_units
 from ..kernels import crossings
-from ..kernels.drive import run_adaptive, run_fixed, run_units
+from ..kernels.drive import run_adaptive, run_fixed
 from ..schemes.catalogue import RungeKutta, Splitting
 from . import observers
 from .checks import FARTHEST, energies, energy_drift, escape_radii, kinetic_energies
@@ -68,8 +69,7 @@ def launch(
         if not JIT_DISABLED:
             numba.set_num_threads(max(1, min(threads, progress.size)))  # a second thread for one unit would only wait
             numba.set_parallel_chunksize(1)
-        given = (stop, progress, *arguments)  # arrays first: Numba warns of tuples that begin with functions
-        loop_over_units(run_units, kernel, given)(given, progress.size)
+        run_units(kernel, (stop, progress, *arguments), progress.size)
 
     interrupted = False
     future = _worker(os.getpid()).submit(run)

@@ -1,4 +1,4 @@
-"""The parallel loop over units of work, and the drivers of units of orbits, lanes refilled as orbits finish.
+"""The drivers of units of orbits, lanes refilled as orbits finish.
 
 Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of
 the orbits. State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on
@@ -8,7 +8,6 @@ where it was.
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from ..base.status import STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
@@ -20,17 +19,6 @@ BURST, BETWEEN = 128, 37
 
 AT_WALL = 1e-13
 """Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
-
-
-@jit(parallel=True)
-def run_units(work, arguments, units):
-    """Run work(unit, *arguments) for every unit below `units`.
-
-    The work is a compiled function that it gets as a pointer: inside a prange Numba would compile all its code three
-    times more.
-    """
-    for unit in prange(units):
-        work(np.int64(unit), *arguments)
 
 
 @jit

@@ -4,9 +4,10 @@ Every indicator has a `limit`: chaotic orbits are above it, or below it where `a
 follow from how an indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbit's own
 natural angular frequency, tangent vectors grow at most like x (shear between tori) and alignments fall at most as the
 powers stated, while those of chaotic orbits are exponential. Four factors of ten (MARGIN) lie between. So chaos is seen
-where lambda T is above about ln(10^4 x). What is not chaotic is regular only where that shows: where the indicator
-changed since half the time as it does on tori (`calm`), over `periods` natural periods or more. All else is undecided,
-and a longer time decides it.
+where lambda T is above about ln(10^4 x), and where the indicator still changes: a strong shear that tears vectors apart
+at once leaves them beyond a limit on regular orbits too. What is not chaotic is regular only where that shows: where
+the indicator changed since half the time as it does on tori (`calm`), over `periods` natural periods or more. All else
+is undecided, and a longer time decides it.
 """
 
 from __future__ import annotations
@@ -49,8 +50,9 @@ def judged(
     """
     with np.errstate(invalid="ignore"):
         beyond = value > limit if indicator.above else value < limit
-        calm = indicator.calm(value, before, limit, n) & (phase >= 2 * np.pi * indicator.periods)
-        chaotic = beyond & (phase >= 2 * np.pi * indicator.least)
+        calm = indicator.calm(value, before, limit, n)
+        chaotic = beyond & ~calm & (phase >= 2 * np.pi * indicator.least)
+        calm &= phase >= 2 * np.pi * indicator.periods
     return np.where(
         chaotic,
         Character.CHAOTIC,
