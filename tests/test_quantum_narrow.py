@@ -371,7 +371,7 @@ def test_long_searches_stop_at_once():
     """Ctrl-C ends the elements of a body with an oblique ridge, and the thread that was at them."""
     body = formula("(D1**2 + D2**2)/2 + h*exp(-((alpha - c)/w)**2) + 0.1*D1*D2", h=30.0, c=1.3, w=0.07)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    timer = threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
