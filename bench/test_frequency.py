@@ -9,6 +9,7 @@ import time
 import naive
 import numpy as np
 import pytest
+from common import alternating
 
 from fastaff import (
     SOFRONIOU_SPALETTA10,
@@ -112,13 +113,7 @@ def test_multiples_of_the_integration(benchmark, name):
         "as it comes": lambda: frequency_map(body, z0, **options),
         "lines": lambda: frequency_map(body, z0, method=NaffLines(), **options),
     }
-    results = {key: run() for key, run in runs.items()}
-    cost = dict.fromkeys(runs, np.inf)
-    for _ in range(3):
-        for key, run in runs.items():
-            start = time.process_time()
-            run()
-            cost[key] = min(cost[key], time.process_time() - start)
+    results, cost = alternating(runs, repeats=3)
     benchmark.pedantic(runs["as it comes"], rounds=1)
     regular = results["as it comes"].regular
     said = []

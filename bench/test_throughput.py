@@ -7,17 +7,20 @@ import tracemalloc
 import numba
 import numpy as np
 import pytest
-from common import ORBITS, best, hyperelastic_orbits, naive_henon_heiles, naive_hyperelastic
+from common import ORBITS, alternating, best, hyperelastic_orbits, naive_henon_heiles, naive_hyperelastic
 
 from fastaff import (
     BLANES_MOAN6,
     KAHAN_LI8,
     SOFRONIOU_SPALETTA10,
     YOSHIDA4,
+    AlphaTurning,
     Body,
     HenonHeiles,
     Hyperelastic,
     Linear,
+    NeoHookean,
+    energy_grid,
     integrate,
     poincare_map,
 )
@@ -130,4 +133,27 @@ def test_henon_heiles_section(benchmark):
     print(
         f"\nHenon-Heiles x = 0: {result.counts.sum() / time / 1e6:.2f} million crossings/s, section error "
         f"{result.section_error.max():.1e}, energy error {result.energy_error.max():.1e}"
+    )
+
+
+def test_section_over_the_integration(benchmark):
+    """Processor time of `poincare_map` over that of `integrate` with the same step, in alternating runs."""
+    body, section, time, step = Body(NeoHookean(G=1.0, K=2.0)), AlphaTurning(+1), 400.0, 0.04
+    axes = np.linspace(0.05, 1.3, 40), np.linspace(-1.5, 1.5, 41)
+    z0 = energy_grid(body, energy=1.5, p_eta=0.3, p_gamma=0.2, section=section, axes=axes).z0
+
+    def cut():
+        return poincare_map(body, z0, section=section, crossings=200, max_time=time, step=step)
+
+    runs = {"integrate": lambda: integrate(body, z0, time=time, step=step), "poincare_map": cut}
+    results, cost = alternating(runs, repeats=7)
+    found = results["poincare_map"]
+    benchmark.pedantic(cut, rounds=3)
+    steps, crossings = z0.shape[1] * time / step, np.isfinite(found.times).sum()
+    ratio = cost["poincare_map"] / cost["integrate"]
+    benchmark.extra_info.update(ratio=ratio, steps_per_crossing=steps / crossings)
+    print(
+        f"\nneo-Hookean section, {z0.shape[1]} orbits, a crossing every {steps / crossings:.0f} steps: {ratio:.2f} of "
+        f"the integration, {(ratio - 1) * steps / crossings:.0f} steps a crossing; section error "
+        f"{found.section_error.max():.1e}, energy error {found.energy_error.max():.1e}"
     )

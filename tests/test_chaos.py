@@ -301,6 +301,14 @@ def test_integrable_models_have_no_chaotic_orbit(model, size):
     none_is_chaotic(model, size, 150, 60.0, (Lyapunov(), FLI(), MEGNO(), SALI()))
 
 
+def test_vectors_that_a_shear_tears_apart_at_once_are_no_evidence_of_chaos():
+    """GALI_4 of this orbit is beyond its limit after four turns of the radius, and stays there."""
+    z0 = [0.35157306, -0.1379269, 0.75182566, 0.4161813, 0.08589251, -0.78958962, 0.09381623, -0.36855371]
+    found = chaos_map(Body(fastaff.HeavyTop(A=0.5)), z0, time=100.0, indicators=(GALI(4),), scheme=DOP853)
+    assert found.gali_4[0] < found.limits[0, 0]
+    assert found.verdict[0] == Character.UNDECIDED
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("model", "size"), list(INTEGRABLE.values())[:4], ids=list(INTEGRABLE)[:4])
 def test_no_orbit_of_thousands_is_chaotic_where_the_body_is_integrable(model, size):

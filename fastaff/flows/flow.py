@@ -448,6 +448,8 @@ class Flow:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
+        certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
+        where = np.concatenate([where[certain], where[~certain]])  # whose search takes longer
         stop, (stage, derivative) = np.zeros(1, np.int64), self._stepping()
         progress = np.zeros(math.ceil(where.size / LANES), np.int64)
         value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)

@@ -13,12 +13,14 @@ import numpy as np
 
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call_value
-from .stepping import advance, load_lane, row, store_lane
+from .stepping import advance, load_lane, move_lane, row, store_lane
 
 
 class Record(NamedTuple):
-    """Columns of a record: time, kind, lower and upper fractional step, the first one of the state; once located, the
-    section function stands where the lower one was.
+    """Columns of a record: time, kind, lower and upper fractional step, the first one of the state.
+
+    Certain crossings begin at 0: the section function at the upper end stands where others have the lower one. Once
+    located, the section function stands there.
     """
 
     time: int = 0
@@ -26,6 +28,7 @@ class Record(NamedTuple):
     lower: int = 2
     upper: int = 3
     state: int = 4
+    beyond: int = 2
     residual: int = 2
 
 
@@ -34,6 +37,17 @@ RECORD = Record()
 NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 """Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located
 crossing; sign change over the first step of an orbit that starts on the section."""
+
+SEARCHING, FOUND, HERE = 0.0, 1.0, 2.0
+"""What a lane's next fractional step is: one on the way to the root, the root; or the root is where it is now."""
+
+FINE, NOISE, SWEEPS = 2.5e-16, 1e-12, 100
+"""Beside the first bracket: a correction that is nothing; one that is rounding where the function stops to fall. Most
+fractional steps for a root.
+"""
+
+BRACKET = 10
+"""Rows of numbers that a lane's search takes with it."""
 
 BARELY = 5e-324
 """Size of the section function of a start on the section: only its sign counts, that of the function just after the
@@ -81,43 +95,72 @@ def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
     full. Returns how many lanes became done.
     """
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    width = RECORD.state + rows
-    slots = out.shape[1] // width
-    ended = 0
-    for i in range(lanes):
-        if fresh[i] == 0.0:
-            continue
+    hits, moved, hit = 0, 0, np.empty(LANES)
+    for i in range(lanes):  # without branches: most steps have nothing to record
         now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
         earlier = memory[ROWS.earlier * LANES + i]
-        rises, falls = before < 0.0 and now >= 0.0, before > 0.0 and now <= 0.0
-        crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
-        t1, t2 = memory[ROWS.time_before * LANES + i], memory[ROWS.time_earlier * LANES + i]
-        paired = dips(earlier, before, now, t1 - t2, t[i] - t1)
-        if crossed or paired:
-            slot = int(memory[ROWS.written * LANES + i])
-            o = orbit[i]
-            first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
-            if crossed and abs(before) == BARELY:
-                first, last = RETURN, RETURN
-            for kind in range(int(first), int(last) + 1):
-                c = slot * width
-                out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, kind
-                out[o, c + RECORD.lower] = 0.0 if crossed else t2 - t1
-                out[o, c + RECORD.upper] = t[i] - t1
-                for r in range(rows):
-                    out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
-                slot += 1
-            memory[ROWS.written * LANES + i] = slot
-            if crossed:
-                memory[ROWS.certain * LANES + i] += 1.0
-            if memory[ROWS.certain * LANES + i] >= value.wanted or slot + 2 > slots:
-                done[i] = 1.0
-                ended += 1
-        memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i] = before, now
-        memory[ROWS.time_earlier * LANES + i], memory[ROWS.time_before * LANES + i] = t1, t[i]
+        changed = ((before < 0.0) & (now >= 0.0)) | ((before > 0.0) & (now <= 0.0))
+        nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier))
+        found = (changed | nearest) & (fresh[i] != 0.0)
+        hit[i] = 1.0 if found else 0.0
+        hits += 1 if found else 0
+        moved += 1 if fresh[i] != 0.0 else 0
+    ended = 0
+    if hits > 0:
+        for i in range(lanes):
+            if hit[i] > 0.0:
+                ended += write_records(value, rows, i, orbit[i], t[i], memory, out, done)
+    if moved == lanes:
+        for i in range(lanes):
+            memory[ROWS.earlier * LANES + i] = memory[ROWS.before * LANES + i]
+            memory[ROWS.before * LANES + i] = memory[ROWS.now * LANES + i]
+            memory[ROWS.time_earlier * LANES + i] = memory[ROWS.time_before * LANES + i]
+            memory[ROWS.time_before * LANES + i] = t[i]
         for r in range(rows):
-            memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
+            for i in range(lanes):
+                memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
+        return ended
+    for i in range(lanes):
+        if fresh[i] > 0.0:
+            memory[ROWS.earlier * LANES + i] = memory[ROWS.before * LANES + i]
+            memory[ROWS.before * LANES + i] = memory[ROWS.now * LANES + i]
+            memory[ROWS.time_earlier * LANES + i] = memory[ROWS.time_before * LANES + i]
+            memory[ROWS.time_before * LANES + i] = t[i]
+            for r in range(rows):
+                memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
     return ended
+
+
+@jit(inline=True)
+def write_records(value, rows, i, o, t, memory, out, done):
+    """Record what lane i has between the last two steps, if anything; return whether that has ended orbit o."""
+    width = RECORD.state + rows
+    now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
+    earlier = memory[ROWS.earlier * LANES + i]
+    rises, falls = before < 0.0 and now >= 0.0, before > 0.0 and now <= 0.0
+    crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
+    t1, t2 = memory[ROWS.time_before * LANES + i], memory[ROWS.time_earlier * LANES + i]
+    if not (crossed or dips(earlier, before, now, t1 - t2, t - t1)):
+        return 0
+    slot = int(memory[ROWS.written * LANES + i])
+    first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
+    if crossed and abs(before) == BARELY:
+        first, last = RETURN, RETURN
+    for kind in range(int(first), int(last) + 1):
+        c = slot * width
+        out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, kind
+        out[o, c + RECORD.lower] = now if kind == CERTAIN else 0.0 if crossed else t2 - t1
+        out[o, c + RECORD.upper] = t - t1
+        for r in range(rows):
+            out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
+        slot += 1
+    memory[ROWS.written * LANES + i] = slot
+    if crossed:
+        memory[ROWS.certain * LANES + i] += 1.0
+    if memory[ROWS.certain * LANES + i] >= value.wanted or slot + 2 > out.shape[1] // width:
+        done[i] = 1.0
+        return 1
+    return 0
 
 
 @jit
@@ -132,11 +175,42 @@ def chandrupatla(x1, f1, x2, f2, x3, f3):
     return 0.5
 
 
+@jit(inline=True)
+def narrowed(i, x1, f1, x2, f2, x3, f3, tau, f, whole, last, sweeps):
+    """Put the section function f at tau[i] into lane i's bracket; return what its next fractional step is, set in tau.
+
+    The search ends where its next correction is nothing beside the first bracket `whole`, or where rounding keeps the
+    function from falling: at the end of the bracket with the smaller value.
+    """
+    if (f > 0.0) == (f1[i] > 0.0):
+        x3[i], f3[i] = x1[i], f1[i]
+    else:
+        x3[i], f3[i] = x2[i], f2[i]
+        x2[i], f2[i] = x1[i], f1[i]
+    x1[i], f1[i] = tau[i], f
+    width = abs(x2[i] - x1[i])
+    fraction = chandrupatla(x1[i], f1[i], x2[i], f2[i], x3[i], f3[i])
+    change = abs(f1[i] / (f2[i] - f1[i])) * width
+    settled = change <= FINE * whole or (change <= NOISE * whole and abs(f) > 0.5 * last[i])
+    last[i] = abs(f)
+    if settled or width <= 2.4e-16 * whole or sweeps >= SWEEPS:
+        if abs(f1[i]) <= abs(f2[i]):
+            return HERE
+        tau[i] = x2[i]
+        return FOUND
+    least = 1.2e-16 * whole / width
+    tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
+    return SEARCHING
+
+
 @jit
-def fractional(
-    stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, tau, z, k, work, f
-):
-    """Set z to the state a fractional step tau[i] after start, and f to the section function there."""
+def fractional(flow, lanes, start, tau, z, k, work, f):
+    """Set z to the state a fractional step tau[i] after start, and f to the section function there.
+
+    flow: the parameters of the model and of the section, the tables of the scheme (drift, kick, a, b), the rows of a
+    state, and then, as Numba warns of tuples that begin with functions, stage, derivative and section function.
+    """
+    params, section_params, drift, kick, a, b, rows, stage, derivative, section = flow
     for j in range(rows * LANES):
         z[j] = start[j]
     for j in range(rows * LANES, z.size):
@@ -146,9 +220,7 @@ def fractional(
 
 
 @jit
-def split_pairs(
-    stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, kind, x1, x2, z, k, work
-):
+def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
     """Halve the bracket of each suspected pair at the extremum of the section function; other lanes are untouched.
 
     Golden sections, until a point of the other sign is found or the extremum is known to rounding. Returns how many
@@ -163,48 +235,12 @@ def split_pairs(
     tau, value, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     for i in range(lanes):
         low[i], high[i] = x1[i], x2[i]
-    fractional(
-        stage,
-        derivative,
-        section,
-        params,
-        section_params,
-        drift,
-        kick,
-        a,
-        b,
-        rows,
-        lanes,
-        start,
-        inner,
-        z,
-        k,
-        work,
-        value,
-    )
+    fractional(flow, lanes, start, inner, z, k, work, value)
     for _ in range(60):
         for i in range(lanes):
             right = high[i] - inner[i] > inner[i] - low[i]
             tau[i] = inner[i] + 0.3819660112501051 * ((high[i] if right else low[i]) - inner[i])
-        fractional(
-            stage,
-            derivative,
-            section,
-            params,
-            section_params,
-            drift,
-            kick,
-            a,
-            b,
-            rows,
-            lanes,
-            start,
-            tau,
-            z,
-            k,
-            work,
-            f,
-        )
+        fractional(flow, lanes, start, tau, z, k, work, f)
         searching = 0
         for i in range(lanes):
             if (kind[i] != LOWER and kind[i] != UPPER) or found[i] > 0.0:
@@ -234,9 +270,7 @@ def split_pairs(
 
 
 @jit
-def leave_section(
-    stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, kind, x1, x2, z, k, work
-):
+def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     """Move the lower end of the first steps of orbits that start on the section off it, to where the function has left
     it.
 
@@ -252,25 +286,7 @@ def leave_section(
     for i in range(lanes):
         tau[i] = x2[i]
     for sweep in range(90):
-        fractional(
-            stage,
-            derivative,
-            section,
-            params,
-            section_params,
-            drift,
-            kick,
-            a,
-            b,
-            rows,
-            lanes,
-            start,
-            tau,
-            z,
-            k,
-            work,
-            f,
-        )
+        fractional(flow, lanes, start, tau, z, k, work, f)
         searching = 0
         for i in range(lanes):
             if kind[i] != RETURN or found[i] > 0.0:
@@ -327,148 +343,72 @@ def locate(
 ):
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
-    All lanes iterate together, each in its own bracket, until the bracket, or the function beside its change over the
-    step, is as small as rounding. A suspected pair is first split at the extremum of the section function, a return to
-    the section left by a step off it; where there is no other sign, or the wrong direction, the record becomes empty.
-    Afterwards a record holds time, kind, section function and state.
+    Every lane has a bracket of its own, and lanes that have converged make room. A suspected pair is first split at the
+    extremum of the section function, a return to the section left by a step off it; where there is no other sign, or
+    the wrong direction, the record becomes empty. Afterwards a record holds time, kind, section function and state.
     """
     count = where.size
     size = rows * LANES
     first = block * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    start, z, work, k = np.zeros(size), np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
-    x1, x2, x3, tau = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-    f1, f2, f3, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-    kind, live, resolution, flat = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    z, work, k = np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
+    own = np.zeros((rows + BRACKET) * LANES)
+    start = own[:size]
+    x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)
+    f1, f2, f3 = row(own, rows + 3), row(own, rows + 4), row(own, rows + 5)
+    tau, whole, last, live = row(own, rows + 6), row(own, rows + 7), row(own, rows + 8), row(own, rows + 9)
+    kind, f, number = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES, np.int64)
+    others = 0
     for i in range(lanes):
         o = where[first + i]
-        kind[i] = records[o, RECORD.kind]
-        x1[i], x2[i] = records[o, RECORD.lower], records[o, RECORD.upper]
+        number[i], kind[i] = o, records[o, RECORD.kind]
+        others += 0 if kind[i] == CERTAIN else 1
+        x1[i], x2[i] = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower], records[o, RECORD.upper]
+        f2[i] = records[o, RECORD.beyond]
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
-    pairs = split_pairs(
-        stage,
-        derivative,
-        section,
-        params,
-        section_params,
-        drift,
-        kick,
-        a,
-        b,
-        rows,
-        lanes,
-        start,
-        kind,
-        x1,
-        x2,
-        z,
-        k,
-        work,
-    )
-    pairs += leave_section(
-        stage,
-        derivative,
-        section,
-        params,
-        section_params,
-        drift,
-        kick,
-        a,
-        b,
-        rows,
-        lanes,
-        start,
-        kind,
-        x1,
-        x2,
-        z,
-        k,
-        work,
-    )
+    flow = params, section_params, drift, kick, a, b, rows, stage, derivative, section
     section(section_params, lanes, start, f1)
-    if pairs > 0:
-        fractional(
-            stage,
-            derivative,
-            section,
-            params,
-            section_params,
-            drift,
-            kick,
-            a,
-            b,
-            rows,
-            lanes,
-            start,
-            x1,
-            z,
-            k,
-            work,
-            f1,
-        )
-    fractional(
-        stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, x2, z, k, work, f2
-    )
+    if others > 0:
+        split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
+        leave_section(flow, lanes, start, kind, x1, x2, z, k, work)
+        fractional(flow, lanes, start, x1, z, k, work, f1)
+        fractional(flow, lanes, start, x2, z, k, work, f)
+        for i in range(lanes):
+            f2[i] = f2[i] if kind[i] == CERTAIN else f[i]
     for i in range(lanes):
+        whole[i] = abs(x2[i] - x1[i])
         if kind[i] > CERTAIN and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
             kind[i] = NOTHING
-        live[i] = 1.0 if kind[i] != NOTHING and f1[i] * f2[i] < 0.0 else 0.0
-        resolution[i], flat[i] = 1.2e-16 * abs(x2[i] - x1[i]), 1.2e-16 * abs(f2[i] - f1[i])
-        x3[i], f3[i] = x1[i], f1[i]
-        tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]) if live[i] > 0.0 else 0.5)
-    active, sweeps = lanes, 0
-    while active > 0 and sweeps < 100:
-        active, sweeps = 0, sweeps + 1
-        fractional(
-            stage,
-            derivative,
-            section,
-            params,
-            section_params,
-            drift,
-            kick,
-            a,
-            b,
-            rows,
-            lanes,
-            start,
-            tau,
-            z,
-            k,
-            work,
-            f,
-        )
-        for i in range(lanes):
-            if live[i] == 0.0:
-                continue
-            if (f[i] > 0.0) == (f1[i] > 0.0):
-                x3[i], f3[i] = x1[i], f1[i]
-            else:
-                x3[i], f3[i] = x2[i], f2[i]
-                x2[i], f2[i] = x1[i], f1[i]
-            x1[i], f1[i] = tau[i], f[i]
-            width = abs(x2[i] - x1[i])
-            if abs(f[i]) <= flat[i] or width <= 2.0 * resolution[i]:
-                live[i] = 0.0
-                continue
-            active += 1
-            least = resolution[i] / width
-            fraction = chandrupatla(x1[i], f1[i], x2[i], f2[i], x3[i], f3[i])
-            tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
-    for i in range(lanes):
-        tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
-    fractional(
-        stage, derivative, section, params, section_params, drift, kick, a, b, rows, lanes, start, tau, z, k, work, f
-    )
-    for i in range(lanes):
-        o = where[first + i]
-        records[o, RECORD.time] += tau[i]
-        records[o, RECORD.kind] = NOTHING if kind[i] == NOTHING else LOCATED
-        records[o, RECORD.residual] = f[i]
-        for r in range(rows):
-            records[o, RECORD.state + r] = z[r * LANES + i]
-    write_now(progress, block, lanes)
+        x3[i], f3[i], last[i] = x1[i], f1[i], np.inf
+        if f1[i] * f2[i] < 0.0:
+            live[i] = SEARCHING
+            tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]))
+        else:
+            live[i] = FOUND
+            tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
+    sweeps = 0
+    while lanes > 0:
+        sweeps += 1
+        fractional(flow, lanes, start, tau, z, k, work, f)
+        i = 0
+        while i < lanes:
+            if live[i] == SEARCHING:
+                live[i] = narrowed(i, x1, f1, x2, f2, x3, f3, tau, f[i], whole[i], last, sweeps)
+                if live[i] != HERE:
+                    i += 1
+                    continue
+            o = number[i]
+            records[o, RECORD.time] += tau[i]
+            records[o, RECORD.kind] = NOTHING if kind[i] == NOTHING else LOCATED
+            records[o, RECORD.residual] = f[i]
+            for r in range(rows):
+                records[o, RECORD.state + r] = z[r * LANES + i]
+            lanes -= 1
+            move_lane(rows + BRACKET, lanes, i, own)
+            number[i], kind[i], f[i] = number[lanes], kind[lanes], f[lanes]
+            move_lane(rows, lanes, i, z)
+    write_now(progress, block, min(LANES, count - first))
 
 
 @jit

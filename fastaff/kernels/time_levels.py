@@ -35,11 +35,11 @@ def pass_levels(value, row, rows, lanes, orbit, fresh, t, z, memory, out, done):
         while passed < count and z[row * LANES + i] * count >= passed + 1:
             c = passed * width
             out[o, c + RECORD.time], out[o, c + RECORD.kind] = before, CERTAIN
-            out[o, c + RECORD.lower], out[o, c + RECORD.upper] = 0.0, t[i] - before
             for r in range(rows):
                 out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
             passed += 1
             out[o, c + RECORD.state + row] -= passed / count
+            out[o, c + RECORD.beyond], out[o, c + RECORD.upper] = z[row * LANES + i] - passed / count, t[i] - before
         memory[ROWS.passed * LANES + i], memory[ROWS.before * LANES + i] = passed, t[i]
         for r in range(rows):
             memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
