@@ -180,7 +180,7 @@ def narrowed(i, x1, f1, x2, f2, x3, f3, tau, f, whole, last, sweeps):
     """Put the section function f at tau[i] into lane i's bracket; return what its next fractional step is, set in tau.
 
     The search ends where its next correction is nothing beside the first bracket `whole`, or where rounding keeps the
-    function from falling: at the end of the bracket with the smaller value.
+    function from falling: at the last of its points with the smallest value.
     """
     if (f > 0.0) == (f1[i] > 0.0):
         x3[i], f3[i] = x1[i], f1[i]
@@ -194,9 +194,9 @@ def narrowed(i, x1, f1, x2, f2, x3, f3, tau, f, whole, last, sweeps):
     settled = change <= FINE * whole or (change <= NOISE * whole and abs(f) > 0.5 * last[i])
     last[i] = abs(f)
     if settled or width <= 2.4e-16 * whole or sweeps >= SWEEPS:
-        if abs(f1[i]) <= abs(f2[i]):
+        if abs(f1[i]) <= min(abs(f2[i]), abs(f3[i])):
             return HERE
-        tau[i] = x2[i]
+        tau[i] = x2[i] if abs(f2[i]) <= abs(f3[i]) else x3[i]
         return FOUND
     least = 1.2e-16 * whole / width
     tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
