@@ -346,4 +346,4 @@ def _compiled_function(function: Callable) -> Callable:
 
 @functools.cache
 def _compiled_method(method: Callable) -> Callable:
-    return Callee(method, {"error_model": "numpy", "forceinline": getattr(method, "inlined", False)}, constants=True)
+    return Callee(method, constants=True, forceinline=getattr(method, "inlined", False))

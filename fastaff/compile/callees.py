@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from numba import types
-from numba.core import compiler, dispatcher
+from numba.core import compiler
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 
@@ -30,40 +30,27 @@ class _Part(JITCodeLibrary):
         self._finalized = True
 
 
-_FunctionCompiler: Any = dispatcher._FunctionCompiler  # type: ignore[attr-defined]
+class _PartPipeline(compiler.Compiler):
+    """Numba's compiler of a part: it has no entry for Python, whose machine code would have to be made for it."""
+
+    def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
+        flags.no_compile = True
+        library = _Part(targetctx.codegen(), "part")
+        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
 
 
-class _PartCompiler(_FunctionCompiler):
-    def _customize_flags(self, flags):
-        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-        return flags
-
-    def _compile_core(self, args, return_type):
-        flags = compiler.Flags()
-        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
-        context = self.targetdescr.target_context
-        return compiler.compile_extra(
-            self.targetdescr.typing_context,
-            context,
-            self.py_func,
-            args=args,
-            return_type=return_type,
-            flags=self._customize_flags(flags),
-            locals=self.locals,
-            library=_Part(context.codegen(), self.py_func.__qualname__),
-            pipeline_class=self.pipeline_class,
-        )
+OPTIONS = {"nopython": True, "boundscheck": None, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class Callee(CPUDispatcher):
     """A function for compiled code alone; one code for all numbers, or with `constants` one for each that it is called
-    with.
+    with. With `forceinline` LLVM always makes it part of the caller's loops.
     """
 
-    def __init__(self, function: Callable, options: dict[str, Any], constants: bool = False):
+    def __init__(self, function: Callable, *, constants: bool = False, forceinline: bool = False):
         self._constants = constants
-        super().__init__(function, targetoptions={"nopython": True, "boundscheck": None, **options})
-        self._compiler = _PartCompiler(function, self.targetdescr, self.targetoptions, {}, compiler.Compiler)
+        options = {**OPTIONS, "error_model": "numpy", "forceinline": forceinline}
+        super().__init__(function, targetoptions=options, pipeline_class=_PartPipeline)
 
     def add_overload(self, cres):
         """Keep a signature's code under a key of its own, where others have their entry for Python."""

@@ -144,12 +144,12 @@ def jit(
         return functools.partial(jit, parallel=parallel, constants=constants, inline=inline)
     if JIT_DISABLED:
         return function
-    how: Any = {"nogil": True, "error_model": "numpy", "inline": "always" if inline else "never"}
     with _private_cache(cache_directory()) as cache:
-        kernel: Any = numba.njit(function, parallel=parallel, cache=cache, **how)
+        how: Any = "always" if inline else "never"
+        kernel: Any = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy", inline=how)
     kernel.compile = uncollected()(kernel.compile)
     if not parallel and not inline:
-        kernel.part = Callee(function, how, constants)
+        kernel.part = Callee(function, constants=constants)
         kernel.get_call_template, kernel.get_overload = kernel.part.get_call_template, kernel.part.get_overload
     return kernel
 
@@ -245,6 +245,8 @@ SIGNATURES = {
     "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, n, k, m, due, memory, result)
     "reading": types.void(_vector, _i8, _i8, _i8, _i8, _vector, _vector, _vector),
+    # (unit, address of its words), see `packing`
+    "unit": types.void(_i8, _i8),
     # (params, calls, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
     "observe": _i8(
         _vector,

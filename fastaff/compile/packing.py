@@ -15,6 +15,7 @@ from numba.extending import intrinsic, register_model
 
 from .callees import Callee
 from .jit import JIT_DISABLED, BlockFunction, jit
+from .pointers import address, caller
 
 
 class Words(types.Type):
@@ -37,7 +38,7 @@ def _append(words: list, argument: Any) -> None:
         words.extend(argument.shape)
         words.extend(argument.strides)
     elif isinstance(argument, BlockFunction):
-        words.append(argument.__wrapper_address__())
+        words.append(address(argument))
     elif isinstance(argument, tuple):
         for entry in argument:
             _append(words, entry)
@@ -52,10 +53,10 @@ def _unpacked(context, builder, word, kind):
     if isinstance(kind, types.Array):
         data = context.get_value_type(types.CPointer(kind.dtype))
         array = context.make_array(kind)(context, builder)
-        address = builder.inttoptr(word(), data)
+        first = builder.inttoptr(word(), data)
         shape, strides = ([word() for _ in range(kind.ndim)] for _ in range(2))
         size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-        context.populate_array(array, data=address, shape=shape, strides=strides, itemsize=size, meminfo=None)
+        context.populate_array(array, data=first, shape=shape, strides=strides, itemsize=size, meminfo=None)
         return array._getvalue()
     if isinstance(kind, types.FunctionType):
         function = cgutils.create_struct_proxy(kind)(context, builder)
@@ -88,24 +89,14 @@ def _arguments_in(typingcontext, words):
     return types.Tuple(words.arguments)(words), generate
 
 
-@intrinsic
-def _call_unit(typingcontext, address, unit, words):
-    """Call the function at that address with a unit and the address of its words."""
-
-    def generate(context, builder, signature, values):
-        word = cgutils.ir.IntType(64)
-        kind = cgutils.ir.FunctionType(cgutils.ir.VoidType(), [word, word])
-        builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64, types.int64), generate
+_call_unit = caller("unit")
 
 
 @jit(parallel=True)
-def _run_units(address, words, units):
+def _run_units(entry, words, units):
     at = words.ctypes.data
     for unit in prange(units):
-        _call_unit(address, np.int64(unit), at)
+        _call_unit(entry, np.int64(unit), at)
 
 
 def _of_words(work: Any) -> Callable:
@@ -117,12 +108,11 @@ def _of_words(work: Any) -> Callable:
 
 
 @functools.cache
-def _entry(work: Callable, arguments: tuple) -> int:
-    part = Callee(work, {"nogil": True, "error_model": "numpy"})
-    return BlockFunction(_of_words(part), types.void(types.int64, Words(arguments)), cache=True).__wrapper_address__()
+def _entry(work: Callable, arguments: tuple) -> BlockFunction:
+    return BlockFunction(_of_words(Callee(work)), types.void(types.int64, Words(arguments)), cache=True)
 
 
-_ENTRIES: dict[tuple, int] = {}
+_ENTRIES: dict[tuple, BlockFunction] = {}
 
 
 def run_units(work: Callable, arguments: tuple, units: int) -> None:
@@ -139,7 +129,7 @@ def run_units(work: Callable, arguments: tuple, units: int) -> None:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, arguments)))
     words: list[int] = []
     _append(words, arguments)
-    _run_units(_ENTRIES[key], np.array(words, np.int64), units)
+    _run_units(address(_ENTRIES[key]), np.array(words, np.int64), units)
 
 
 def _kind(argument: Any) -> Any:

@@ -72,7 +72,7 @@ def address(function: Any) -> int:
     return id(function)
 
 
-def _caller(kind: str) -> Callable:
+def caller(kind: str) -> Callable:
     """Return the function that calls the block function of that kind at an address."""
     if JIT_DISABLED:
         return lambda at, *arguments: _FUNCTIONS[at](*arguments)
@@ -98,7 +98,7 @@ def _caller(kind: str) -> Callable:
     return call
 
 
-_value, _reading, _observe = map(_caller, ("value", "reading", "observe"))
+_value, _reading, _observe = map(caller, ("value", "reading", "observe"))
 
 
 @jit(inline=True)

@@ -270,8 +270,10 @@ def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
             (np.flatnonzero(~away), np.arange(-2.0, 21.0)),
             (np.flatnonzero(away), np.arange(-30.0, 31.0)),
         ):
+            if not orbits.size:
+                continue
             scale = np.where(size[orbits] > 0, size[orbits], 1.0)
-            for sign in (1.0, -1.0) if orbits.size else ():
+            for sign in (1.0, -1.0):
                 turned = _turning_distance(model, q[:, orbits], sign * unit[:, orbits] * scale, limit[orbits], decades)
                 reach[orbits] = np.maximum(reach[orbits], scale * turned)
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)

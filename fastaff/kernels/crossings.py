@@ -358,20 +358,17 @@ def locate(
     f1, f2, f3 = row(own, rows + 3), row(own, rows + 4), row(own, rows + 5)
     tau, whole, last, live = row(own, rows + 6), row(own, rows + 7), row(own, rows + 8), row(own, rows + 9)
     kind, f, number = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES, np.int64)
-    others = 0
     for i in range(lanes):
         o = where[first + i]
         number[i], kind[i] = o, records[o, RECORD.kind]
-        others += 0 if kind[i] == CERTAIN else 1
         x1[i], x2[i] = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower], records[o, RECORD.upper]
         f2[i] = records[o, RECORD.beyond]
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
     flow = params, section_params, drift, kick, a, b, rows, stage, derivative, section
     section(section_params, lanes, start, f1)
-    if others > 0:
-        split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
-        leave_section(flow, lanes, start, kind, x1, x2, z, k, work)
+    pairs = split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
+    if pairs + leave_section(flow, lanes, start, kind, x1, x2, z, k, work) > 0:
         fractional(flow, lanes, start, x1, z, k, work, f1)
         fractional(flow, lanes, start, x2, z, k, work, f)
         for i in range(lanes):

@@ -9,11 +9,9 @@ themselves, as over the samples, at a cost that does not grow with their number.
 import math
 
 from ..compile.jit import jit
-from .naff_fit import accept, cholesky, substitute, trial_step
-from .naff_spectrum import subtract_line, tail_reach
+from .naff_fit import EPS, accept, cholesky, substitute, trial_step
+from .naff_spectrum import FLOOR, subtract_line, tail_reach
 
-FLOOR = 1e-17  # relative amplitude at which the tail of a line is cut, below the rounding of the transform
-EPS = 2.220446049250313e-16
 MARGIN = 5
 """Bins that a line has on each side beyond its main lobe, less one."""
 

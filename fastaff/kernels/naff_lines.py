@@ -13,10 +13,8 @@ import numpy as np
 
 from ..compile.jit import LANES, jit
 from .naff_bins import apart, bins_of, couple, fit_group, group_of, settle_lines, update_spectrum
-from .naff_fit import normal_equations, phasors, refit
+from .naff_fit import EPS, normal_equations, phasors, refit
 from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, strongest_bin
-
-EPS = 2.220446049250313e-16
 
 
 class Window(NamedTuple):
