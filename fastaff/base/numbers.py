@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 MOST = 2**53
 """Whole numbers up to here are floats too; more steps than that no run comes to the end of."""
 
+SMALL = 8 * 2**20
+"""Bytes that are taken without asking the system how many are free, which takes longer than a short call."""
+
 DEEPEST = 24
 """Dimensions that an array may have: NumPy makes more, and fails with them later."""
 
@@ -177,8 +180,8 @@ def fits(name: str, *shape: int, itemsize: int = 8) -> None:
     """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make
     smaller.
     """
-    size, free = itemsize * math.prod(map(int, shape)), free_memory()
-    if size > free:
+    size = itemsize * math.prod(map(int, shape))
+    if size > SMALL and size > (free := free_memory()):
         raise ValueError(
             f"{name} asks for {_bytes(size)} of memory (an array of {' x '.join(map(shown, shape))}), {_bytes(free)} "
             "are free"

@@ -113,7 +113,11 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    line, classes = _built(value)
+    return _model_block(kind, *_built(value), degrees_of_freedom, vectors)
+
+
+@functools.cache
+def _model_block(kind: str, line: str, classes: tuple, degrees_of_freedom: int, vectors: int) -> Any:
     return _compiled(kind, line + TEXTS[kind](Rows(degrees_of_freedom, vectors)), classes, ())
 
 

@@ -212,7 +212,7 @@ class BlockFunction(types.WrapperAddressProtocol):
     def __init__(self, function: Callable, signature: Any, *, cache: bool):
         with uncollected(), _private_cache(cache_directory() if cache else None) as enabled:
             self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
-        self._signature = signature
+        self._signature, self.shown = signature, str(signature)  # whose hash is quick
         self._address: Any = self._compiled.address
 
     def __wrapper_address__(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import functools
 from collections.abc import Callable
 from typing import Any
@@ -90,6 +91,8 @@ def _arguments_in(typingcontext, words):
 
 
 _call_unit = caller("unit")
+_UNIT = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
+"""The same for Python, which lets go of the GIL meanwhile."""
 
 
 @jit(parallel=True)
@@ -115,10 +118,10 @@ def _entry(work: Callable, arguments: tuple) -> BlockFunction:
 _ENTRIES: dict[tuple, BlockFunction] = {}
 
 
-def run_units(work: Callable, arguments: tuple, units: int) -> None:
-    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, in parallel.
+def run_units(work: Callable, arguments: tuple, units: int, *, parallel: bool = True) -> None:
+    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, in parallel or one after another.
 
-    `work` is compiled for the types of its arguments; the loop, which gets it as an address, once for all.
+    `work` is compiled for the types of its arguments; the parallel loop, which gets it as an address, once for all.
     """
     if JIT_DISABLED:
         for unit in range(units):
@@ -129,7 +132,13 @@ def run_units(work: Callable, arguments: tuple, units: int) -> None:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, arguments)))
     words: list[int] = []
     _append(words, arguments)
-    _run_units(address(_ENTRIES[key]), np.array(words, np.int64), units)
+    at, memory = address(_ENTRIES[key]), np.array(words, np.int64)
+    if parallel:
+        _run_units(at, memory, units)
+        return
+    enter, first = _UNIT(at), memory.ctypes.data
+    for unit in range(units):
+        enter(unit, first)
 
 
 def _kind(argument: Any) -> Any:
@@ -138,4 +147,4 @@ def _kind(argument: Any) -> Any:
         return argument.dtype, argument.ndim, argument.flags.num
     if isinstance(argument, tuple):
         return type(argument), *map(_kind, argument)
-    return argument.signature() if isinstance(argument, BlockFunction) else type(argument)
+    return argument.shown if isinstance(argument, BlockFunction) else type(argument)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 
 from ..base.numbers import numbers, shown
-from ..base.sums import length
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
+from ..kernels import escape
 from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, planar, quadratic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
@@ -228,6 +229,15 @@ def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
         return np.asarray(model.kinetic_energy(*z[model.degrees_of_freedom :]), dtype=np.float64) + np.zeros(z.shape[1])
 
 
+def slopes(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return dz/dt (2n, orbits) at z (2n, orbits): velocities and forces."""
+    n, rows = model.degrees_of_freedom, np.empty(z.shape)
+    with np.errstate(all="ignore"):
+        for row, slope in zip(rows, (*model.velocity(*z[n:]), *model.force(*z[:n])), strict=True):
+            row[:] = slope
+    return rows
+
+
 ROUNDING = 8 * np.finfo(float).eps
 """Relative error that an energy may have from its own sums."""
 
@@ -247,6 +257,9 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
 FARTHEST, ESCAPE = 1e150, 1e6
 """Distance whose square is still a number; escape radius in units of the orbit's own size."""
 
+CHUNK = 4096
+"""Orbits whose turning points are looked for at once."""
+
 
 def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped.
@@ -255,47 +268,36 @@ def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
     if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
     nor the zero of V.
     """
-    n = model.degrees_of_freedom
-    with np.errstate(all="ignore"):
-        q, v = z[:n], np.array(np.broadcast_arrays(*model.velocity(*z[n:]), z[0])[:-1])
-        size = length(q)
-        force = np.array(np.broadcast_arrays(*model.force(*q), z[0])[:-1])
-        direction = np.where((v != 0).any(axis=0), v, force)
-        direction = direction / np.abs(direction).max(axis=0)  # lengths of huge momenta have no square
-        unit = direction / length(direction)
-        unit = np.where(np.isfinite(unit), unit, 0.0)
-        limit = kinetic_energies(model, z) + model.potential_energy(*q)
-        reach, away = size.copy(), ~(size > 0)
-        for orbits, decades in (
-            (np.flatnonzero(~away), np.arange(-2.0, 21.0)),
-            (np.flatnonzero(away), np.arange(-30.0, 31.0)),
-        ):
-            if not orbits.size:
-                continue
-            scale = np.where(size[orbits] > 0, size[orbits], 1.0)
-            for sign in (1.0, -1.0):
-                turned = _turning_distance(model, q[:, orbits], sign * unit[:, orbits] * scale, limit[orbits], decades)
-                reach[orbits] = np.maximum(reach[orbits], scale * turned)
+    reach = np.empty(z.shape[1])
+    for start in range(0, len(reach), CHUNK):
+        part = slice(start, start + CHUNK)
+        _set_reaches(model, np.ascontiguousarray(z[:, part]), reach[part])
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 
-def _turning_distance(
-    model: Any, q: np.ndarray, along: np.ndarray, limit: np.ndarray, decades: np.ndarray
-) -> np.ndarray:
-    """Return the largest s at which V(q + s along) rises through `limit`, to two digits; 0 where it never does."""
+def _set_reaches(model: Any, z: np.ndarray, reach: np.ndarray) -> None:
+    """Set reach (orbits,) to the distances from the origin, or of turning points, to two digits, of orbits from z."""
+    n, orbits = model.degrees_of_freedom, len(reach)
+    q, limit, distances = z[:n], np.empty(orbits), _distances()
+    limit[:] = energies(model, z)
+    along, first, looks = np.empty((n, 2 * orbits)), np.empty(2 * orbits, np.int64), np.empty(2 * orbits, np.int64)
+    escape.aim(q, slopes(model, z), along, first, looks)
 
-    def allowed(exponent: np.ndarray) -> np.ndarray:
-        return np.asarray(model.potential_energy(*(q + 10.0**exponent * along)) <= limit)
+    def potential(spacing: int, looks: int) -> np.ndarray:
+        points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
+        escape.place(q, along, distances, first, spacing, points)
+        with np.errstate(all="ignore"):
+            energy[:] = model.potential_energy(*points)
+        return energy
 
-    low, high = np.full(limit.shape, np.nan), np.full(limit.shape, np.nan)
-    inside = np.ones(limit.shape, dtype=bool)
-    for k, exponent in enumerate(decades):
-        now = allowed(np.full(limit.shape, exponent))
-        turns = inside & ~now
-        low, high = np.where(turns, decades[max(k - 1, 0)], low), np.where(turns, exponent, high)
-        inside = now
-    for _ in range(8):
-        middle = 0.5 * (low + high)
-        now = allowed(middle)
-        low, high = np.where(now, middle, low), np.where(now, high, middle)
-    return np.where(np.isfinite(low), 10.0**low, 0.0)
+    escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)
+    for spacing in (escape.PARTS, 1):
+        escape.halve(potential(spacing, escape.PARTS), limit, spacing, first)
+    escape.reaches(q, distances, first, reach)
+
+
+@functools.cache
+def _distances() -> np.ndarray:
+    """Return the distances that are tried, in units of an orbit's own."""
+    least, most = escape.DECADES
+    return 10.0 ** (np.arange(least * escape.FINE, most * escape.FINE + 1) / escape.FINE)

@@ -1,4 +1,4 @@
-"""Running kernels: flows of a model by a scheme, ensembles of orbits under way, interruption and progress."""
+"""Running kernels: flows of a model by a scheme, interruption and progress."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numba
@@ -22,8 +22,14 @@ from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..schemes.catalogue import RungeKutta, Splitting
 from . import observers
-from .checks import FARTHEST, energies, energy_drift, escape_radii, kinetic_energies
+from .checks import energies, energy_drift, escape_radii, kinetic_energies, slopes
+from .ensemble import Ensemble
 from .observers import Observer
+
+BRIEF = 10_000
+"""Steps of an orbit that the caller's own thread takes: at most a fraction of a second, which Ctrl-C waits for, while
+another thread needs as long as a hundred to wake up.
+"""
 
 Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
@@ -57,13 +63,19 @@ def launch(
     work: float,
     threads: int,
     report: Report | None,
+    steps: float = math.inf,
 ) -> None:
     """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a
     worker thread.
 
     The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised
-    when the kernel has put its state back.
+    when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here.
     """
+    if steps <= BRIEF and not JIT_DISABLED:
+        run_units(kernel, (stop, progress, *arguments), progress.size, parallel=False)
+        if report is not None and work > 0:
+            report(min(1.0, float(progress.sum()) / work))
+        return
 
     def run() -> None:
         if not JIT_DISABLED:
@@ -97,64 +109,6 @@ def _worker(process: int) -> ThreadPoolExecutor:
     OpenMP threads; of this process, because threads don't survive a fork.
     """
     return ThreadPoolExecutor(1, thread_name_prefix="fastaff")
-
-
-@dataclass
-class Ensemble:
-    """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
-
-    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise;
-    energy at the start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no
-    zero of V; radius: the distance from the origin beyond which an orbit has escaped.
-    """
-
-    z: np.ndarray
-    energy: np.ndarray
-    kinetic: np.ndarray
-    vectors: int = 0
-    status: np.ndarray = field(init=False)
-    count: np.ndarray = field(init=False)
-    time: np.ndarray = field(init=False)
-    ahead: np.ndarray = field(init=False)
-    ticks: np.ndarray = field(init=False)
-    radius: np.ndarray = field(init=False)
-
-    def __post_init__(self) -> None:
-        n = self.z.shape[1]
-        self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
-        self.time, self.ahead, self.radius = np.zeros(n), np.zeros(n), np.full(n, FARTHEST)
-
-    def of(self, orbits: Any) -> Ensemble:
-        """Return some of the orbits as an ensemble of their own."""
-        part = Ensemble(self.z[:, orbits], self.energy[orbits], self.kinetic[orbits], self.vectors)
-        for name in ("status", "count", "time", "ahead", "ticks", "radius"):
-            setattr(part, name, getattr(self, name)[orbits])
-        return part
-
-    def take(self, orbits: Any, part: Ensemble) -> None:
-        """Take over the state of `part` for the orbits of that index array or mask."""
-        for name in ("z", "energy", "kinetic", "status", "count", "time", "ahead", "ticks", "radius"):
-            getattr(self, name)[..., orbits] = getattr(part, name)
-
-    @property
-    def scale(self) -> np.ndarray:
-        """What energy errors are relative to: the largest kinetic energy seen; 1 for an orbit that rests."""
-        return np.where(self.kinetic > 0, self.kinetic, 1.0)
-
-    @property
-    def points(self) -> np.ndarray:
-        """The orbits' phase points (2n, orbits)."""
-        return self.z if self.vectors == 0 else self.parts[:, 0].reshape(-1, self.z.shape[1])
-
-    @property
-    def parts(self) -> np.ndarray:
-        """A view (2, 1 + vectors, n, orbits) of z: positions and momenta of the orbit and of its tangent vectors."""
-        return self.z.reshape(2, 1 + self.vectors, -1, self.z.shape[1])
-
-    @property
-    def deviations(self) -> np.ndarray:
-        """The tangent vectors (vectors, 2n, orbits)."""
-        return self.parts[:, 1:].transpose(1, 0, 2, 3).reshape(self.vectors, -1, self.z.shape[1])
 
 
 @dataclass(frozen=True)
@@ -204,13 +158,17 @@ class Flow:
             whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
             state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
         started = Ensemble(state, energies(self.model, z0), kinetic_energies(self.model, z0), self.vectors)
-        with np.errstate(all="ignore"):
-            slopes = np.array([*self.model.velocity(*z0[n:]), *self.model.force(*z0[:n])])
-        size, speed = np.abs(z0).max(axis=0), np.abs(slopes).max(axis=0)
-        guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
         started.radius = escape_radii(self.model, z0) if radius is None else radius
-        started.ahead[:] = np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
+        started.ahead[:] = self.step if np.isfinite(self.step).all() else self._first_steps(z0)
         return started
+
+    def _first_steps(self, z0: np.ndarray) -> np.ndarray:
+        """Return the first steps (orbits,) of a scheme that controls them: those given, else a hundredth of what z0
+        takes to change.
+        """
+        size, speed = np.abs(z0).max(axis=0), np.abs(slopes(self.model, z0)).max(axis=0)
+        guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
+        return np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
 
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         if isinstance(self.scheme, Splitting):
@@ -440,7 +398,8 @@ class Flow:
             ensemble.status,
         )
         try:
-            launch(run_fixed, arguments, stop, progress, float((total - ensemble.count).sum()), self.threads, report)
+            steps = float((total - ensemble.count).sum())
+            launch(run_fixed, arguments, stop, progress, steps, self.threads, report, steps)
         finally:
             ensemble.time[:] = ensemble.count * h
 
@@ -466,14 +425,15 @@ class Flow:
             records,
             where,
         )
-        launch(crossings.locate, arguments, stop, progress, float(where.size), self.threads, report)
+        steps = float(crossings.USUAL * where.size)
+        launch(crossings.locate, arguments, stop, progress, float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
         table, stop, (stage, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
         progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
         arguments = stage, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
-        launch(crossings.shift, arguments, stop, progress, 0.0, self.threads, None)
+        launch(crossings.shift, arguments, stop, progress, 0.0, self.threads, None, z.shape[1])
         return table
 
 

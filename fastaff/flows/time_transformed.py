@@ -27,7 +27,8 @@ from ..schemes.time_transformed import (
 )
 from . import observers
 from .checks import energies, energy_drift
-from .flow import Ensemble, Flow, Report
+from .ensemble import Ensemble
+from .flow import Flow, Report
 from .motion import typical_rate
 from .observers import Observer
 from .trials import following_step, staying, trial_step

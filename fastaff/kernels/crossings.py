@@ -46,6 +46,9 @@ FINE, NOISE, SWEEPS = 2.5e-16, 1e-12, 100
 fractional steps for a root.
 """
 
+USUAL = 8
+"""Fractional steps that a root mostly takes."""
+
 BRACKET = 10
 """Rows of numbers that a lane's search takes with it."""
 

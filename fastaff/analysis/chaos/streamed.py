@@ -12,7 +12,8 @@ from ...base.numbers import fits, number_of_steps
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
-from ...flows.flow import Ensemble, Flow, Report
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, Report
 from ...flows.motion import inverse_masses, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of

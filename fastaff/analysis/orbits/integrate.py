@@ -16,7 +16,8 @@ from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
 from ...flows.coordinates import chart_row, row_names
-from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow

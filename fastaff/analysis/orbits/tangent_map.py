@@ -16,7 +16,8 @@ from ...base.sums import length
 from ...flows import observers
 from ...flows.checks import checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
-from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift, no_memory
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, plan
 from ...models.contracts import Model
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting

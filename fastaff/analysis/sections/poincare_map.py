@@ -17,7 +17,8 @@ from ...flows import observers
 from ...flows.accuracy import Steps, halved, planned
 from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
 from ...flows.coordinates import chart_row, in_chart, row_names
-from ...flows.flow import Ensemble, Flow, Report, energy_error
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, Report, energy_error
 from ...flows.motion import Motion, motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
