@@ -33,20 +33,27 @@ class _WordsModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, cgutils.ir.IntType(64))
 
 
-def _append(words: list, argument: Any) -> None:
-    if isinstance(argument, np.ndarray):
-        words.append(argument.__array_interface__["data"][0])
-        words.extend(argument.shape)
-        words.extend(argument.strides)
-    elif isinstance(argument, BlockFunction):
-        words.append(address(argument))
-    elif isinstance(argument, tuple):
-        for entry in argument:
-            _append(words, entry)
-    elif isinstance(argument, (float, np.floating)):
-        words.append(int(np.float64(argument).view(np.int64)))
-    else:
-        words.append(int(argument))
+def _append(words: list, arguments: tuple) -> None:
+    for argument in arguments:
+        if isinstance(argument, np.ndarray):
+            words.append(_data(argument))
+            words.extend(argument.shape)
+            words.extend(argument.strides)
+        elif isinstance(argument, BlockFunction):
+            words.append(address(argument))
+        elif isinstance(argument, tuple):
+            _append(words, argument)
+        elif isinstance(argument, (float, np.floating)):
+            words.append(int(np.float64(argument).view(np.int64)))
+        else:
+            words.append(int(argument))
+
+
+def _data(array: np.ndarray) -> int:
+    """Return the address of an array's numbers, by what is the quickest way where there are some to write to."""
+    if array.size and array.flags.c_contiguous and array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
+    return array.__array_interface__["data"][0]
 
 
 def _unpacked(context, builder, word, kind):
@@ -136,7 +143,7 @@ def run_units(work: Callable, arguments: tuple, units: int, *, parallel: bool = 
     if parallel:
         _run_units(at, memory, units)
         return
-    enter, first = _UNIT(at), memory.ctypes.data
+    enter, first = _UNIT(at), _data(memory)
     for unit in range(units):
         enter(unit, first)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.status import Status
 from ..base.sums import length, total
+from ..kernels.averages import scales
 from ..schemes.catalogue import KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
@@ -86,7 +87,7 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     """Look at the orbits with steps that are fitted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = inverse_masses(model, z)
-    rate = _first_rates(model, z, W)
+    rate, stiff = _first_rates(model, z, W)
     kinetic, step, todo, radius = np.zeros(orbits), PHASE / rate, np.arange(orbits), escape_radii(model, z)
     for round_ in range(ROUNDS):
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
@@ -100,7 +101,6 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
         todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
         if not todo.size:
             break
-    stiff = _small_oscillations(model, z, W)
     rate = np.where(stiff > VANISHING * rate, stiff, rate)
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
@@ -124,15 +124,14 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     """Return the angular frequency and the largest kinetic energy of states (samples, 2n, orbits), over those that are
     finite.
     """
-    n = states.shape[1] // 2
-    z = np.moveaxis(states, 1, 0)
+    n, samples, orbits = states.shape[1] // 2, len(states), states.shape[2]
+    z = np.ascontiguousarray(np.moveaxis(states, 1, 0))
+    T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
         F, v = _force(model, z[:n]), _velocity(model, z[n:])
-        pulled, moved = total(F * applied(W[:, :, None], F)), total(z[n:] * v)
-        T = np.broadcast_to(model.kinetic_energy(*z[n:]), pulled.shape)
-        sound = np.isfinite(pulled) & np.isfinite(moved) & np.isfinite(T)
-        rate = np.sqrt(total(np.where(sound, pulled, 0.0)) / total(np.where(sound, moved, 0.0)))
-        return rate, np.where(sound, T, 0.0).max(axis=0)
+        T[:] = model.kinetic_energy(*z[n:])
+    scales(np.ascontiguousarray(W), F, v, z[n:], T, rate, largest)
+    return rate, largest
 
 
 def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -149,9 +148,9 @@ def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
         return np.array([_velocity(model, size * unit[:, None]) / size for unit in np.eye(n)]).transpose(1, 0, 2)
 
 
-def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
+def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the
-    path.
+    path; and those of small oscillations along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
     q, p = z[:n], z[n:]
@@ -159,38 +158,31 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
         F, v = _force(model, q), _velocity(model, p)
         u = applied(W, F)
         distance, momentum, force, speed, pull = (length(x) for x in (q, p, F, v, u))
-        guesses = [0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / distance)]
-        guesses += [_curvature(model, z, W, direction / size) for direction, size in ((u, pull), (v, speed))]
-    known = np.array([np.where(np.isfinite(guess) & (guess > 0), guess, 0.0) for guess in guesses])
-    stiff = known[2:].max(axis=0)
+        odd = np.sqrt(np.abs(np.array([W[i, i] for i in range(n)]))) * (1.0 + 0.618 * np.arange(n))[:, None]
+        units = np.array([u / pull, v / speed, odd / length(odd)]).transpose(1, 0, 2)
+        path, free = 0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / distance)
+        guesses = np.concatenate([[path, free], _curvatures(model, z, W, units)])
+    known = np.where(np.isfinite(guesses) & (guesses > 0), guesses, 0.0)
+    stiff = known[2:4].max(axis=0)
     path = np.where(
         (stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0]
     )  # next to a turning point the path turns at once
     best = np.maximum(stiff, path)
-    return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0))
+    return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0)), known[4]
 
 
-def _curvature(model: Any, z: np.ndarray, W: np.ndarray, unit: np.ndarray) -> np.ndarray:
-    """Return the angular frequency of small oscillations along unit vectors (n, orbits), from a difference of forces;
-    NaN where none.
+def _curvatures(model: Any, z: np.ndarray, W: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Return the angular frequencies (directions, orbits) of small oscillations along unit vectors (n, directions,
+    orbits), from differences of forces; NaN where none.
     """
-    q = z[: z.shape[0] // 2]
+    n, directions, _ = units.shape
+    q = z[:n, None]
     size = length(q)
-    shift = NUDGE * np.where(size > 0, size, 1.0) * unit
+    shift = NUDGE * np.where(size > 0, size, 1.0) * units
     with np.errstate(all="ignore"):
-        turned = applied(W, _force(model, q + shift) - _force(model, q - shift))
+        F = _force(model, np.concatenate([q + shift, q - shift], axis=1))
+        turned = applied(W[:, :, None], F[:, :directions] - F[:, directions:])
         return np.sqrt(length(turned) / (2 * length(shift)))
-
-
-def _small_oscillations(model: Any, z: np.ndarray, W: np.ndarray) -> np.ndarray:
-    """Return the angular frequency (orbits,) of small oscillations along a direction of no symmetry; 0 where there are
-    none.
-    """
-    n = z.shape[0] // 2
-    with np.errstate(all="ignore"):
-        unit = np.array([np.sqrt(np.abs(W[i, i])) * (1.0 + 0.618 * i) for i in range(n)])
-        found = _curvature(model, z, W, unit / length(unit))
-    return np.where(np.isfinite(found), found, 0.0)
 
 
 def _force(model: Any, q: np.ndarray) -> np.ndarray:

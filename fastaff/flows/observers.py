@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,11 +67,13 @@ def _bound(kind: str, value: Any, degrees_of_freedom: int, vectors: int) -> Boun
     return Bound(model_block(kind, value, degrees_of_freedom, vectors), *call_table(parameters(value), ()))
 
 
+@cache
 def nothing() -> Observer:
     """Keep nothing but the end state."""
     return Observer(sample_kernels.nothing, 1)
 
 
+@cache
 def samples(rows: int) -> Observer:
     """Keep the phase point (rows numbers) at each observation."""
     return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, sizes=(rows,))

@@ -78,16 +78,13 @@ def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found
     """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf
     where none.
     """
-    coarse, fine = (_states(replace(flow, step=size), z, time, found.radius) for size in (step, step / 2))
+    both, orbits = replace(flow, step=np.concatenate([step, step / 2])), z.shape[1]
+    ensemble = both.ensemble(np.tile(z, 2), radius=np.tile(found.radius, 2))
+    states = both.sampled(ensemble, SAMPLES, time=np.tile(time, 2)).transpose(1, 2, 0)
     with np.errstate(all="ignore"):
-        apart = found.distance(coarse - fine)
+        apart = found.distance(states[..., :orbits] - states[..., orbits:])
     known = np.isfinite(apart)
     return np.where(known[0], np.where(known, apart, 0.0).max(axis=0), np.inf)
-
-
-def _states(flow: Flow, z: np.ndarray, time: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return states (SAMPLES, 2n, orbits) at equidistant moments of each orbit's time, NaN where not reached."""
-    return flow.sampled(flow.ensemble(np.array(z), radius=radius), SAMPLES, time=time).transpose(1, 2, 0)
 
 
 def trials_in_time(

@@ -14,7 +14,7 @@ from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
-from ...flows.checks import energy_drift
+from ...flows.checks import energies, energy_drift, kinetic_energies
 from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift
@@ -176,8 +176,7 @@ class _Accurate:
         )
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
-        self.ensemble = flow.ensemble(z.copy())
-        self.ensemble.z = z.copy()
+        self.ensemble = Ensemble(z.copy(), energies(body, z), kinetic_energies(body, z))
         self.step = np.full(z.shape[1], np.inf)
         self.samples = np.full((count, *z.shape), np.nan)
         self.error = np.full(z.shape, np.inf)

@@ -1,0 +1,33 @@
+"""Averages along orbits, of which the natural frequency is made."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..compile.jit import jit
+
+
+@jit
+def scales(W, force, velocity, momentum, kinetic, rate, largest):
+    """Set rate (orbits,) to (<F.W F>/<p.v>)^(1/2) of all samples that are finite, largest to their largest T.
+
+    W (n, n, orbits); force, velocity, momentum (n, samples, orbits); kinetic (samples, orbits).
+    """
+    n, samples, orbits = force.shape
+    for o in range(orbits):
+        pull, move, most = 0.0, 0.0, -np.inf
+        for s in range(samples):
+            pulled, moved = 0.0, 0.0
+            for i in range(n):
+                turned = 0.0
+                for j in range(n):
+                    turned += W[i, j, o] * force[j, s, o]
+                pulled += force[i, s, o] * turned
+                moved += momentum[i, s, o] * velocity[i, s, o]
+            T = kinetic[s, o]
+            sound = np.isfinite(pulled) and np.isfinite(moved) and np.isfinite(T)
+            if sound:
+                pull += pulled
+                move += moved
+            most = max(most, T if sound else 0.0)
+        rate[o], largest[o] = np.sqrt(pull / move), most
