@@ -90,6 +90,15 @@ def dips(earlier, before, now, first, second):
     return 4.0 * abs(before) <= abs(bend) * max(first, second) ** 2
 
 
+@jit
+def has_news(memory, i):
+    """Tell whether lane i has passed the section over the last step, or was nearest to it at its beginning."""
+    now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
+    earlier = memory[ROWS.earlier * LANES + i]
+    changed = ((before < 0.0) & (now >= 0.0)) | ((before > 0.0) & (now <= 0.0))
+    return changed | ((abs(before) < abs(now)) & (abs(before) <= abs(earlier)))
+
+
 @jit(inline=True)
 def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: record sign changes of the section function, which the call gives, and extrema near zero.
@@ -98,20 +107,14 @@ def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
     full. Returns how many lanes became done.
     """
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    hits, moved, hit = 0, 0, np.empty(LANES)
+    hits, moved = 0, 0
     for i in range(lanes):  # without branches: most steps have nothing to record
-        now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
-        earlier = memory[ROWS.earlier * LANES + i]
-        changed = ((before < 0.0) & (now >= 0.0)) | ((before > 0.0) & (now <= 0.0))
-        nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier))
-        found = (changed | nearest) & (fresh[i] != 0.0)
-        hit[i] = 1.0 if found else 0.0
-        hits += 1 if found else 0
+        hits += 1 if has_news(memory, i) & (fresh[i] != 0.0) else 0
         moved += 1 if fresh[i] != 0.0 else 0
     ended = 0
     if hits > 0:
         for i in range(lanes):
-            if hit[i] > 0.0:
+            if fresh[i] != 0.0 and has_news(memory, i):
                 ended += write_records(value, rows, i, orbit[i], t[i], memory, out, done)
     if moved == lanes:
         for i in range(lanes):
