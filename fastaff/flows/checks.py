@@ -63,8 +63,8 @@ def _evaluated(name: str, model: Any) -> None:
     for part in (model, getattr(model, "potential", None)):
         _functions(part)
     n = model.degrees_of_freedom
-    q, p = np.linspace(1.3, 0.2, n), np.linspace(0.3, 1.1, n)
     try:
+        q, p = _some_point(n)
         with np.errstate(all="ignore"):
             numbers_of = [
                 *(getattr(model, method)(*q) for method in ("potential_energy", "margin")),
@@ -77,6 +77,12 @@ def _evaluated(name: str, model: Any) -> None:
             raise TypeError("one number for each coordinate is needed, and one for energies and the margin")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
+
+
+@functools.lru_cache
+def _some_point(n: int) -> tuple[tuple, tuple]:
+    """Return n coordinates and momenta at which models are tried."""
+    return tuple(np.linspace(1.3, 0.2, n)), tuple(np.linspace(0.3, 1.1, n))
 
 
 def _parameters(name: str, value: Any) -> np.ndarray:
