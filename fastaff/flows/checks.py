@@ -267,25 +267,28 @@ CHUNK = 4096
 """Orbits whose turning points are looked for at once."""
 
 
-def escape_radii(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped.
+def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
+    """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped;
+    energy (orbits,) of these, where it is known already.
 
     ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along,
     if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
     nor the zero of V.
     """
-    reach = np.empty(z.shape[1])
+    reach, limit = np.empty((2, z.shape[1]))
+    limit[:] = energies(model, z) if energy is None else energy
     for start in range(0, len(reach), CHUNK):
         part = slice(start, start + CHUNK)
-        _set_reaches(model, np.ascontiguousarray(z[:, part]), reach[part])
+        _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 
-def _set_reaches(model: Any, z: np.ndarray, reach: np.ndarray) -> None:
-    """Set reach (orbits,) to the distances from the origin, or of turning points, to two digits, of orbits from z."""
+def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray) -> None:
+    """Set reach (orbits,) to the distances from the origin, or of turning points, to two digits, of orbits from z with
+    these energies.
+    """
     n, orbits = model.degrees_of_freedom, len(reach)
-    q, limit, distances = z[:n], np.empty(orbits), _distances()
-    limit[:] = energies(model, z)
+    q, distances = z[:n], _distances()
     along, first, looks = np.empty((n, 2 * orbits)), np.empty(2 * orbits, np.int64), np.empty(2 * orbits, np.int64)
     escape.aim(q, slopes(model, z), along, first, looks)
 

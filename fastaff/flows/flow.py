@@ -158,7 +158,7 @@ class Flow:
             whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
             state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
         started = Ensemble(state, energies(self.model, z0), kinetic_energies(self.model, z0), self.vectors)
-        started.radius = escape_radii(self.model, z0) if radius is None else radius
+        started.radius = escape_radii(self.model, z0, started.energy) if radius is None else radius
         started.ahead[:] = self.step if np.isfinite(self.step).all() else self._first_steps(z0)
         return started
 

@@ -29,6 +29,9 @@ from ...schemes.time_transformed import TimeTransformed
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
 
+POINTS = 2**16
+"""Samples whose energies are looked at at once, some of each orbit."""
+
 MOMENTS = 8
 """Moments at least at which two runs are compared."""
 
@@ -242,9 +245,11 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
     if interrupted:
         ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
     energy = energy_error(body, ensemble)
-    for block in samples:
-        seen = np.isfinite(block).all(axis=0)
-        energy = np.where(seen, np.maximum(energy, energy_drift(body, block, ensemble.energy, ensemble.scale)), energy)
+    together = max(1, POINTS // len(energy))
+    for first in range(0, len(samples), together):
+        z = samples[first : first + together].transpose(1, 0, 2)
+        drift = energy_drift(body, z, ensemble.energy, ensemble.scale)
+        energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
     mark_drift(ensemble, energy, tolerance)
     count = len(samples)
     times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
