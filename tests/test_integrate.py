@@ -27,6 +27,8 @@ from fastaff import (
     hamiltonian,
     integrate,
 )
+from fastaff.flows import flow
+from fastaff.flows.checks import FARTHEST, escape_radii
 from fastaff.models.sections import AlphaTurning
 from fastaff.schemes import Splitting
 from fastaff.schemes.catalogue import SCHEMES
@@ -423,6 +425,26 @@ def test_escape_is_the_same_in_any_unit_of_length(unit):
     run = integrate(valley, z0, time=60.0, step=0.02)
     assert run.status[0] in (Status.ESCAPED, Status.NONFINITE)
     assert run.status[1] == Status.OK
+
+
+def test_an_orbit_that_rests_on_a_slope_at_the_origin_falls():
+    """It has neither a size nor a turning point ahead."""
+    z0 = np.zeros((4, 1))
+    slope = hamiltonian("-k*x + y**2/2", k=1.0)
+    assert escape_radii(slope, z0) == FARTHEST
+    run = integrate(slope, z0, time=2.0, step=0.1)
+    assert run.status == Status.OK
+    np.testing.assert_allclose(run.z[:, 0], [2.0, 0.0, 2.0, 0.0], atol=1e-14)
+
+
+@pytest.mark.parametrize("options", [{"step": 0.05, "samples": 4}, {"accuracy": 1e-8}], ids=["step", "accuracy"])
+def test_short_runs_have_the_bits_of_long_ones(monkeypatch, options):
+    """In the caller's thread and in the kernels' own; progress is reported from both."""
+    seen = []
+    short = integrate(BALL, states(BALL, 5), time=3.0, report=seen.append, **options)
+    assert seen[-1] == 1.0
+    monkeypatch.setattr(flow, "BRIEF", 0)
+    assert_same(integrate(BALL, states(BALL, 5), time=3.0, **options), short)
 
 
 def test_unbound_henon_heiles():
