@@ -279,7 +279,8 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     limit[:] = energies(model, z) if energy is None else energy
     for start in range(0, len(reach), CHUNK):
         part = slice(start, start + CHUNK)
-        _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
+        with np.errstate(all="ignore"):
+            _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 
@@ -295,8 +296,7 @@ def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray
     def potential(spacing: int, looks: int) -> np.ndarray:
         points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
         escape.place(q, along, distances, first, spacing, points)
-        with np.errstate(all="ignore"):
-            energy[:] = model.potential_energy(*points)
+        energy[:] = model.potential_energy(*points)
         return energy
 
     escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)

@@ -130,7 +130,7 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     with np.errstate(all="ignore"):
         F, v = _force(model, z[:n]), _velocity(model, z[n:])
         T[:] = model.kinetic_energy(*z[n:])
-    scales(np.ascontiguousarray(W), F, v, z[n:], T, rate, largest)
+        scales(np.ascontiguousarray(W), F, v, z[n:], T, rate, largest)
     return rate, largest
 
 
