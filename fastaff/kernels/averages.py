@@ -30,4 +30,4 @@ def scales(W, force, velocity, momentum, kinetic, rate, largest):
                 pull += pulled
                 move += moved
             most = max(most, T if sound else 0.0)
-        rate[o], largest[o] = np.sqrt(pull / move), most
+        rate[o], largest[o] = np.sqrt(np.divide(pull, move)), most
