@@ -4,7 +4,7 @@ BIN := $(VENV)/bin
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark --durations=10
 
-.PHONY: demo test test-ci bounds bench peers lint clean
+.PHONY: demo test test-ci bounds bench bench-peers bench-compare gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -28,6 +28,15 @@ bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 
 bench: $(VENV)/.dev  ## benchmarks with their errors
 	$(BIN)/python -m pytest bench -s --benchmark-columns=min,median,rounds
+
+bench-peers: peers  ## the race beside other programs: bench/results, README's table (ROWS='Section': some rows, printed)
+	PYTHONPATH=bench:tests $(BIN)/python -m race --rows "$(ROWS)"
+
+bench-compare: $(VENV)/.dev  ## this tree beside the commit BASE, in turns
+	$(BIN)/python bench/compare.py $(BASE)
+
+gate: $(VENV)/.dev  ## ratios of processor times within one run, under bounds
+	$(BIN)/python bench/gate.py
 
 peers: $(VENV)/.dev  ## the programs that benchmarks compare with
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[peers]"

@@ -1,0 +1,205 @@
+"""What the race writes: JSON with a stamp of the machine, Markdown tables, figures, and the summary in README."""
+
+from __future__ import annotations
+
+import json
+import platform
+import subprocess
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+
+from .contest import Row, Timed, best, version
+
+ROOT = Path(__file__).parents[2]
+MARKS = "<!-- race: written by make bench-peers -->", "<!-- end of race -->"
+PROGRAMS = (
+    *("fastaff", "numba", "numpy", "scipy", "heyoka", "pynamicalsys"),
+    *("gala", "nafflib", "rebound", "PyNAFF"),
+)
+COLOURS = {
+    "fastaff": "#d1495b",
+    "heyoka": "#2e5eaa",
+    "heyoka, ensemble": "#8fb1e3",
+    "SciPy": "#6a994e",
+    "pynamicalsys": "#7b5ea7",
+    "gala": "#e09f3e",
+}
+MARKERS = dict(zip(COLOURS, "osv^Dh"))
+
+
+def stamp() -> dict:
+    """Return what the numbers depend on: processor, cores, versions, commit, date."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
+    return {
+        "processor": names[0] if names else platform.processor(),
+        "cores": len(names) or None,
+        "avx512": any("avx512f" in line for line in lines),
+        "python": platform.python_version(),
+        "versions": {name: version(name) for name in PROGRAMS},
+        "commit": commit.stdout.strip(),
+        "date": date.today().isoformat(),
+    }
+
+
+def seconds(value: float) -> str:
+    """Write a time with its unit."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if value >= size:
+            return f"{value / size:.3g} {unit}"
+    return f"{value / 1e-9:.3g} ns"
+
+
+def verdict(own: Timed, peer: Timed) -> str:
+    """Write how many times the peer's processor time is ours, and say so where we are behind."""
+    ratio = peer.cpu / own.cpu
+    return f"{ratio:.{0 if ratio >= 10 else 1}f} ×" if ratio >= 1 else f"**{ratio:.2f} ×, behind**"
+
+
+def cell(entry: Timed, own: Timed | None, row: Row) -> str:
+    """Write a run: time, ratio to ours, error, how."""
+    per = f" ({seconds(entry.cpu / row.per[1])} a {row.per[0]})" if row.per else ""
+    ratio = f", {verdict(own, entry)}" if own is not None and entry.program != "fastaff" else ""
+    return f"{seconds(entry.cpu)}{per}{ratio}; {entry.error:.1e}; {entry.how}"
+
+
+def table(row: Row, timed: Sequence[Timed]) -> str:
+    """Return a row's Markdown table: accuracies down, programs across; or one line for each run."""
+    programs = list(dict.fromkeys(entry.program for entry in timed))
+    lines = [
+        f"### {row.title}",
+        "",
+        f"Error: {row.error}." + (f" Note: {row.note}." if row.note else ""),
+    ]
+    missing = [name for name in row.programs if version(name) is None]
+    if missing:
+        lines.append(f"Left out, not installed: {', '.join(missing)}.")
+    lines.append("")
+    if not row.asked:
+        lines += ["| program | time; error; how |", "|---|---|"]
+        return "\n".join([*lines, *(f"| {entry.program} | {cell(entry, None, row)} |" for entry in timed)])
+    lines += [f"| error asked | {' | '.join(programs)} |", "|---" * (len(programs) + 1) + "|"]
+    for asked in row.asked:
+        own = next(iter(best(timed, asked, "fastaff")), None)
+        cells = []
+        for program in programs:
+            found = best(timed, asked, program)
+            reached = min(entry.error for entry in timed if entry.program == program)
+            cells.append(cell(found[0], own, row) if found else f"not reached ({reached:.1e})")
+        lines.append(f"| {asked:.0e} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def summary(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
+    """Return the short table: for each row the best peer at every accuracy asked, ahead or behind."""
+    lines = [
+        "| work | fastaff at the smallest error | the best peer's processor time over ours, error at most as asked |",
+        "|---|---|---|",
+    ]
+    for row, timed in results:
+        said, finest = [], min((e for e in timed if e.program == "fastaff"), key=lambda entry: entry.cpu)
+        for asked in row.asked:
+            own = next(iter(best(timed, asked, "fastaff")), None)
+            peers = sorted(
+                (e for e in timed if e.program != "fastaff" and e.error <= asked), key=lambda entry: entry.cpu
+            )
+            finest = own or finest
+            if own and peers:
+                said.append(f"{asked:.0e}: {verdict(own, peers[0])} {peers[0].program}")
+            elif own:
+                said.append(f"{asked:.0e}: no peer")
+            else:
+                said.append(f"{asked:.0e}: **not reached**")
+        per = f", {seconds(finest.cpu / row.per[1])} a {row.per[0]}" if row.per else ""
+        own_cell = f"{seconds(finest.cpu)}{per}, {finest.error:.1e}, {finest.how}"
+        lines.append(f"| {row.title} | {own_cell} | {'; '.join(said) or '(no peer)'} |")
+    return "\n".join(lines)
+
+
+def started(starts: dict[str, dict], grid: dict) -> str:
+    """Return the tables of first starts and of the frequency map of a grid."""
+    lines = ["### Fresh processes", "", "Processor time (elapsed), import included; cold: nothing compiled before.", ""]
+    lines += ["| what | cold | warm |", "|---|---|---|"]
+    for name, run in starts.items():
+        cells = [f"{run[kind]:.2f} s ({run[kind + '_wall']:.2f} s)" for kind in ("cold", "warm")]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    lines += ["", "### Frequency map of a grid of the neo-Hookean body, E = 1.5, 100 periods, end to end", ""]
+    lines.append(
+        f"{grid['cells']} × {grid['cells']} cells, {grid['orbits']} orbits, {grid['regular']} regular: "
+        f"{grid['cpu']:.1f} s of processor time ({grid['wall']:.1f} s elapsed), "
+        f"{seconds(grid['cpu'] / grid['orbits'])} an orbit, {grid['peak_GiB']:.2f} GiB at its peak; "
+        f"median error estimate of the regular ones {grid['median_error_estimate']:.1e} of the largest frequency. "
+        "No peer makes such a map."
+    )
+    return "\n".join(lines)
+
+
+def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: Path) -> None:
+    """Draw error against processor time: the envelope of each program, and all of fastaff's runs."""
+    import matplotlib.pyplot as plt
+
+    rows = -(-len(results) // columns)
+    fig, axes = plt.subplots(rows, columns, figsize=(4.6 * columns, 3.7 * rows), layout="constrained", squeeze=False)
+    for ax, (row, timed) in zip(axes.flat, results):
+        for program in dict.fromkeys(entry.program for entry in timed):
+            runs = sorted((e for e in timed if e.program == program and np.isfinite(e.error)), key=lambda e: e.cpu)
+            if program == "fastaff":
+                ax.plot([e.error for e in runs], [e.cpu for e in runs], ".", color=COLOURS[program], alpha=0.3, ms=5)
+            smallest = np.minimum.accumulate([np.inf, *(e.error for e in runs)])
+            front = [e for e, before in zip(runs, smallest) if e.error < before]
+            style = {"color": COLOURS[program], "marker": MARKERS[program], "ms": 4, "lw": 1.4, "label": program}
+            ax.plot([e.error for e in front], [e.cpu for e in front], **style)
+        ax.set(xscale="log", yscale="log", xlabel="error", ylabel="processor time [s]")
+        ax.set_title(row.title, fontsize=9)
+        ax.invert_xaxis()
+        ax.grid(alpha=0.3)
+        ax.legend(fontsize=7)
+    for ax in list(axes.flat)[len(results) :]:
+        ax.remove()
+    fig.savefig(path, dpi=120)
+    plt.close(fig)
+
+
+def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, folder: Path) -> None:
+    """Write race.json, race.md and the figures to a folder, and the summary to README."""
+    folder.mkdir(parents=True, exist_ok=True)
+    machine = stamp()
+    rows = [
+        {"title": row.title, "error": row.error, "asked": row.asked, "note": row.note, "runs": [*map(asdict, timed)]}
+        for row, timed in results
+    ]
+    whole = {"machine": machine, "rows": rows, "starts": starts, "frequency_map": grid}
+    (folder / "race.json").write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
+    figures = {"end_states.png": "End states", "sections.png": "Section"}
+    for name, begin in figures.items():
+        chosen = [(row, timed) for row, timed in results if row.title.startswith(begin)]
+        if chosen:
+            figure(chosen, 2 if len(chosen) == 4 else len(chosen), folder / name)
+    versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items() if number)
+    where = f"{machine['processor']}, {machine['cores']} cores; Python {machine['python']}, {versions}"
+    text = [
+        "# The race",
+        "",
+        f"Written by `make bench-peers` on {machine['date']}, commit {machine['commit']}: {where}.",
+        "",
+        "Processor time (all threads), the shortest of runs in turns, everything compiled before. For each accuracy",
+        "the cheapest run of each program with a measured error at or below it: time, ratio to fastaff's, error, how.",
+        "Slow programs run a part of the orbits, and their times are scaled. `heyoka` sets one batch integrator anew",
+        "for each eight orbits; `heyoka, ensemble` is its `ensemble_propagate_until_batch`, which copies it each time.",
+        "",
+        *(f"![{begin}: error against processor time]({name})\n" for name, begin in figures.items()),
+        *(table(row, timed) + "\n" for row, timed in results),
+        started(starts, grid),
+        "",
+    ]
+    (folder / "race.md").write_text("\n".join(text))
+    readme = ROOT / "README.md"
+    before, rest = readme.read_text().split(MARKS[0])
+    _, after = rest.split(MARKS[1])
+    block = f"\n{summary(results)}\n\n{where}; commit {machine['commit']}, {machine['date']}.\n"
+    readme.write_text(before + MARKS[0] + "\n" + block + "\n" + MARKS[1] + after)
