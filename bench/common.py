@@ -1,4 +1,4 @@
-"""Orbits, the naive scalar loops and the higher-precision reference that the benchmarks share."""
+"""Orbits, signals, timing and the naive scalar loops that the benchmarks share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ import time
 import numba
 import numpy as np
 
+from fastaff import HenonHeiles, Linear, energy_grid
+
 ORBITS = 4096
+SAMPLES, SIGNALS = 8192, 1000
 
 
 def hyperelastic_orbits(orbits: int = ORBITS) -> np.ndarray:
@@ -15,6 +18,40 @@ def hyperelastic_orbits(orbits: int = ORBITS) -> np.ndarray:
     z0 = np.zeros((8, orbits))
     z0[0], z0[2] = 1.5, 0.3
     return z0 + 0.1 * np.random.default_rng(1).standard_normal(z0.shape)
+
+
+def henon_heiles_orbits(orbits: int = 1024) -> np.ndarray:
+    """Return z0 (4, orbits) on x = 0 at E = 1/8, a random choice of a grid (seed 0)."""
+    axes = (np.linspace(-0.4, 0.6, 60), np.linspace(-0.45, 0.45, 60))
+    z0 = energy_grid(HenonHeiles(), energy=1 / 8, section=Linear((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
+    return np.ascontiguousarray(z0[:, np.random.default_rng(0).choice(z0.shape[1], orbits, replace=False)])
+
+
+def energy_error(z: np.ndarray, z0: np.ndarray) -> float:
+    """Return the largest |E - E0|/(T0 + |V0|) over orbits (4, orbits)."""
+    model = HenonHeiles()
+    energy = [model.kinetic_energy(*s[2:]) + model.potential_energy(*s[:2]) for s in (z, z0)]
+    return float(
+        np.abs(
+            (energy[0] - energy[1]) / (model.kinetic_energy(*z0[2:]) + np.abs(model.potential_energy(*z0[:2])))
+        ).max()
+    )
+
+
+def signals_of(lines: int, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return signals (SIGNALS, SAMPLES) and their frequencies (SIGNALS, lines), 3 bins apart or more."""
+    rng = np.random.default_rng(1)
+    gaps = rng.exponential(size=(SIGNALS, lines))
+    gaps = 3 / SAMPLES + gaps / gaps.sum(1, keepdims=True) * (1 - 3 * lines / SAMPLES)
+    nu = (np.cumsum(gaps, 1) + rng.random((SIGNALS, 1))) % 1.0 - 0.5
+    size = 10 ** -np.linspace(0, 2, lines) * np.exp(2j * np.pi * rng.random((SIGNALS, lines)))
+    signals = np.zeros((SIGNALS, SAMPLES), complex)
+    for k in range(lines):
+        turns = nu[:, k, None] * np.arange(SAMPLES)
+        signals += size[:, k, None] * np.exp(2j * np.pi * (turns - np.rint(turns)))
+    if noise:
+        signals += noise * rng.normal(size=(SIGNALS, SAMPLES, 2)).view(complex)[..., 0]
+    return signals, nu
 
 
 def best(function, *, repeats: int = 5) -> float:
@@ -72,27 +109,3 @@ def naive_henon_heiles(z, lam, drift, kick, h, steps):
             d = drift[kick.size] * h
             x, y = x + d * px, y + d * py
         z[0, o], z[1, o], z[2, o], z[3, o] = x, y, px, py
-
-
-def heyoka_system(hy, C: float = 1.0, mu: float = 1.0):
-    """Return the equations of Body(Hyperelastic(C), mu) for heyoka."""
-    q = hy.make_vars("a1", "a2", "b1", "b2")
-    p = hy.make_vars("pa1", "pa2", "pb1", "pb2")
-    x = q[0] ** 2 + q[1] ** 2 - q[2] ** 2 - q[3] ** 2
-    wall = 2.0 * C / x**2
-    slopes = [C / 2 - wall] * 2 + [C / 2 + wall] * 2
-    return [(q[i], p[i] / mu) for i in range(4)] + [(p[i], -2.0 * slopes[i] * q[i]) for i in range(4)], q, p
-
-
-def reference_states(hy, z0: np.ndarray, time: float) -> np.ndarray:
-    """Integrate z0 (8, orbits) in 80-bit arithmetic with tolerance 1e-19."""
-    extended = np.longdouble
-    system, _, _ = heyoka_system(hy)
-    ta = hy.taylor_adaptive(system, [extended(1)] * 8, tol=extended(1e-19), fp_type=extended)
-    end = np.empty(z0.shape)
-    for i in range(z0.shape[1]):
-        ta.time = extended(0)
-        ta.state[:] = z0[:, i]
-        ta.propagate_until(extended(time))
-        end[:, i] = ta.state
-    return end

@@ -1,4 +1,4 @@
-"""Indicators of chaos: against pynamicalsys, a MEGNO map, the cost of tangent vectors. Errors beside times."""
+"""Indicators of chaos: a MEGNO map, the cost of tangent vectors. Errors beside times."""
 
 from __future__ import annotations
 
@@ -6,75 +6,10 @@ import time
 
 import numpy as np
 import pytest
-from common import best
+from common import best, henon_heiles_orbits
 
 import fastaff
-from fastaff import GALI, MEGNO, SALI, HenonHeiles, LyapunovSpectrum, chaos_map
-
-ORBITS, TIME, PEER_ORBITS = 1024, 1000.0, 32
-
-
-def henon_heiles_orbits(orbits: int = ORBITS) -> np.ndarray:
-    """Return z0 (4, orbits) on x = 0 at E = 1/8, a random choice of a grid (seed 0)."""
-    axes = (np.linspace(-0.4, 0.6, 60), np.linspace(-0.45, 0.45, 60))
-    z0 = fastaff.energy_grid(HenonHeiles(), energy=1 / 8, section=fastaff.Linear((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
-    return np.ascontiguousarray(z0[:, np.random.default_rng(0).choice(z0.shape[1], orbits, replace=False)])
-
-
-def energy_error(z: np.ndarray, z0: np.ndarray) -> float:
-    """Return the largest |E - E0|/(T0 + |V0|) over orbits (4, orbits)."""
-    model = HenonHeiles()
-    energy = [model.kinetic_energy(*s[2:]) + model.potential_energy(*s[:2]) for s in (z, z0)]
-    return float(
-        np.abs(
-            (energy[0] - energy[1]) / (model.kinetic_energy(*z0[2:]) + np.abs(model.potential_energy(*z0[:2])))
-        ).max()
-    )
-
-
-@pytest.mark.parametrize("what", ["SALI", "spectrum"])
-def test_against_pynamicalsys(benchmark, what):
-    """1024 Henon-Heiles orbits, T = 1000: pynamicalsys's faster splittings at their default and at longer steps, one
-    orbit a call.
-
-    Both warm, pynamicalsys on one core (its calls take one orbit and are serial), so its time is halved here: as if two
-    processes shared the orbits without loss. No early stop.
-    """
-    peers = pytest.importorskip("pynamicalsys")
-    z0 = henon_heiles_orbits()
-    indicators = (SALI(),) if what == "SALI" else (LyapunovSpectrum(), GALI(4))
-    found = benchmark.pedantic(
-        lambda: chaos_map(HenonHeiles(), z0, time=TIME, step=0.2, indicators=indicators), warmup_rounds=1, rounds=5
-    )
-    seconds = benchmark.stats.stats.min
-    print(
-        f"\n{what}: fastaff KAHAN_LI8 step 0.2: {seconds:.3f} s, energy error {found.energy_error.max():.1e}, "
-        f"{found.chaotic.sum()} chaotic"
-    )
-    for name, step in (("svy4", 0.01), ("svy4", 0.05), ("svy4", 0.1), ("vv2", 0.01)):
-        system = peers.HamiltonianSystem(model="henon heiles")
-        system.integrator(name, time_step=step)
-
-        def run(o, total=TIME, system=system):
-            q, p = z0[:2, o], z0[2:, o]
-            return system.SALI(q, p, total, threshold=0.0) if what == "SALI" else system.lyapunov(q, p, total)
-
-        run(0, 10.0)
-        start = time.perf_counter()
-        values = [run(o) for o in range(PEER_ORBITS)]
-        other = (time.perf_counter() - start) * ORBITS / PEER_ORBITS / 2
-        ends = np.array([system.trajectory(z0[:2, o], z0[2:, o], TIME)[-1, 1:] for o in range(PEER_ORBITS)]).T
-        error = energy_error(ends, z0[:, :PEER_ORBITS])
-        if what == "SALI":
-            agree = np.mean([(v[-1] < 1e-7) == bool(c) for v, c in zip(values, found.chaotic[:PEER_ORBITS])])
-        else:
-            agree = np.mean(
-                [(v[0] > limit) == bool(c) for v, limit, c in zip(values, found.limits[0], found.chaotic[:PEER_ORBITS])]
-            )
-        print(
-            f"  pynamicalsys {name} step {step}: {other:.1f} s, energy error {error:.1e}: {other / seconds:.0f}x; "
-            f"verdicts agree on {agree:.0%}"
-        )
+from fastaff import MEGNO, SALI, HenonHeiles, LyapunovSpectrum, chaos_map
 
 
 def neo_hookean_grid(cells: int) -> tuple[fastaff.Body, np.ndarray]:

@@ -11,11 +11,22 @@ from functools import partial
 
 import naive
 import numpy as np
-from common import hyperelastic_orbits
-from test_chaos import energy_error, henon_heiles_orbits
+from common import energy_error, henon_heiles_orbits, hyperelastic_orbits
 
 import fastaff
-from fastaff import SALI, Body, HenonHeiles, Hyperelastic, LyapunovSpectrum, action_angles, chaos_map, frequency_map
+from fastaff import (
+    BLANES_MOAN6,
+    KAHAN_LI8,
+    SALI,
+    Body,
+    HenonHeiles,
+    Hyperelastic,
+    LyapunovSpectrum,
+    action_angles,
+    chaos_map,
+    frequency_map,
+)
+from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 
 from .contest import Contestant, Row, version
 from .systems import SYSTEMS, equations
@@ -30,7 +41,8 @@ def indicators(what: str) -> list[Contestant]:
     z0 = henon_heiles_orbits()
     values = (SALI(),) if what == "SALI" else (LyapunovSpectrum(),)
     run = partial(chaos_map, HenonHeiles(), z0, time=TIME, indicators=values)
-    runs = {f"`KAHAN_LI8` {step}": partial(run, step=step) for step in (0.5, 0.4, 0.3, 0.2, 0.1)}
+    ladder = {BLANES_MOAN6: (0.8, 0.6, 0.4, 0.3), BLANES_CASAS_ESCORIHUELA8: (0.5, 0.3, 0.2), KAHAN_LI8: (0.4, 0.2)}
+    runs = {f"`{s.name}` {step}": partial(run, scheme=s, step=step) for s, steps in ladder.items() for step in steps}
     found = [Contestant("fastaff", runs, lambda result: result.energy_error.max())]
     if version("pynamicalsys"):
         from pynamicalsys import HamiltonianSystem

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import date
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 
@@ -63,7 +64,7 @@ def verdict(own: Timed, peer: Timed) -> str:
 
 def cell(entry: Timed, own: Timed | None, row: Row) -> str:
     """Write a run: time, ratio to ours, error, how."""
-    per = f" ({seconds(entry.cpu / row.per[1])} a {row.per[0]})" if row.per else ""
+    per = f" ({seconds(entry.cpu / row.per[1])} per {row.per[0]})" if row.per else ""
     ratio = f", {verdict(own, entry)}" if own is not None and entry.program != "fastaff" else ""
     return f"{seconds(entry.cpu)}{per}{ratio}; {entry.error:.1e}; {entry.how}"
 
@@ -98,7 +99,7 @@ def table(row: Row, timed: Sequence[Timed]) -> str:
 def summary(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
     """Return the short table: for each row the best peer at every accuracy asked, ahead or behind."""
     lines = [
-        "| work | fastaff at the smallest error | the best peer's processor time over ours, error at most as asked |",
+        "| work | fastaff at the finest accuracy asked | processor time of the best peer over ours, at that error |",
         "|---|---|---|",
     ]
     for row, timed in results:
@@ -112,10 +113,12 @@ def summary(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
             if own and peers:
                 said.append(f"{asked:.0e}: {verdict(own, peers[0])} {peers[0].program}")
             elif own:
-                said.append(f"{asked:.0e}: no peer")
+                others = [e for e in timed if e.program != "fastaff"]
+                nearest = min(others, key=lambda entry: entry.error, default=None)
+                said.append(f"{asked:.0e}: no peer" + (f" ({nearest.program} {nearest.error:.1e})" if nearest else ""))
             else:
                 said.append(f"{asked:.0e}: **not reached**")
-        per = f", {seconds(finest.cpu / row.per[1])} a {row.per[0]}" if row.per else ""
+        per = f", {seconds(finest.cpu / row.per[1])} per {row.per[0]}" if row.per else ""
         own_cell = f"{seconds(finest.cpu)}{per}, {finest.error:.1e}, {finest.how}"
         lines.append(f"| {row.title} | {own_cell} | {'; '.join(said) or '(no peer)'} |")
     return "\n".join(lines)
@@ -140,7 +143,7 @@ def started(starts: dict[str, dict], grid: dict) -> str:
 
 
 def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: Path) -> None:
-    """Draw error against processor time: the envelope of each program, and all of fastaff's runs."""
+    """Draw processor time against error: the envelope of each program, its other runs as dots."""
     import matplotlib.pyplot as plt
 
     rows = -(-len(results) // columns)
@@ -148,17 +151,18 @@ def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: P
     for ax, (row, timed) in zip(axes.flat, results):
         for program in dict.fromkeys(entry.program for entry in timed):
             runs = sorted((e for e in timed if e.program == program and np.isfinite(e.error)), key=lambda e: e.cpu)
-            if program == "fastaff":
-                ax.plot([e.error for e in runs], [e.cpu for e in runs], ".", color=COLOURS[program], alpha=0.3, ms=5)
+            ax.plot([e.error for e in runs], [e.cpu for e in runs], ".", color=COLOURS[program], alpha=0.3, ms=4)
             smallest = np.minimum.accumulate([np.inf, *(e.error for e in runs)])
             front = [e for e, before in zip(runs, smallest) if e.error < before]
             style = {"color": COLOURS[program], "marker": MARKERS[program], "ms": 4, "lw": 1.4, "label": program}
             ax.plot([e.error for e in front], [e.cpu for e in front], **style)
-        ax.set(xscale="log", yscale="log", xlabel="error", ylabel="processor time [s]")
-        ax.set_title(row.title, fontsize=9)
+        ax.set(xscale="log", yscale="log", xlabel="measured error", ylabel="processor time [s]")
+        low, high = ax.get_ylim()
+        ax.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
+        ax.set_title(fill(row.title, 44), fontsize=9)
         ax.invert_xaxis()
         ax.grid(alpha=0.3)
-        ax.legend(fontsize=7)
+        ax.legend(fontsize=7, loc="best")
     for ax in list(axes.flat)[len(results) :]:
         ax.remove()
     fig.savefig(path, dpi=120)

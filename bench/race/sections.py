@@ -20,19 +20,22 @@ LADDER = {
 }
 
 
-def ours(system: System, z0: np.ndarray, time: float, crossings: int, stretch: float, error) -> list[Contestant]:
+def ours(
+    system: System, z0: np.ndarray, time: float, crossings: int, stretch: float, error, **options
+) -> list[Contestant]:
     """Schemes at steps, and the accuracies that one asks for without knowing of either."""
-    run = partial(poincare_map, system.model, z0, section=system.section, crossings=crossings, max_time=time)
+    run = partial(poincare_map, system.model, z0, section=system.section, crossings=crossings, max_time=time, **options)
+    said = "".join(f", {name}={value}" for name, value in options.items())
 
     def times(found):
         return error([row[np.isfinite(row)] for row in found.times.T])
 
     runs = {
-        f"`{name}` {step * stretch:.3g}": partial(run, scheme=scheme, step=step * stretch)
+        f"`{name}` {step * stretch:.3g}{said}": partial(run, scheme=scheme, step=step * stretch)
         for name, (scheme, steps) in LADDER.items()
         for step in steps
     }
-    asked = {f"accuracy={accuracy:.0e}": partial(run, accuracy=accuracy) for accuracy in (1e-6, 1e-10, 1e-12)}
+    asked = {f"accuracy={accuracy:.0e}{said}": partial(run, accuracy=accuracy) for accuracy in (1e-6, 1e-10, 1e-12)}
     return [Contestant("fastaff", ladder, times) for ladder in (runs, asked)]
 
 
@@ -182,7 +185,9 @@ def orbit() -> list[Contestant]:
     z0, truth = system.orbits(1), true_crossings(system.name, 1, TIME, 1)
     assert truth[0].size == CROSSINGS, truth[0].size
     error = difference(truth, 1.0)
-    found = ours(system, z0, TIME, CROSSINGS, 1.5, error)
+    found = [
+        run for options in ({}, {"threads": 1}) for run in ours(system, z0, TIME, CROSSINGS, 1.5, error, **options)
+    ]
     found += [heyoka_orbit(system, z0[:, 0], TIME, error), scipy_orbit(system, z0[:, 0], TIME, error)]
     if version("pynamicalsys"):
         found.append(pynamicalsys_orbits(system, z0, CROSSINGS, error, 1.0))

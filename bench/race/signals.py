@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from test_naff import SAMPLES, make
+from common import SAMPLES, signals_of
 
 from fastaff.analysis.frequencies.naff import naff
 
@@ -76,9 +76,9 @@ def planets() -> list[Contestant]:
     return found
 
 
-def batch(case: str) -> list[Contestant]:
+def batch(lines: int) -> list[Contestant]:
     """Make the contestants of 1000 signals of 8192 samples: nafflib takes 20 of them."""
-    signals, nu = make(case)
+    signals, nu = signals_of(lines)
     few = 20
 
     def bins(found):
@@ -112,14 +112,14 @@ ROWS = [
         f"1000 signals of {SAMPLES} samples, three lines each",
         "error of a line in bins, 99 % of 20 signals, truth by construction",
         (1e-8, 1e-11),
-        partial(batch, "3 lines"),
+        partial(batch, 3),
         ("nafflib",),
     ),
     Row(
         f"1000 signals of {SAMPLES} samples, three of eight lines each",
         "error of a line in bins, 99 % of 20 signals, truth by construction",
         (1e-4, 1e-6),
-        partial(batch, "3 of 8 lines"),
+        partial(batch, 8),
         ("nafflib",),
     ),
 ]
