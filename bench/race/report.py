@@ -159,12 +159,13 @@ def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: P
         ax.set(xscale="log", yscale="log", xlabel="measured error", ylabel="processor time [s]")
         low, high = ax.get_ylim()
         ax.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
-        ax.set_title(fill(row.title, 44), fontsize=9)
+        ax.set_title(fill(row.title.replace(" = ", "\u00a0=\u00a0"), 44), fontsize=9)
         ax.invert_xaxis()
         ax.grid(alpha=0.3)
-        ax.legend(fontsize=7, loc="best")
     for ax in list(axes.flat)[len(results) :]:
         ax.remove()
+    named = {label: line for ax in fig.axes for line, label in zip(*ax.get_legend_handles_labels())}
+    fig.legend(named.values(), named.keys(), loc="outside lower center", ncols=len(named), fontsize=8)
     fig.savefig(path, dpi=120)
     plt.close(fig)
 
