@@ -90,8 +90,8 @@ def rows():
         "poincare_map / integrate, one orbit of Henon-Heiles",
         2.05,
         4.2,
-        lambda: poincare_map(PLANE, flat, section=AXIS, crossings=400, max_time=20 * TIME, step=STEP),
-        lambda: integrate(PLANE, flat, time=20 * TIME, step=STEP),
+        lambda: poincare_map(PLANE, flat, section=AXIS, crossings=400, max_time=20 * TIME, step=STEP, threads=1),
+        lambda: integrate(PLANE, flat, time=20 * TIME, step=STEP, threads=1),
     )
     yield (
         "frequency_map / integrate, body",
