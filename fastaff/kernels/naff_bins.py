@@ -10,7 +10,7 @@ import math
 
 from ..compile.jit import jit
 from .naff_fit import EPS, accept, cholesky, substitute, trial_step
-from .naff_spectrum import FLOOR, subtract_line, tail_reach
+from .naff_spectrum import subtract_line, tail_reach
 
 MARGIN = 5
 """Bins that a line has on each side beyond its main lobe, less one."""
@@ -33,16 +33,18 @@ def bins_of(order):
 
 @jit
 def update_spectrum(window, work, who, count):
-    """Bring the residual spectrum up to date with the first `count` lines of `who`."""
-    top = 0.0
+    """Bring the residual spectrum up to date with the first `count` lines of `who`, to the window's floor of the
+    largest line so far.
+    """
     for i in range(count):
-        top = max(top, abs(work.a[0, who[i]]))
+        work.top[0] = max(work.top[0], abs(work.a[0, who[i]]))
+    lowest = window.floor * work.top[0]
     for i in range(count):
         k = who[i]
         old, new = work.a[2, k], work.a[0, k]
         change = abs(new - old) + abs(new) * min(abs(work.u[0, k] - work.u[2, k]), 1.0) * 2 * math.pi
-        if change > FLOOR * top:
-            reach = tail_reach(change / top, window.order)
+        if change > lowest:
+            reach = tail_reach(change / lowest, window.order)
             if old != 0.0:
                 subtract_line(work.spectrum, window, work.u[2, k], -old, reach, work.lanes)
             subtract_line(work.spectrum, window, work.u[0, k], new, reach, work.lanes)

@@ -27,6 +27,7 @@ class Window(NamedTuple):
     sine: Any  # (2 zero + 1,) (-1)^j N/pi sin(pi j/N), j = -zero ... zero, zero = N//2 + 2p + 10
     cosine: Any  # the same with cos
     fourier: Any  # (p + 1,) W(j) at whole bins: w_n = (fourier[0] + 2 sum_j fourier[j] cos(j tau_n))/N
+    floor: float  # amplitude, relative to the largest line's, at which the tails of lines are cut
     envelope: Any  # (4,) height, width of the bound of |W'|/sum w_n tau_n^2; 1/(N sum w_n^2); noise to error of u
 
 
@@ -34,6 +35,7 @@ class Work(NamedTuple):
     """Scratch memory for one signal at a time."""
 
     spectrum: Any  # (2, N) transform of what the lines leave of the windowed signal, real and imaginary parts
+    top: Any  # (1,) amplitude of the largest line so far
     lanes: Any  # (4, LANES)
     fast: Any  # (lines, 2, LANES) exp(i u tau) within a row of samples
     slow: Any  # (lines, 2, rows) and at the row starts
@@ -66,6 +68,7 @@ def workspace(samples: int, lines: int, order: int) -> Work:
     rows, bins, full = -(-samples // LANES), lines * int(bins_of(order)), np.zeros
     return Work(
         spectrum=full((2, samples)),
+        top=full(1),
         lanes=full((4, LANES)),
         fast=full((lines, 2, LANES)),
         slow=full((lines, 2, rows)),
@@ -167,7 +170,7 @@ def find_lines(signals, transforms, window, work, nu, amplitude, error, residual
     """
     samples = transforms.shape[1]
     for s in range(transforms.shape[0]):
-        load_spectrum(transforms[s], window, work.spectrum)
+        load_spectrum(transforms[s], window, work)
         m, last = collect(signals[s % signals.shape[0]], window, work, nu.shape[1], samples_too)
         power = spectrum_power(work.spectrum, work.lanes)
         error_bars(window, work, m, last, power, error[s])
@@ -184,7 +187,7 @@ def follow_lines(transforms, window, work, count, which, u, a, found):
     """
     for s in range(transforms.shape[0]):
         m = count[s]
-        load_spectrum(transforms[s], window, work.spectrum)
+        load_spectrum(transforms[s], window, work)
         for k in range(m):
             work.u[0, k], work.a[0, k] = u[s, k], a[s, k]
             work.u[2, k], work.a[2, k], work.who[k] = u[s, k], 0.0, k

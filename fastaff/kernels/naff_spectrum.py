@@ -7,7 +7,6 @@ import math
 
 from ..compile.jit import LANES, jit
 
-FLOOR = 1e-17  # relative amplitude at which the tail of a line is cut, below the rounding of the transform
 NOISE_REACH = 24  # bins around a line that tell its noise level
 LEAKAGE_REACH = 1024  # bins within which an error bar weighs the residual bin by bin, over 2^p
 
@@ -32,8 +31,8 @@ def line_shape(j, delta, window):
 
 @jit
 def tail_reach(change, order):
-    """Return the distance in bins beyond which a line of relative amplitude `change` is below FLOOR."""
-    reach = change / FLOOR
+    """Return the distance in bins beyond which a line `change` times as strong is below 1."""
+    reach = change
     for i in range(1, order + 1):
         reach *= i * i
     return order + 1 + min(reach ** (1.0 / (2 * order + 1)), 1e15)
@@ -158,9 +157,10 @@ def spectrum_power(spectrum, lanes):
 
 
 @jit
-def load_spectrum(transform, window, spectrum):
-    """Split a transform (N,) into real and imaginary parts (2, N), time counted from the middle."""
-    re, im, centre = spectrum[0], spectrum[1], window.centre
+def load_spectrum(transform, window, work):
+    """Split a transform (N,) into real and imaginary parts, time counted from the middle; no line is known yet."""
+    re, im, centre = work.spectrum[0], work.spectrum[1], window.centre
+    work.top[0] = 0.0
     for k in range(transform.size):
         z, c = transform[k], centre[k]
         re[k] = z.real * c.real - z.imag * c.imag

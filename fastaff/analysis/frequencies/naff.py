@@ -22,6 +22,10 @@ from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
 MAX_ORDER = 12
+FLOOR, BINS_FLOOR = 1e-17, 1e-12
+"""Amplitude at which tails of lines are cut, relative to the largest line's: below the rounding of the transform; and
+where lines are fitted to their bins alone, below that of frequencies.
+"""
 SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so that squares stay finite
 
 
@@ -127,7 +131,9 @@ def found_lines(
     stop = threading.Event()
 
     def analyse(worker: int, report: Report | None = None) -> None:
-        scratch = _Scratch(min(rows, batch), _window(samples, order), lines, samples_too)
+        scratch = _Scratch(
+            min(rows, batch), _window(samples, order, FLOOR if samples_too else BINS_FLOOR), lines, samples_too
+        )
         for chunk in chunks[worker::workers]:
             if stop.is_set():
                 return
@@ -159,7 +165,7 @@ def followed_line(
     samples from `begin` to `end`, fitted to its bins there from where it is; NaN where that fails.
     """
     samples = end - begin
-    window, unit = _window(samples, order), samples * dt
+    window, unit = _window(samples, order, BINS_FLOOR), samples * dt
     turns = lines.nu * dt * (begin + (samples - 1) / 2)
     u, a = lines.nu * unit, lines.amplitude * np.exp(2j * np.pi * (turns - np.rint(turns)))
     count, work, found = (np.abs(a) > 0).sum(axis=1), workspace(samples, a.shape[1], order), np.empty(len(signal))
@@ -220,7 +226,7 @@ class _Scratch:
 
 
 @functools.lru_cache(maxsize=8)
-def _window(samples: int, order: int) -> Window:
+def _window(samples: int, order: int, floor: float) -> Window:
     """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
     times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
     weight = np.ones(samples)
@@ -246,6 +252,7 @@ def _window(samples: int, order: int) -> Window:
         sine=scale * np.sin(np.pi * j / samples),
         cosine=scale * np.cos(np.pi * j / samples),
         fourier=np.array([np.sum(weight * np.cos(i * times)) for i in range(order + 1)]),
+        floor=floor,
         envelope=np.array([height, width, 1 / (samples * power), noise]),
     )
 
