@@ -27,8 +27,8 @@ from numba.extending import lower_builtin
 from . import jit
 from .callees import Callee
 from .jit import JIT_DISABLED, SIGNATURES
-from .pointers import Calls
-from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read
+from .pointers import Bound, Calls, call_table
+from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, signals, taken
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
@@ -150,6 +150,26 @@ def function_block(function: Any) -> Any:
             "functions): "
             f"{str(problem).strip().splitlines()[-1]}"
         ) from problem
+
+
+def signals_block(angles: Any, rows: int, kept: tuple[int, ...], clocked: bool) -> Bound:
+    """Return the compiled function of the kept signals of angles at states of so many rows, with the rate of their
+    clock.
+    """
+    line, classes = _built(angles)
+    try:
+        block = _compiled("value", line + signals(rows, kept, clocked), classes, ())
+    except numba.core.errors.NumbaError as problem:
+        raise TypeError(
+            f"angles must have signals that Numba compiles, {type(angles).__name__} does not: "
+            f"{str(problem).strip().splitlines()[-1]}"
+        ) from problem
+    return Bound(block, *call_table(parameters(angles), ()))
+
+
+def rows_block(order: tuple[int, ...]) -> Bound:
+    """Return the compiled function of the rows of a state in an order."""
+    return Bound(_compiled("value", taken(order), (), ()), *call_table(np.zeros(1), ()))
 
 
 def idle_block(kind: str) -> Any:

@@ -195,6 +195,20 @@ def _along(rows: Rows) -> str:
     )
 
 
+def signals(rows: int, kept: Iterable[int], clocked: bool) -> str:
+    """Text of the kept signals of angles at states of so many rows; last, where they have a clock, its rate."""
+    z = ", ".join(map(_at, range(rows)))
+    body = f"s = value.signals({z})\n" + "".join(f"result[{j * LANES} + i] = s[{k}]\n" for j, k in enumerate(kept))
+    if clocked:
+        body += f"result[{len(list(kept)) * LANES} + i] = value.rates({z}{', 0.0' * rows})[-2]\n"
+    return _loop(body, 1)
+
+
+def taken(order: Iterable[int]) -> str:
+    """Text of rows of a state taken in an order."""
+    return _loop("".join(f"result[{j * LANES} + i] = {_at(r)}\n" for j, r in enumerate(order)), 1)
+
+
 def observed(sizes: tuple[int, ...], calls: bool) -> str:
     """Text of an observer: the call of its function `keep` with the constants `sizes` and, where it has some, its
     calls.

@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from ..compile.jit import jit, read_now
+from ..compile.jit import LANES, jit, read_now
+from ..compile.pointers import Calls, call_value
 
 ACCIDENTAL = 0.05
 """Expected number of accidental relations, within the errors, up to which longer vectors are tried; a fifth of it for
@@ -158,6 +159,40 @@ def weighted_sum(weights, values, sums):
     for i in range(values.size - whole):
         sums[i] += weights[whole + i] * values[whole + i]
     return total(sums)
+
+
+def read_signals(unit, stop, progress, states, which, parameters, table, signals, low, high, finite):
+    """Fill signals (orbits, rows, samples) with what the call of the table makes of the states (all orbits, samples,
+    2n) of orbit which[unit], low and high (orbits, rows) with their extremes, and finite (orbits,): whether the states
+    are.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    own, calls = states[which[unit]], Calls(table, parameters)
+    samples, size, rows = own.shape[0], own.shape[1], signals.shape[1]
+    z, made, trace = np.zeros(size * LANES), np.zeros(rows * LANES), np.zeros(LANES)
+    least, most = np.full(rows * LANES, math.inf), np.full(rows * LANES, -math.inf)
+    for start in range(0, samples, LANES):
+        lanes = min(LANES, samples - start)
+        for i in range(lanes):
+            for r in range(size):
+                z[r * LANES + i] = own[start + i, r]
+        for r in range(size):
+            for i in range(lanes):
+                trace[i] += 0.0 * z[r * LANES + i]
+        call_value(calls, 0, lanes, z, made)
+        for r in range(rows):
+            row, first = signals[unit, r, start : start + lanes], r * LANES
+            for i in range(lanes):
+                value = made[first + i]
+                row[i] = value
+                least[first + i] = value if value < least[first + i] else least[first + i]
+                most[first + i] = value if value > most[first + i] else most[first + i]
+    for r in range(rows):
+        low[unit, r] = least[r * LANES : (r + 1) * LANES].min()
+        high[unit, r] = most[r * LANES : (r + 1) * LANES].max()
+    finite[unit] = trace.sum() == 0.0
+    progress[unit] = 1.0
 
 
 def quickness(unit, stop, progress, signals, ratio):

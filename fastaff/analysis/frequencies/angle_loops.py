@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compile.blocks import rows_block, signals_block
+from ...compile.pointers import call_table
+from ...kernels import fundamental as kernels
 from ...models.angles import AlphaBeta, RVartheta
-from .fundamental import SPANS, weight_at, windows
+from .fundamental import SPANS, run, weight_at, windows
 
 
 class Plain(NamedTuple):
@@ -25,16 +30,40 @@ class Plain(NamedTuple):
         """1 where an angle is averaged over the clock instead of time: none."""
         return (0,) * len(self.names)
 
-    def signals(self, *z):
-        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        n, zero = len(self.names), 0.0 * z[0]
-        return tuple(entry for i in range(n) for entry in (z[i], zero, z[n + i], zero))
+
+class Room:
+    """Memory that one array after another uses: to get new pages costs as much as to fill them."""
+
+    def __init__(self):
+        self._numbers = np.empty(0)
+
+    def array(self, *shape: int) -> np.ndarray:
+        """Return an array of that shape, whose numbers are whatever was there."""
+        size = math.prod(shape)
+        if self._numbers.size < size:
+            self._numbers = np.empty(size)
+        return self._numbers[:size].reshape(shape)
+
+
+class Signals(NamedTuple):
+    """Signals s (orbits, rows, samples), their extremes (orbits, rows), and whether all states (orbits,) are finite."""
+
+    s: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    finite: np.ndarray
+
+    def of(self, orbits: np.ndarray) -> Signals:
+        """Return those of some orbits."""
+        return Signals(*(np.ascontiguousarray(entry[orbits]) for entry in self))
 
 
 class Layout:
-    """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane."""
+    """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane;
+    last the rate of the clock where angles have one.
+    """
 
-    def __init__(self, angles: Any):
+    def __init__(self, angles: Any, degrees_of_freedom: int):
         self.angles, planes = angles, angles.planes
         self.librations = [i for i, plane in enumerate(planes) if not plane]
         self.planes = [i for i, plane in enumerate(planes) if plane]
@@ -45,31 +74,36 @@ class Layout:
         self.body = bool(self.planes)
         self.separate = isinstance(angles, (AlphaBeta, RVartheta))
 
-    def signals(self, samples: np.ndarray) -> np.ndarray:
-        """Return the signals (orbits, rows, samples) of samples (orbits, samples, 2n)."""
-        result = np.empty((samples.shape[0], len(self.kept), samples.shape[1]))
-        for row, orbit in zip(result, samples, strict=True):
-            s = self.angles.signals(*np.ascontiguousarray(orbit.T))
-            for i, kept in enumerate(self.kept):
-                row[i] = s[kept]
-        return result
+        self.n = degrees_of_freedom
 
-    def clock(self, samples: np.ndarray) -> np.ndarray:
-        """Return the rate of the clock (orbits, samples)."""
-        rest = [0.0] * samples.shape[2]
-        with np.errstate(all="ignore"):
-            return np.array([self.angles.rates(*np.ascontiguousarray(orbit.T), *rest)[-2] for orbit in samples])
+    @functools.cached_property
+    def calls(self) -> tuple[np.ndarray, np.ndarray]:
+        """The parameters and the table of one call: of the signals of states."""
+        if isinstance(self.angles, Plain):
+            block = rows_block(tuple(part + i for i in range(self.n) for part in (0, self.n)))
+        else:
+            block = signals_block(self.angles, 2 * self.n, tuple(self.kept), bool(self.clocked))
+        return call_table(np.zeros(0), (block,))
 
-    def own(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def signals(self, states: np.ndarray, which: np.ndarray, threads: int, room: Room | None = None) -> Signals:
+        """Return the signals of the orbits `which` of states (orbits, samples, 2n), in a room where one is given."""
+        orbits, rows = which.size, len(self.kept) + bool(self.clocked)
+        shape = orbits, rows, states.shape[1]
+        s = np.empty(shape) if room is None else room.array(*shape)
+        low, high, finite = np.empty((orbits, rows)), np.empty((orbits, rows)), np.empty(orbits, bool)
+        run(kernels.read_signals, orbits, (states, which, *self.calls, s, low, high, finite), threads)
+        return Signals(s, low, high, finite)
+
+    def own(self, signals: Signals) -> tuple[np.ndarray, np.ndarray]:
         """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and
         their offsets.
         """
+        s, low, high, _ = signals
         orbits, rows, _ = s.shape
         loops, offset = (
             np.zeros((orbits, len(self.angles.names), rows), complex),
             np.zeros((orbits, len(self.angles.names)), complex),
         )
-        low, high = s.min(axis=2), s.max(axis=2)
         width = high - low
         for place, i in enumerate([*self.librations, *self.planes]):
             first = 2 * place if place < self.m else 2 * self.m + 4 * (place - self.m)

@@ -22,7 +22,7 @@ from ...flows.motion import natural_rates
 from ...flows.options import Options, plan
 from ...models.contracts import Angles, Model, coordinate_names, isotropic
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
-from .angle_loops import Layout, Plain
+from .angle_loops import Layout, Plain, Room
 from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method
 from .readings import Samples, read
@@ -40,8 +40,11 @@ PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
 
 PILOT_STEPS = 256
-DENSE, CLOCKED_DENSE = 0.25, 0.05
+DENSE, CLOCKED_DENSE = 0.35, 0.05
 """Radians of the fastest motion between samples; where angles have a clock, which is summed from samples."""
+
+STRIDES = np.array([1, 2, 3, 4, 6, 8, 12])
+"""Steps between samples: the longest is a multiple of all others."""
 
 MANY_TURNS = 30
 """Turns from which frequencies that change between the halves are evidence of chaos, ..."""
@@ -134,7 +137,7 @@ def frequency_map(
     typical radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for
     wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    Identification: the orbit is sampled at every step, or every 2, 4 or 8 where a quarter of a radian of its fastest
+    Identification: the orbit is sampled at every step, or at every 2nd to 12th where a third of a radian of its fastest
     motion allows. The lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest
     independent lines are generators; each goes to the coordinate of whose motion it has the largest share. They are
     positive; those of a body's planes have the sign of turning. A coordinate that grows without bound counts without
@@ -204,7 +207,8 @@ class FrequencyWork:
     ):
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
-        self.layout = Layout(angles)
+        self.layout = Layout(angles, flow.model.degrees_of_freedom)
+        self.states, self.signals = Room(), Room()
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.nu, self.leading = np.zeros((2, self.n, self.orbits))
@@ -249,7 +253,9 @@ class FrequencyWork:
     def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
         steps = self._steps(flow)
-        fits("time", len(self.z0), int(steps.max(initial=0)) // 8)  # samples of one orbit, as few as there may be
+        fits(
+            "time", len(self.z0), int(steps.max(initial=0)) // STRIDES[-1]
+        )  # samples of one orbit, as few as there may be
         for count in np.unique(steps[orbits]):
             same = orbits[steps[orbits] == count]
             portion = max(1, BUDGET // (8 * self.z0.shape[0] * int(count) * 2))
@@ -270,45 +276,50 @@ class FrequencyWork:
             steps = np.maximum(64 if flow.adaptive else 32, flow.steps(self.time))
         steps = np.broadcast_to(steps, self.orbits)
         share = _share(steps)
-        unit = np.where(share > 1, 8 * share, 1)
+        unit = np.where(share > 1, STRIDES[-1] * share, 1)
         return unit * -(-steps // unit)
 
     def _portion(self, flow: Flow, orbits: np.ndarray, steps: int) -> None:
         """Find the frequencies of these orbits, which take so many steps."""
         share = int(_share(np.array(steps)))
         time, count = self.time / share, steps // share
-        pilot, _ = self._sample(flow.finer(), orbits, time, count)
+        states, _ = self._sample(flow.finer(), orbits, time, count)
+        pilot = self.layout.signals(states, np.arange(orbits.size), flow.threads)
         with np.errstate(all="ignore"):
-            rate = fastest(self.layout.signals(pilot), time / count, flow.threads)
+            rate = fastest(pilot.s, time / count, flow.threads)
             allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
-        every = np.where(allowed >= 8, 8, np.where(allowed >= 4, 4, np.where(allowed >= 2, 2, 1)))
-        every = np.where(np.isfinite(pilot).all(axis=(1, 2)) & (share > 1), every, 1)
+        every = STRIDES[np.maximum(np.searchsorted(STRIDES, allowed, side="right") - 1, 0)]
+        every = np.where(pilot.finite & (share > 1), every, 1)
         for d in np.unique(every):
             own = np.flatnonzero(every == d)
             part = orbits[own]
-            samples, run = self._sample(flow, part, self.time, steps // int(d))
+            states, run = self._sample(flow, part, self.time, steps // int(d), self.states)
             self.ensemble.take(part, run)
             self.used[part] = self.time / steps
-            fine = (
-                (run.status == Status.OK)
-                & (run.time >= self.time * (1 - 1e-12))
-                & np.isfinite(samples).all(axis=(1, 2))
-            )
-            kept = np.flatnonzero(fine)
+            kept = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
+            signals = self.layout.signals(states, kept, flow.threads, self.signals)
+            if not signals.finite.all():
+                kept, signals = kept[signals.finite], signals.of(signals.finite)
             interval = self.time * int(d) / steps
-            start = np.ascontiguousarray(pilot[own[kept], int(d) - 1 :: int(d)])
+            start = np.ascontiguousarray(pilot.s[own[kept], :, int(d) - 1 :: int(d)])
             if kept.size:
                 order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
-                self._adopt(part[kept], Samples(samples[kept], start, interval, order))
+                self._adopt(part[kept], Samples(signals, start, interval, order))
             self.unfinished[part] &= self.accuracy is not None  # with one, once its error is judged
             self.done += own.size
             if self.report is not None:
                 self.report(min(self.done / self.orbits, 1.0))
 
-    def _sample(self, flow: Flow, orbits: np.ndarray, time: float, count: int) -> tuple[np.ndarray, Ensemble]:
+    def _sample(
+        self, flow: Flow, orbits: np.ndarray, time: float, count: int, room: Room | None = None
+    ) -> tuple[np.ndarray, Ensemble]:
+        """Return so many states (orbits, count, 2n) of these orbits, and how they ended; what was not reached is NaN,
+        or in a given room whatever was there.
+        """
         flow = flow.of(orbits)
         run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
-        return flow.sampled(run, count, time=time), run
+        states = None if room is None else room.array(orbits.size, count, self.z0.shape[0])
+        return flow.sampled(run, count, time=time, states=states), run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""

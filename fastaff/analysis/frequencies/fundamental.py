@@ -178,11 +178,12 @@ def fastest(signals: np.ndarray, interval: float, threads: int) -> np.ndarray:
     first differences, the largest row's.
     """
     ratio = np.zeros(len(signals))
-    _run(kernels.quickness, len(signals), (signals, ratio), threads)
+    run(kernels.quickness, len(signals), (signals, ratio), threads)
     return np.sqrt(ratio) / interval
 
 
-def _run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
+def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
+    """Run a kernel of one orbit after another."""
     if orbits:
         launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None)
 
@@ -196,7 +197,7 @@ def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: fl
     rates = np.zeros((*loops.offset.shape, weights.shape[-2]))
     table = np.ascontiguousarray(weights.reshape(-1, *weights.shape[-2:]))
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    _run(kernels.turn, orbits, (signals, steps + 1, *complexes, table, rates), threads)
+    run(kernels.turn, orbits, (signals, steps + 1, *complexes, table, rates), threads)
     return rates / (2 * np.pi * interval)
 
 
@@ -211,7 +212,7 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
     x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
     drift, centre, size = np.empty((3, orbits, rows))
     found = x, loops, drift, centre, size, moving
-    _run(kernels.prepare, orbits, (signals, stride, w, tables, AT_REST**2, *found), threads)
+    run(kernels.prepare, orbits, (signals, stride, w, tables, AT_REST**2, *found), threads)
     result = _lattice(loops, x, h, time, moving, m + LINES, threads)
     short = np.flatnonzero((result.rank < moving.sum(axis=1)) & moving.any(axis=1))
     lines = min(m + MORE_LINES, n // 4 - LINE_ORDER)
@@ -272,7 +273,7 @@ def _lattice(
     tables, sizes = _tables(m)
     rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
     nu, spread = np.zeros((2, orbits, m))
-    _run(
+    run(
         kernels.generators, orbits, (value, bar, count, tables, sizes, rank, nu, spread, source), 1
     )  # too brief for more
     dual, share = _dual(x, h, rank, nu, threads)
@@ -285,7 +286,7 @@ def _lattice(
     dual = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
     combination = np.zeros((orbits, m, m), np.int64)
-    _run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, combination), 1)
+    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, combination), 1)
     # A loop without a frequency of its own shows its leading line, which depends on the others.
     nu, spread = np.where(owned, nu, top), np.where(owned, spread, np.where(top > 0, top_bar, np.inf))
     zero = np.zeros((orbits, m), complex)
@@ -313,7 +314,7 @@ def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: in
     orbits, rows, n = x.shape
     m = rows // 2
     moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows))
-    _run(kernels.project, orbits, (x, cosine_window(n), h, rank, nu, moments, gram), threads)
+    run(kernels.project, orbits, (x, cosine_window(n), h, rank, nu, moments, gram), threads)
     dual, share = np.zeros((orbits, m, rows), complex), np.zeros((orbits, m, m))
     for r in np.unique(rank[rank > 0]):
         where = np.flatnonzero(rank == r)
@@ -369,7 +370,7 @@ def values(
     """
     f = np.empty((orbits.size, -(-signals.shape[2] // stride)), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    _run(kernels.loop_values, orbits.size, (signals, stride, orbits, number, *complexes, f), threads)
+    run(kernels.loop_values, orbits.size, (signals, stride, orbits, number, *complexes, f), threads)
     return f
 
 

@@ -196,25 +196,31 @@ class _Scratch:
 
     def __init__(self, rows: int, window: Window, lines: int, samples_too: bool):
         samples = window.weight.size
-        self.signals = np.empty((rows, samples), np.complex128)
+        self.signals = np.empty((rows if samples_too else 1, samples), np.complex128)
         self.transforms = np.empty((rows, samples), np.complex128)
         self.window, self.samples_too = window, samples_too
         self.work = workspace(samples, lines, window.order)
 
     def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
         """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
-        signals, transforms = self.signals[: len(rows)], self.transforms[: len(rows)]
-        signals[...] = rows
-        floats = signals.view(np.float64)
+        signals, transforms, weight = self.signals, self.transforms[: len(rows)], self.window.weight
+        if self.samples_too:
+            signals = signals[: len(rows)]
+            signals[...] = rows
+        with np.errstate(invalid="ignore", over="ignore"):
+            np.multiply(rows, weight, out=transforms)
+        floats = transforms.view(np.float64)
         peak = np.maximum(floats.max(axis=1), -floats.min(axis=1))
         if not np.isfinite(peak).all():
-            row, n = np.argwhere(~np.isfinite(signals))[0]
-            raise ValueError(f"signal must be finite, got {signals[row, n]} at sample {n} of signal {first + row}")
+            row, n = np.argwhere(~np.isfinite(rows))[0]
+            raise ValueError(f"signal must be finite, got {rows[row, n]} at sample {n} of signal {first + row}")
         exponent = np.frexp(peak)[1]
         exponent[np.abs(exponent) <= SAFE_EXPONENT] = 0
         for row in np.flatnonzero(exponent):
-            floats[row] = np.ldexp(floats[row], -exponent[row])
-        np.multiply(signals, self.window.weight, out=transforms)
+            scaled = np.ldexp(np.array(rows[row], complex).view(np.float64), -exponent[row]).view(complex)
+            np.multiply(scaled, weight, out=transforms[row])
+            if self.samples_too:
+                signals[row] = scaled
         np.fft.fft(transforms, axis=-1, out=transforms)
         lines = result.nu, result.amplitude, result.error, result.residual
         find_lines(signals, transforms, self.window, self.work, *lines, self.samples_too)

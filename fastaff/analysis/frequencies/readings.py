@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .angle_loops import Layout, clock_windows
+from .angle_loops import Layout, Signals, clock_windows
 from .fundamental import Loops, Modes, damping, fastest, line_rates, modes, turning, values, windows
 from .integer_lattice import box
 
@@ -30,14 +30,14 @@ REACH = 12
 
 
 class Samples(NamedTuple):
-    """What is known of some orbits: samples (orbits, samples, 2n) of the run, `interval` apart, and of its start with a
-    finer step.
+    """What is known of some orbits: signals of the run, `interval` apart, and of its start (orbits, rows, samples) with
+    a finer step.
 
     order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
     where it grows.
     """
 
-    run: np.ndarray
+    run: Signals
     start: np.ndarray
     interval: float
     order: int
@@ -94,11 +94,11 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     """Read the frequencies of sampled orbits; lines are fitted again where the relative error exceeds `fallback` (0:
     all are lines).
     """
-    s, start, dt = layout.signals(samples.run), layout.signals(samples.start), samples.interval
+    s, start, dt = samples.run.s, samples.start, samples.interval
     time, m, n = (s.shape[2] - 1) * dt, layout.m, len(layout.angles.names)
     found, stride = _modes(s[:, : 2 * m], dt, threads)
-    loops = _all_loops(layout, s, found)
-    rates = _averages(layout, samples, s, start, loops, threads)
+    loops = _all_loops(layout, samples.run, found)
+    rates = _averages(layout, s, start, loops, dt, threads)
     # A loop's mean rate counts where it is the line that the loop was made for.
     own, centre = rates.of(slice(0, m)), found.nu
     sound = (np.abs(own.nu - centre) * time < SAME) | (found.rank == 0)[:, None]
@@ -135,7 +135,7 @@ def _with_scheme(
     if samples.order:
         growth, correction = 1.0, rates.step / (1 - 0.5**samples.order)
     else:
-        growth, correction = samples.run.shape[1] / samples.start.shape[1], np.zeros_like(rates.step)
+        growth, correction = samples.run.s.shape[2] / samples.start.shape[2], np.zeros_like(rates.step)
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
         more = SAFETY * growth * rates.step_error + ROUNDING * top
@@ -167,27 +167,27 @@ def _modes(s: np.ndarray, dt: float, threads: int) -> tuple[Modes, np.ndarray]:
     return Modes(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True))), stride
 
 
-def _all_loops(layout: Layout, s: np.ndarray, found: Modes) -> Loops:
+def _all_loops(layout: Layout, signals: Signals, found: Modes) -> Loops:
     """Return the loops of the modes, then a body's own."""
-    orbits, rows, _ = s.shape
+    orbits, rows, _ = signals.s.shape
     c = np.zeros((orbits, layout.m, rows), complex)
     c[:, :, : 2 * layout.m] = found.dual
     loops = Loops(c, found.offset, found.drift)
     if not layout.body:
         return loops
-    own, offset = layout.own(s)
+    own, offset = layout.own(signals)
     return Loops(
         *(np.concatenate(pair, axis=1) for pair in zip(loops, (own, offset, np.zeros_like(offset)), strict=True))
     )
 
 
-def _averages(layout: Layout, samples: Samples, s: np.ndarray, start: np.ndarray, loops: Loops, threads: int) -> _Rates:
+def _averages(layout: Layout, s: np.ndarray, start: np.ndarray, loops: Loops, dt: float, threads: int) -> _Rates:
     """Return weighted averages of all loops' rates, those of angles with a clock in that clock."""
-    steps, dt = s.shape[2] - 1, samples.interval
+    steps = s.shape[2] - 1
     rates = turning(s, loops, windows(steps), dt, threads)
     if layout.clocked:
         on = [layout.m + i for i in layout.clocked]
-        weights = clock_windows(layout.clock(samples.run))
+        weights = clock_windows(s[:, -1])
         rates[:, on] = turning(s, Loops(*(entry[:, on] for entry in loops)), weights, dt, threads)
     nu, time = rates[:, :, 0], steps * dt
     error = SAFETY * np.abs(rates[:, :, 1:-1] - nu[:, :, None]).max(axis=2) + np.abs(rates[:, :, -1] - nu)
