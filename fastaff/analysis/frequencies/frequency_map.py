@@ -25,7 +25,7 @@ from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from .angle_loops import Layout, Plain, Room
 from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method
-from .readings import Samples, read
+from .readings import CHANGED, Samples, read
 
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
@@ -47,10 +47,7 @@ STRIDES = np.array([1, 2, 3, 4, 6, 8, 12])
 """Steps between samples: the longest is a multiple of all others."""
 
 MANY_TURNS = 30
-"""Turns from which frequencies that change between the halves are evidence of chaos, ..."""
-
-CHANGED = 0.3
-"""... where they change by so many cycles over a half."""
+"""Turns from which frequencies that change between the halves are evidence of chaos."""
 
 
 class FrequencyKind(IntEnum):

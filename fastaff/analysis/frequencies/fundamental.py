@@ -19,7 +19,7 @@ import numpy as np
 from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels.birkhoff import SHARPNESS
-from .naff import followed_line, found_lines
+from .naff import FrequencyLines, followed_line, found_lines
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
@@ -384,23 +384,56 @@ def line_rates(
     bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
     up, with inf for it.
     """
-    samples, count = fast_length(f.shape[1]), len(f)
-    rates, uncertainty = np.full((5, count), np.nan), np.zeros(count)
-    found = found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
-    near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
-    best = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)
-    uncertainty = np.where(near.any(axis=1), found.error[np.arange(count), best], np.inf)
-    rates[0] = np.where(near.any(axis=1), found.nu[np.arange(count), best], np.nan)
+    line, uncertainty = _line_by(f, interval, nu, lines)
+    rates = np.full((5, len(f)), np.nan)
+    rates[0] = line.nu
     left = np.flatnonzero(uncertainty < useless)
     for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
-        begin, end = SPANS[window]
-        first = round(begin * samples)
-        n = fast_length(min(round((end - begin) * samples), samples - first))
-        rates[window, left] = followed_line(
-            f[left], interval, LINE_ORDER, first, first + n, found.take(left), best[left]
-        )
+        rates[window, left] = line.over(SPANS[window], left)
         if window > 2:
             change = np.abs(rates[window, left] - rates[0, left])
             uncertainty[left] = np.maximum(uncertainty[left], np.where(np.isfinite(change), change, np.inf))
             left = left[uncertainty[left] < useless[left]]
     return rates, np.where(uncertainty < useless, uncertainty, np.inf)
+
+
+def line_changes(f: np.ndarray, interval: float, nu: np.ndarray, lines: int = 8) -> np.ndarray:
+    """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
+    is lost.
+    """
+    line, _ = _line_by(f, interval, nu, lines)
+    every = np.arange(len(f))
+    change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
+    return np.where(np.isfinite(change), change, np.inf)
+
+
+class _Line(NamedTuple):
+    """The line number `which` (signals,) of those found in signals f (signals, samples), and its frequency nu."""
+
+    f: np.ndarray
+    interval: float
+    found: FrequencyLines
+    which: np.ndarray
+    nu: np.ndarray
+
+    def over(self, span: tuple[float, float], signals: np.ndarray) -> np.ndarray:
+        """Return its frequency over a part of the time in some of the signals."""
+        samples = fast_length(self.f.shape[1])
+        first = round(span[0] * samples)
+        n = fast_length(min(round((span[1] - span[0]) * samples), samples - first))
+        found = self.found.take(signals)
+        return followed_line(self.f[signals], self.interval, LINE_ORDER, first, first + n, found, self.which[signals])
+
+
+def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, lines: int) -> tuple[_Line, np.ndarray]:
+    """Return the strongest line within three bins of nu (signals,) in f (signals, samples), and its error bar."""
+    samples = fast_length(f.shape[1])
+    found = found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
+    near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
+    which, some, rows = (
+        np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1),
+        near.any(axis=1),
+        np.arange(len(f)),
+    )
+    line = _Line(f, interval, found, which, np.where(some, found.nu[rows, which], np.nan))
+    return line, np.where(some, found.error[rows, which], np.inf)

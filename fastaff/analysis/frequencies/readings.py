@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .angle_loops import Layout, Signals, clock_windows
-from .fundamental import Loops, Modes, damping, fastest, line_rates, modes, turning, values, windows
+from .fundamental import Loops, Modes, damping, fastest, line_changes, line_rates, modes, turning, values, windows
 from .integer_lattice import box
 
 SAFETY = 5.0
@@ -17,6 +17,12 @@ SAFETY = 5.0
 
 LINES_DENSE = 0.8
 """Radians of the fastest motion between samples that lines are fitted to."""
+
+CHANGED = 0.3
+"""Cycles over a half by which frequencies differ from half to half where they are said to change."""
+
+ROUGH = 0.1
+"""Share of a loop's size that its strongest lines leave, beyond which a changing average is most likely chaos."""
 
 SAME = 0.5
 """Cycles over the window by which a mean rate may be off the line that it should be."""
@@ -103,20 +109,29 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     own, centre = rates.of(slice(0, m)), found.nu
     sound = (np.abs(own.nu - centre) * time < SAME) | (found.rank == 0)[:, None]
     own = own._replace(error=np.where(sound & found.moving, own.error, np.inf))
-    steady = np.where(found.drifting[:, None] & (fallback > 0), 0.0, centre)
-    chosen = _with_lines(own, s, loops, steady, stride, dt, fallback, threads)
     line = own._replace(nu=centre, error=np.where(centre > 0, found.spread, np.inf), method=np.ones_like(own.method))
-    chosen = chosen.better(line) if np.isfinite(fallback) else chosen.where(np.isfinite(chosen.error), line)
+
+    def librations(lattice: _Rates) -> tuple[_Rates, np.ndarray]:
+        """Return the frequencies that stand for the lattice's, and the leading lines' integers."""
+        best = lattice.better(line) if np.isfinite(fallback) else lattice.where(np.isfinite(lattice.error), line)
+        if not layout.body:
+            return best, found.combination
+        return _own_angles(best, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0)
+
+    steady = centre
+    if 0 < fallback < np.inf:
+        rough = _changed(librations(own)[0], time).any(axis=1) & (found.rest > ROUGH) & ~found.drifting
+        lost = found.drifting | _without_lines(own, rough, s, loops, centre, stride, dt, threads)
+        steady = np.where(lost[:, None], 0.0, centre)
+    chosen, combination = librations(_with_lines(own, s, loops, steady, stride, dt, fallback, threads))
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(centre), n, n), np.int64)
-    basis[:, :m, :m] = found.combination
+    basis[:, :m, :m] = combination
     if layout.body:
-        chosen, basis[:, :m, :m] = _own_angles(
-            chosen, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0
-        )
         planes = rates.of(slice(2 * m, None))
-        near = np.where(planes.error * time < 3, planes.nu, 0.0)
+        regular = ~_changed(chosen, time).any(axis=1, keepdims=True) | (fallback == 0)
+        near = np.where((planes.error * time < 3) & regular, planes.nu, 0.0)
         planes = _with_lines(
             planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback, threads
         )
@@ -204,6 +219,37 @@ def _averages(layout: Layout, s: np.ndarray, start: np.ndarray, loops: Loops, dt
         np.abs(change).max(axis=2),
         rates[:, :, 1:3],
     )
+
+
+def _changed(rates: _Rates, time: float) -> np.ndarray:
+    """Tell which rates (orbits, loops) differ from one half of the time to the other."""
+    return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2 > CHANGED
+
+
+def _without_lines(
+    own: _Rates,
+    rough: np.ndarray,
+    s: np.ndarray,
+    loops: Loops,
+    centre: np.ndarray,
+    stride: np.ndarray,
+    dt: float,
+    threads: int,
+) -> np.ndarray:
+    """Tell of which `rough` (orbits,) orbits no lines need be fitted: in the loop whose average changes most from
+    half to half the line does so too, which is chaos.
+    """
+    change = np.where(centre != 0, np.abs(own.halves[:, :, 0] - own.halves[:, :, 1]), 0.0)
+    loop = change.argmax(axis=1)
+    tried = rough & (change.max(axis=1) * (s.shape[2] - 1) * dt / 2 > CHANGED)
+    lost = np.zeros(len(centre), bool)
+    for k in np.unique(stride[tried]):
+        orbits = np.flatnonzero(tried & (stride == k))
+        for begin in range(0, orbits.size, AT_ONCE):
+            o = orbits[begin : begin + AT_ONCE]
+            f = values(s, loops, o, loop[o], int(k), threads)
+            lost[o] = line_changes(f, dt * int(k), centre[o, loop[o]]) > CHANGED
+    return lost
 
 
 def _with_lines(
