@@ -17,6 +17,10 @@ from .naff_fit import EPS, normal_equations, phasors, refit
 from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, strongest_bin
 
 
+CUT = 16
+"""Size, in floors, of what cut tails may leave: no line."""
+
+
 class Window(NamedTuple):
     """Tables of one window: order p >= 0 over N samples."""
 
@@ -139,7 +143,7 @@ def collect(signal, window, work, lines, samples_too):
             fitted = m
             continue
         u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
-        if not abs(a[0, m]) > 2 * EPS * (1.0 + high) * top or not abs(a[0, m]) < math.inf:
+        if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
             break
         top, high = max(top, abs(a[0, m])), max(high, abs(u[0, m]))
         u[2, m], a[2, m] = u[0, m], 0.0
