@@ -148,7 +148,7 @@ def frequency_map(
     one), which for a splitting is taken off the value too; what the window leaves of the line itself; and rounding.
     Cost: a run, a half-step run over a sixteenth of the time, an FFT of each loop, whose lines, about n + 4, are fitted
     to their own bins, and a pass over the samples of each loop for its averages; where these leave more than `fallback`
-    five fits more. Altogether some 10 to 20 runs (bench/test_frequency.py).
+    five fits more, unless the orbit is seen to be chaotic. Altogether some 10 to 15 runs (bench/test_frequency.py).
     Memory: the samples of some orbits at a time, 128 MiB or one orbit.
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
