@@ -16,7 +16,6 @@ from .naff_bins import apart, bins_of, couple, fit_group, group_of, settle_lines
 from .naff_fit import EPS, normal_equations, phasors, refit
 from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, strongest_bin
 
-
 CUT = 16
 """Size, in floors, of what cut tails may leave: no line."""
 
