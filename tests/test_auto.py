@@ -13,9 +13,11 @@ from fastaff import (
     Body,
     HenonHeiles,
     Hyperelastic,
+    Linear,
     NeoHookean,
     Status,
     TimeTransformed,
+    chaos_map,
     energy_grid,
     frequency_map,
     integrate,
@@ -23,7 +25,7 @@ from fastaff import (
 )
 from fastaff.analysis.sections.energy_grid import EnergyGrid
 from fastaff.flows.motion import typical_rate
-from fastaff.schemes import Automatic, Logistic, RungeKutta, Splitting
+from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
 from fastaff.schemes.automatic import PREFERENCE, Trial
 
 SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
@@ -31,6 +33,27 @@ SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.
 
 def trial(scheme, error, cost):
     return Trial(scheme, 0.1, error, cost)
+
+
+@pytest.mark.parametrize(
+    ("options", "scheme"),
+    [
+        ({"accuracy": 1e-5}, BLANES_MOAN6),
+        ({"accuracy": 1e-9}, BLANES_CASAS_ESCORIHUELA8),
+        ({}, BLANES_CASAS_ESCORIHUELA8),
+        ({"step": 0.1}, KAHAN_LI8),
+    ],
+)
+def test_the_default_follows_the_accuracy(options, scheme):
+    z0, section = SMOOTH[:, :2], Linear((1.0, 0.0, 0.0, 0.0))
+    assert integrate(HenonHeiles(), z0, time=5.0, **options).scheme == scheme
+    assert poincare_map(HenonHeiles(), z0, section=section, crossings=2, max_time=30.0, **options).scheme == scheme
+    assert frequency_map(HenonHeiles(), z0, time=40.0, **options).scheme == scheme
+    if "accuracy" not in options:
+        assert chaos_map(HenonHeiles(), z0, time=5.0, **options).scheme == scheme
+    found = integrate(HenonHeiles(), z0, time=5.0, **options)
+    given = integrate(HenonHeiles(), z0, time=5.0, scheme=scheme, **options)
+    np.testing.assert_array_equal(found.z, given.z)
 
 
 def test_the_cheapest_that_is_good_enough_wins():

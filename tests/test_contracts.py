@@ -112,6 +112,11 @@ def test_a_model_without_names_is_named_by_numbers():
         fa.integrate(Relativistic(), [1.0, 2.0], time=1.0)
 
 
+@pytest.mark.parametrize("options", [{}, {"accuracy": 1e-5}])
+def test_the_default_scheme_takes_any_kinetic_energy(options):
+    assert fa.integrate(Relativistic(), Z, time=5.0, **options).scheme == fa.KAHAN_LI8
+
+
 def test_schemes_for_quadratic_kinetic_energies_are_refused_for_others():
     """BLANES_MOAN6 has order 6 for T quadratic in p alone; among candidates it is passed over."""
     with pytest.raises(ValueError, match="BLANES_MOAN6 has its order 6 only where T is quadratic"):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.numbers import numbers, positive, shown
 from ..models.contracts import quadratic
-from ..schemes.automatic import Automatic, Trial
+from ..schemes.automatic import Automatic, Trial, cheapest
 from ..schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
@@ -32,14 +32,15 @@ accuracy of their own.
 class Options:
     """How orbits are run: the keywords that all functions of orbits share, checked together.
 
-    scheme: one of the package or your own, or AUTO; accuracy: error that the function's results may have, or step: the
-    longest fixed step, one for all or (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an
-    adaptive scheme; energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status
-    is ENERGY_DRIFT; threads: None for all; report(fraction): called about ten times a second. Raises ValueError or
-    TypeError for wrong input.
+    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy
+    (KAHAN_LI8 where a step is given); accuracy: error that the function's results may have, or step: the longest fixed
+    step, one for all or (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme;
+    energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT;
+    threads: None for all; report(fraction): called about ten times a second. Raises ValueError or TypeError for wrong
+    input.
     """
 
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None
     step: float | np.ndarray | None = None
     accuracy: float | None = None
     rtol: float = 1e-12
@@ -57,7 +58,7 @@ class Options:
                 raise ValueError(
                     f"step must be None with an automatic scheme, which chooses it; got {shown(self.step)}"
                 )
-        elif not isinstance(self.scheme, TimeTransformed):
+        elif self.scheme is not None and not isinstance(self.scheme, TimeTransformed):
             checked_scheme(self.scheme)
         if self.accuracy is not None:
             object.__setattr__(self, "accuracy", self._checked_accuracy())
@@ -79,7 +80,8 @@ class Options:
                 f"accuracy={self.accuracy!r} and step={shown(self.step)}"
             )
         if not self.fixed:
-            raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {self.scheme.name} has none")
+            name = getattr(self.scheme, "name", self.scheme)
+            raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has none")
         return value
 
     def goal(self, default: float = ACCURACY) -> float | None:
@@ -119,6 +121,12 @@ def plan(
     """
     z = phase_points("z0", z0, checked_model(model))
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
+    if scheme is None:
+        wanted = options.accuracy or error or ACCURACY
+        scheme = KAHAN_LI8
+        if step is None:
+            scheme = cheapest(wanted, quadratic(model))
+            why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, Automatic):
         chosen = _chosen(model, z, scheme if transformed else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None

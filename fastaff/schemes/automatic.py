@@ -32,12 +32,25 @@ BETTER = {KAHAN_LI8: BLANES_CASAS_ESCORIHUELA8}
 systems at all accuracies.
 """
 
+COARSE = 1e-7
+"""Error of states from which order 6 needs the fewest forces, over hundreds of periods too."""
+
 TRIAL_ORBITS = 64
 """Orbits that decide between schemes."""
 
 
 SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
+
+
+def cheapest(error: float, quadratic: bool) -> Splitting:
+    """Return the splitting that needs the fewest forces for an error of states, for T quadratic in the momenta or not.
+
+    Source: the race of bench/test_schemes.py, docs/SCHEMES.md.
+    """
+    if not quadratic:
+        return KAHAN_LI8
+    return BLANES_MOAN6 if error >= COARSE else BLANES_CASAS_ESCORIHUELA8
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
 from .indicators import (
@@ -128,7 +128,7 @@ def chaos_map(
     early_stop: bool = False,
     deviations: Any = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float = 1e-6,

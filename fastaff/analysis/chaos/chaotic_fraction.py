@@ -17,7 +17,7 @@ from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
 from ...flows.flow import Report
-from ...schemes.catalogue import KAHAN_LI8, VERNER9, RungeKutta, Splitting
+from ...schemes.catalogue import VERNER9, RungeKutta, Splitting
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
 from .indicators import MEGNO, SALI, Indicator
@@ -131,7 +131,7 @@ def chaotic_fraction(
     indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
     early_stop: bool = False,
     step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     second: RungeKutta | None = VERNER9,
     rtol: float = 1e-12,
     atol: float = 1e-12,

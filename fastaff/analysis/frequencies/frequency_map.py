@@ -21,7 +21,7 @@ from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import natural_rates
 from ...flows.options import Options, plan
 from ...models.contracts import Angles, Model, coordinate_names, isotropic
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting
 from .angle_loops import Layout, Plain, Room
 from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method
@@ -116,7 +116,7 @@ def frequency_map(
     method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
     angles: Angles | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float = 1e-6,

@@ -20,7 +20,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, plan
 from ...models.contracts import Model
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def tangent_map(
     time: float,
     deviations: Any = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float = 1e-6,

@@ -26,7 +26,7 @@ from ...kernels import crossings as kernels
 from ...kernels.crossings import RECORD
 from ...models.contracts import Model, Section
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting
 from ...schemes.time_transformed import TimeTransformed
 
 SPARE = 8
@@ -102,7 +102,7 @@ def poincare_map(
     max_time: float,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float = 1e-6,

@@ -56,8 +56,7 @@ def frequencies(
     fixed: dict[str, Any] = {"time": positive("time", time), "method": chosen}
 
     def smallest() -> None:
-        scheme = fastaff.schemes.scheme_named(run.scheme.replace("-", "_"))
-        few: dict[str, Any] = {"scheme": scheme, "step": run.step or 0.02, "threads": run.threads}
+        few: dict[str, Any] = {"scheme": run.scheme_value(), "step": run.step or 0.02, "threads": run.threads}
         fastaff.frequency_map(body, z0[:, :1], **{**fixed, "time": 5.0}, **few)
         if isinstance(chosen, BirkhoffAverages):
             fastaff.frequency_map(body, z0[:, :1], time=5.0, method=NaffLines(), **few)

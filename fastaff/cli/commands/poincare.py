@@ -56,8 +56,7 @@ def poincare(
     span: dict[str, Any] = {} if no_diffusion else {"method": fastaff.analysis.NaffLines()}
 
     def smallest() -> None:
-        scheme, step = fastaff.schemes.scheme_named(run.scheme.replace("-", "_")), run.step or 0.02
-        few: dict[str, Any] = {"scheme": scheme, "step": step, "threads": run.threads}
+        few: dict[str, Any] = {"scheme": run.scheme_value(), "step": run.step or 0.02, "threads": run.threads}
         fastaff.poincare_map(body, z0[:, :1], section=section, crossings=1, max_time=max_time or 20.0, **few)
         if span:
             fastaff.frequency_map(body, z0[:, :1], time=5.0, **span, **few)
