@@ -426,20 +426,24 @@ def test_averages_are_those_of_samples():
     assert found.birkhoff_digits[0] == pytest.approx(-math.log10(abs(means[0] - means[1]) / max(means)), abs=0.3)
 
 
-def test_zero_one_is_that_of_its_definition():
+@pytest.mark.parametrize("count", [400, 401, 402, 403])
+def test_the_correlation_of_zero_one_is_that_of_its_definition(count):
     """On one angle against sums written out with NumPy; samples of the kinetic energy at equal times."""
     from fastaff.kernels.zero_one import correlation
 
-    samples = integrate(HenonHeiles(), CHAOTIC, time=500.0, step=0.05, samples=400).samples[:, 2:, 0]
+    samples = integrate(HenonHeiles(), CHAOTIC, time=500.0, step=0.05, samples=count).samples[:, 2:, 0]
     phi, c, lags = (samples**2).sum(axis=1) / 2, 1.9, 40
-    turn = np.exp(1j * c * np.arange(1, 401))
-    walk = np.cumsum(phi * turn)
-    square = np.array([np.mean(np.abs(walk[n : n + 360] - walk[:360]) ** 2) for n in range(1, lags + 1)])
+    turn = np.exp(1j * c * np.arange(1, count + 1))
+    walk, left = np.cumsum(phi * turn), count - lags
+    square = np.array([np.mean(np.abs(walk[n : n + left] - walk[:left]) ** 2) for n in range(1, lags + 1)])
     n = np.arange(1, lags + 1)
     square -= phi.mean() ** 2 * (1 - np.cos(n * c)) / (1 - math.cos(c))
-    assert correlation(phi, c, lags, np.empty(400), np.empty(400)) == pytest.approx(
-        np.corrcoef(n, square)[0, 1], abs=1e-10
-    )
+    scratch = np.full((2, count), np.nan), np.full(lags, np.nan)
+    found = correlation(phi, c, turn.real.copy(), turn.imag.copy(), lags, *scratch[0], scratch[1])
+    assert found == pytest.approx(np.corrcoef(n, square)[0, 1], abs=1e-10)
+
+
+def test_zero_one_tells_chaos_from_order():
     found = chaos_map(HenonHeiles(), BOTH, time=2000.0, step=0.1, indicators=(ZeroOne(samples=1000),))
     assert found.zero_one[0] > 0.8
     assert abs(found.zero_one[1]) < 0.2

@@ -58,8 +58,17 @@ def zero_one(
         ensemble, observer, memory, out, time=time, observations=int(seen) if flow.adaptive else 0, report=report
     )
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
+    turns = angles[:, None] * np.arange(1, counts.max() + 1)
     stop, progress, result = np.zeros(1, np.int64), np.zeros(orbits, np.int64), np.full(orbits, np.nan)
-    launch(kernels.zero_one, (out, counts, angles, result), stop, progress, float(orbits), flow.threads, report)
+    launch(
+        kernels.zero_one,
+        (out, counts, angles, np.cos(turns), np.sin(turns), result),
+        stop,
+        progress,
+        float(orbits),
+        flow.threads,
+        report,
+    )
     return np.where(ensemble.status == Status.OK, result, np.nan), ensemble.status
 
 
