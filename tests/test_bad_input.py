@@ -236,7 +236,7 @@ def test_parameters_are_numbers(call, parameter):
 
 
 @every_call
-@pytest.mark.parametrize("scheme", ["KAHAN_LI8", None, KAHAN_LI8.__class__, 8], ids=repr)
+@pytest.mark.parametrize("scheme", ["KAHAN_LI8", False, KAHAN_LI8.__class__, 8], ids=repr)
 def test_schemes_are_values(call, scheme):
     refused(
         call,

@@ -292,6 +292,7 @@ def test_chaos_map_command(tmp_path, capsys):
         arrays["z0"],
         time=60.0,
         step=arrays["step"],
+        scheme=fastaff.schemes.BLANES_CASAS_ESCORIHUELA8,
         indicators=(fastaff.MEGNO(), fastaff.GALI(3)),
     )
     assert direct.values.tobytes() == arrays["values"].tobytes()

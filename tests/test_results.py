@@ -160,7 +160,8 @@ def test_replaced_items(name):
 
 def test_results_of_other_settings_do_not_join():
     cut = made("SectionMap")
-    other = fa.poincare_map(HH, made("EnergyGrid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), crossings=3, max_time=60.0)
+    options = {"crossings": 3, "max_time": 60.0, "scheme": cut.scheme}
+    other = fa.poincare_map(HH, made("EnergyGrid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), **options)
     with pytest.raises(ValueError, match="parts must have the same section"):
         fa.analysis.SectionMap.concat([cut, other])
     with pytest.raises(ValueError, match="parts must all have time_error"):

@@ -38,7 +38,7 @@ def test_signatures(name):
 
 
 def test_a_signature_names_its_scheme():
-    assert "= KAHAN_LI8," in str(inspect.signature(fa.poincare_map))
+    assert "= KAHAN_LI8," in str(inspect.signature(fa.periodic_orbits))
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Annotated, Any
 
@@ -18,8 +18,9 @@ from ...compile.jit import LANES
 from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
-from ...flows.motion import natural_rates
+from ...flows.motion import fastest_rates, natural_rates
 from ...flows.options import Options, plan
+from ...flows.trials import on_ladder
 from ...models.contracts import Angles, Model, coordinate_names, isotropic
 from ...schemes.catalogue import RungeKutta, Splitting
 from .angle_loops import Layout, Plain, Room
@@ -42,6 +43,9 @@ PILOT = 16
 PILOT_STEPS = 256
 DENSE, CLOCKED_DENSE = 0.35, 0.05
 """Radians of the fastest motion between samples; where angles have a clock, which is summed from samples."""
+
+LONGEST = 1.5
+"""Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
 
 STRIDES = np.array([1, 2, 3, 4, 6, 8, 12])
 """Steps between samples: the longest is a multiple of all others."""
@@ -183,6 +187,17 @@ def checked_angles(angles: Any, body: Any) -> Any:
     return chosen
 
 
+def _resolving(flow: Flow, z: np.ndarray, time: float) -> Flow:
+    """Return the flow with steps that resolve the fastest oscillation of each orbit, however weak."""
+    if flow.adaptive:
+        return flow
+    rate = fastest_rates(flow.model, z, flow.step)
+    long = rate * flow.step > LONGEST
+    if not long.any():
+        return flow
+    return replace(flow, step=np.where(long, on_ladder(LONGEST / np.where(long, rate, 1.0), time), flow.step))
+
+
 def _share(steps: np.ndarray) -> np.ndarray:
     """Return which part of so many steps the pilot takes: PILOT, or a smaller power of 2 that leaves it PILOT_STEPS."""
     room = np.maximum(steps // PILOT_STEPS, 1)
@@ -202,6 +217,7 @@ class FrequencyWork:
         fallback: float,
         report: Report | None,
     ):
+        flow = _resolving(flow, z0, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
         self.layout = Layout(angles, flow.model.degrees_of_freedom)
