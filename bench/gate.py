@@ -95,15 +95,15 @@ def rows():
     )
     yield (
         "frequency_map / integrate, body",
-        10.5,
-        21.0,
+        27.0,
+        60.0,
         lambda: frequency_map(BODY, grid[:, :256], **run),
         kahan(grid[:, :256], BODY),
     )
     yield (
         "frequency_map / integrate, Henon-Heiles",
-        14.6,
-        30.0,
+        12.0,
+        26.0,
         lambda: frequency_map(PLANE, many[:, :256], time=4 * TIME, step=STEP),
         lambda: integrate(PLANE, many[:, :256], time=4 * TIME, step=STEP),
     )
