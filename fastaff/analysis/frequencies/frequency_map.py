@@ -138,21 +138,22 @@ def frequency_map(
     typical radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for
     wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    Identification: the orbit is sampled at every step, or at every 2nd to 12th where a third of a radian of its fastest
-    motion allows. The lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest
-    independent lines are generators; each goes to the coordinate of whose motion it has the largest share. They are
-    positive; those of a body's planes have the sign of turning. A coordinate that grows without bound counts without
-    its mean growth. Birkhoff: nu = sum w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has
-    one generator's line and no other's; w = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is
-    damped below 2e-12 once d*time > 9.6. A body that separates has loops of its own, in a clock of its own (`angles`).
-    NAFF: the line of that loop, fitted with the strongest others.
+    Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
+    at every step, or at every 2nd to 12th where a third of a radian of its fastest motion allows. The lines of the
+    loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are generators;
+    each goes to the coordinate of whose motion it has the largest share. They are positive; those of a body's planes
+    have the sign of turning. A coordinate that grows without bound counts without its mean growth. Birkhoff: nu = sum
+    w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has one generator's line and no other's; w
+    = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is damped below 2e-12 once d*time > 9.6.
+    A body that separates has loops of its own, in a clock of its own (`angles`). NAFF: the line of that loop, fitted
+    with the strongest others.
     Errors: 5 times the largest difference of the value over windows of unequal lengths and starts from that over the
     whole; 5 times the change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step
     is halved (for a Runge-Kutta scheme, whose error grows, times their ratio; tolerances a hundredth for an adaptive
     one), which for a splitting is taken off the value too; what the window leaves of the line itself; and rounding.
     Cost: a run, a half-step run over a sixteenth of the time, an FFT of each loop, whose lines, about n + 4, are fitted
     to their own bins, and a pass over the samples of each loop for its averages; where these leave more than `fallback`
-    five fits more, unless the orbit is seen to be chaotic. Altogether some 10 to 15 runs (bench/test_frequency.py).
+    five fits more, unless the orbit is seen to be chaotic. Altogether some 10 to 20 runs (bench/test_frequency.py).
     Memory: the samples of some orbits at a time, 128 MiB or one orbit.
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
