@@ -77,7 +77,7 @@ class FrequencyMap(Result):
     Frequencies that all have basis 1 are those of the coordinates' own lines; a singular basis tells that the leading
     lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
     nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,). step: what was
-    used, one for each orbit where they were chosen for them. For a body the rows are two librations, phi and psi;
+    used, one for each orbit, or that of an adaptive scheme. For a body the rows are two librations, phi and psi;
     nu_eta and nu_gamma are kept beside them.
     """
 
@@ -366,8 +366,6 @@ class FrequencyWork:
             nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
             error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
             method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
-        each = np.ndim(self.flow.step) > 0 or self.accuracy is not None
-        one = self.flow.step if self.flow.adaptive else float(self.time / self._steps(self.flow).max(initial=1))
         return FrequencyMap(
             names,
             nu,
@@ -380,7 +378,7 @@ class FrequencyWork:
             gamma,
             self.time,
             self.flow.scheme,
-            self.used if each and not self.flow.adaptive else one,
+            self.flow.step if self.flow.adaptive else self.used,
             kind,
             self.rank,
             leading,
