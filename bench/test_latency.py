@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
+from common import best
 
 from fastaff import KAHAN_LI8, SOFRONIOU_SPALETTA10, Body, HenonHeiles, Hyperelastic, Linear, integrate, poincare_map
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
@@ -14,17 +13,6 @@ CALLS = 200
 HENON_HEILES, START = HenonHeiles(), np.array([0.0, 0.1, 0.35, 0.1])
 BODY, STRETCHED = Body(Hyperelastic(C=1.0)), np.array([1.5, 0.1, 0.3, 0.0, 0.1, 0.3, 0.2, 0.1])
 X = Linear((1, 0, 0, 0))
-
-
-def shortest(function, calls=CALLS):
-    """Return the shortest time of many calls, the first (which compiles) left out."""
-    function()
-    times = []
-    for _ in range(calls):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 RUNS = {
@@ -45,7 +33,7 @@ RUNS = {
 def test_short_calls(benchmark, name):
     """One orbit over a time that the kernels are through with in microseconds."""
     run = RUNS[name]
-    least, result = shortest(run), run()
+    least, result = best(run, repeats=CALLS), run()
     benchmark(run)
     error = result.error.max() if getattr(result, "error", None) is not None else result.energy_error.max()
     print(f"\n{name}: {1e3 * least:.2f} ms; error {error:.1e}")
@@ -60,7 +48,7 @@ def test_crossings_of_one_orbit(benchmark, scheme, step):
     def run(scheme=scheme, step=step):
         return poincare_map(HENON_HEILES, START, section=X, crossings=400, max_time=2000.0, step=step, scheme=scheme)
 
-    least, found, fine = shortest(run, 30), run(), run(SOFRONIOU_SPALETTA10, 0.1)
+    least, found, fine = best(run, repeats=30), run(), run(SOFRONIOU_SPALETTA10, 0.1)
     benchmark.pedantic(run, rounds=10)
     count = int(found.counts[0])
     error = np.nanmax(np.abs(found.times - fine.times))

@@ -6,6 +6,7 @@ parameters, so the engine is compiled once for all models and parameters stay ru
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import inspect
@@ -14,7 +15,7 @@ import os
 import sys
 import types as python_types
 from collections import namedtuple
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -142,14 +143,9 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
 def function_block(function: Any) -> Any:
     """Return the compiled block of a function of one variable."""
     line, classes = _built(function)
-    try:
+    takes = "must be a formula that Numba compiles (NumPy functions, no other Python functions)"
+    with _explained(f"{type(function).__name__} {takes}"):
         return _compiled("value", line + ONE_VARIABLE, classes, ())
-    except numba.core.errors.NumbaError as problem:
-        raise TypeError(
-            f"{type(function).__name__} must be a formula that Numba compiles (NumPy functions, no other Python "
-            "functions): "
-            f"{str(problem).strip().splitlines()[-1]}"
-        ) from problem
 
 
 def signals_block(angles: Any, rows: int, kept: tuple[int, ...], clocked: bool) -> Bound:
@@ -157,19 +153,23 @@ def signals_block(angles: Any, rows: int, kept: tuple[int, ...], clocked: bool) 
     clock.
     """
     line, classes = _built(angles)
-    try:
+    with _explained(f"angles must have signals that Numba compiles, {type(angles).__name__} does not"):
         block = _compiled("value", line + signals(rows, kept, clocked), classes, ())
-    except numba.core.errors.NumbaError as problem:
-        raise TypeError(
-            f"angles must have signals that Numba compiles, {type(angles).__name__} does not: "
-            f"{str(problem).strip().splitlines()[-1]}"
-        ) from problem
     return Bound(block, *call_table(parameters(angles), ()))
 
 
 def rows_block(order: tuple[int, ...]) -> Bound:
     """Return the compiled function of the rows of a state in an order."""
     return Bound(_compiled("value", taken(order), (), ()), *call_table(np.zeros(1), ()))
+
+
+@contextlib.contextmanager
+def _explained(wrong: str) -> Iterator[None]:
+    """Say what is `wrong` where Numba cannot compile something, with the last line of why."""
+    try:
+        yield
+    except numba.core.errors.NumbaError as problem:
+        raise TypeError(f"{wrong}: {str(problem).strip().splitlines()[-1]}") from problem
 
 
 def idle_block(kind: str) -> Any:
@@ -187,13 +187,8 @@ def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls
 def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
     """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
     names = ("read", _compiled_function(function)), ("view", view)
-    try:
+    with _explained(f"reading must be a function reading(growth, i, *parameters) of {parameters} parameters for Numba"):
         return _compiled("reading", read(parameters), (), names)
-    except numba.core.errors.NumbaError as problem:
-        raise TypeError(
-            f"reading must be a function reading(growth, i, *parameters) of {parameters} parameters for Numba: "
-            f"{str(problem).strip().splitlines()[-1]}"
-        ) from problem
 
 
 def _text(kind: str, body: str, classes: tuple) -> str:

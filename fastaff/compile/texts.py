@@ -5,7 +5,7 @@ State blocks are flat: row r of lane i is z[r*LANES + i].
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from .jit import LANES
 
@@ -195,12 +195,12 @@ def _along(rows: Rows) -> str:
     )
 
 
-def signals(rows: int, kept: Iterable[int], clocked: bool) -> str:
+def signals(rows: int, kept: Sequence[int], clocked: bool) -> str:
     """Text of the kept signals of angles at states of so many rows; last, where they have a clock, its rate."""
     z = ", ".join(map(_at, range(rows)))
     body = f"s = value.signals({z})\n" + "".join(f"result[{j * LANES} + i] = s[{k}]\n" for j, k in enumerate(kept))
     if clocked:
-        body += f"result[{len(list(kept)) * LANES} + i] = value.rates({z}{', 0.0' * rows})[-2]\n"
+        body += f"result[{len(kept) * LANES} + i] = value.rates({z}{', 0.0' * rows})[-2]\n"
     return _loop(body, 1)
 
 

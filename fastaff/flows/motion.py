@@ -124,7 +124,7 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
         u = np.broadcast_to(np.cos(np.arange(1, n + 1))[:, None], q.shape)
         u = u / length(u)
         for _ in range(ITERATIONS):
-            change = applied(W, _force(model, q + size * u) - _force(model, q - size * u)) / (2 * size)
+            change = _turned(model, W, q, size * u) / (2 * size)
             growth = length(change)
             u = change / np.where(growth > 0, growth, 1.0)
     return np.sqrt(np.where(np.isfinite(growth), growth, 0.0))
@@ -197,14 +197,17 @@ def _curvatures(model: Any, z: np.ndarray, W: np.ndarray, units: np.ndarray) -> 
     """Return the angular frequencies (directions, orbits) of small oscillations along unit vectors (n, directions,
     orbits), from differences of forces; NaN where none.
     """
-    n, directions, _ = units.shape
-    q = z[:n, None]
+    q = z[: len(units), None]
     size = length(q)
     shift = NUDGE * np.where(size > 0, size, 1.0) * units
     with np.errstate(all="ignore"):
-        F = _force(model, np.concatenate([q + shift, q - shift], axis=1))
-        turned = applied(W[:, :, None], F[:, :directions] - F[:, directions:])
-        return np.sqrt(length(turned) / (2 * length(shift)))
+        return np.sqrt(length(_turned(model, W[:, :, None], q, shift)) / (2 * length(shift)))
+
+
+def _turned(model: Any, W: np.ndarray, q: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Return W times the change of the force (n, ...) from q - shift to q + shift."""
+    above, below = np.moveaxis(_force(model, np.stack([q + shift, q - shift], axis=1)), 1, 0)
+    return applied(W, above - below)
 
 
 def _force(model: Any, q: np.ndarray) -> np.ndarray:

@@ -430,10 +430,7 @@ def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, lines: int) -> tupl
     samples = fast_length(f.shape[1])
     found = found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
     near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
-    which, some, rows = (
-        np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1),
-        near.any(axis=1),
-        np.arange(len(f)),
-    )
+    which = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)
+    some, rows = near.any(axis=1), np.arange(len(f))
     line = _Line(f, interval, found, which, np.where(some, found.nu[rows, which], np.nan))
     return line, np.where(some, found.error[rows, which], np.inf)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -120,7 +121,7 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
 
     steady = centre
     if 0 < fallback < np.inf:
-        rough = _changed(librations(own)[0], time).any(axis=1) & (found.rest > ROUGH) & ~found.drifting
+        rough = (_change(librations(own)[0], time) > CHANGED).any(axis=1) & (found.rest > ROUGH) & ~found.drifting
         lost = found.drifting | _without_lines(own, rough, s, loops, centre, stride, dt, threads)
         steady = np.where(lost[:, None], 0.0, centre)
     chosen, combination = librations(_with_lines(own, s, loops, steady, stride, dt, fallback, threads))
@@ -130,7 +131,7 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
     basis[:, :m, :m] = combination
     if layout.body:
         planes = rates.of(slice(2 * m, None))
-        regular = ~_changed(chosen, time).any(axis=1, keepdims=True) | (fallback == 0)
+        regular = (_change(chosen, time) <= CHANGED).all(axis=1, keepdims=True) | (fallback == 0)
         near = np.where((planes.error * time < 3) & regular, planes.nu, 0.0)
         planes = _with_lines(
             planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback, threads
@@ -221,9 +222,18 @@ def _averages(layout: Layout, s: np.ndarray, start: np.ndarray, loops: Loops, dt
     )
 
 
-def _changed(rates: _Rates, time: float) -> np.ndarray:
-    """Tell which rates (orbits, loops) differ from one half of the time to the other."""
-    return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2 > CHANGED
+def _change(rates: _Rates, time: float) -> np.ndarray:
+    """Return by how many cycles over a half the rates (orbits, loops) differ from one half of the time to the other."""
+    return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2
+
+
+def _parts(needed: np.ndarray, stride: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
+    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer of one stride, and that."""
+    for k in np.unique(stride):
+        orbits, loops = np.nonzero(needed & (stride == k)[:, None])
+        for begin in range(0, orbits.size, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            yield orbits[part], loops[part], int(k)
 
 
 def _without_lines(
@@ -239,16 +249,11 @@ def _without_lines(
     """Tell of which `rough` (orbits,) orbits no lines need be fitted: in the loop whose average changes most from
     half to half the line does so too, which is chaos.
     """
-    change = np.where(centre != 0, np.abs(own.halves[:, :, 0] - own.halves[:, :, 1]), 0.0)
-    loop = change.argmax(axis=1)
-    tried = rough & (change.max(axis=1) * (s.shape[2] - 1) * dt / 2 > CHANGED)
+    change = np.where(centre != 0, _change(own, (s.shape[2] - 1) * dt), 0.0)
+    most = np.arange(change.shape[1]) == change.argmax(axis=1)[:, None]
     lost = np.zeros(len(centre), bool)
-    for k in np.unique(stride[tried]):
-        orbits = np.flatnonzero(tried & (stride == k))
-        for begin in range(0, orbits.size, AT_ONCE):
-            o = orbits[begin : begin + AT_ONCE]
-            f = values(s, loops, o, loop[o], int(k), threads)
-            lost[o] = line_changes(f, dt * int(k), centre[o, loop[o]]) > CHANGED
+    for o, j, k in _parts(most & (change > CHANGED) & rough[:, None], stride):
+        lost[o] = line_changes(values(s, loops, o, j, k, threads), dt * k, centre[o, j]) > CHANGED
     return lost
 
 
@@ -273,14 +278,11 @@ def _with_lines(
         method=np.ones_like(rates.method),
         halves=rates.halves.copy(),
     )
-    for k in np.unique(stride):
-        orbits, numbers = np.nonzero(needed & (stride == k)[:, None])
-        for begin in range(0, orbits.size, AT_ONCE):
-            o, j = orbits[begin : begin + AT_ONCE], numbers[begin : begin + AT_ONCE]
-            useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-            nu, uncertainty = line_rates(values(s, loops, o, j, int(k), threads), dt * int(k), centre[o, j], useless)
-            lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
-            lines.halves[o, j] = np.where(np.isfinite(nu[1:3]).all(axis=0), nu[1:3], rates.halves[o, j].T).T
+    for o, j, k in _parts(needed, stride):
+        useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
+        nu, uncertainty = line_rates(values(s, loops, o, j, k, threads), dt * k, centre[o, j], useless)
+        lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
+        lines.halves[o, j] = np.where(np.isfinite(nu[1:3]).all(axis=0), nu[1:3], rates.halves[o, j].T).T
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
 
 
