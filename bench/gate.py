@@ -74,15 +74,15 @@ def rows():
     )
     yield (
         "poincare_map / integrate, body",
-        1.7,
-        3.4,
+        2.3,
+        5.0,
         lambda: poincare_map(BODY, grid, section=AlphaTurning(+1), crossings=60, max_time=TIME, step=STEP),
         kahan(grid, BODY),
     )
     yield (
         "poincare_map / integrate, Henon-Heiles",
-        1.75,
-        3.5,
+        2.6,
+        5.5,
         lambda: poincare_map(PLANE, many, section=AXIS, crossings=30, max_time=TIME, step=STEP),
         kahan(many, PLANE),
     )
@@ -95,15 +95,15 @@ def rows():
     )
     yield (
         "frequency_map / integrate, body",
-        27.0,
-        60.0,
+        44.0,
+        100.0,
         lambda: frequency_map(BODY, grid[:, :256], **run),
         kahan(grid[:, :256], BODY),
     )
     yield (
         "frequency_map / integrate, Henon-Heiles",
-        12.0,
-        26.0,
+        22.0,
+        50.0,
         lambda: frequency_map(PLANE, many[:, :256], time=4 * TIME, step=STEP),
         lambda: integrate(PLANE, many[:, :256], time=4 * TIME, step=STEP),
     )

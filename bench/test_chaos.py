@@ -1,4 +1,7 @@
-"""Indicators of chaos: a MEGNO map, the cost of tangent vectors. Errors beside times."""
+"""Indicators of chaos: a MEGNO map, the cost of tangent vectors and of every indicator, errors beside times.
+
+The multiples of `integrate` by themselves: `python bench/test_chaos.py`.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,35 @@ import time
 
 import numpy as np
 import pytest
-from common import best, henon_heiles_orbits
+from common import alternating, best, henon_heiles_orbits
 
 import fastaff
-from fastaff import MEGNO, SALI, HenonHeiles, LyapunovSpectrum, chaos_map
+from fastaff import (
+    FLI,
+    GALI,
+    MEGNO,
+    OFLI,
+    SALI,
+    BirkhoffDigits,
+    FrequencyDiffusion,
+    HenonHeiles,
+    Lyapunov,
+    LyapunovSpectrum,
+    ReversibilityError,
+    ZeroOne,
+    chaos_map,
+    integrate,
+)
+
+ALL = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(2), BirkhoffDigits(), ZeroOne(), FrequencyDiffusion())
+"""All that take two tangent vectors or none."""
+
+SETS = {
+    **{entry.name: (entry,) for entry in (*ALL, ReversibilityError())},
+    "megno, sali, fli": (MEGNO(), SALI(), FLI()),
+    "all but frequencies": ALL[:-1],
+    "all": ALL,
+}
 
 
 def neo_hookean_grid(cells: int) -> tuple[fastaff.Body, np.ndarray]:
@@ -79,3 +107,39 @@ def test_cost_of_tangent_vectors(benchmark, name):
             f"  chaos {', '.join(type(entry).__name__ for entry in indicators)}: {seconds * 1e3:.1f} ms, "
             f"{seconds / plain:.2f}"
         )
+
+
+@pytest.mark.parametrize("name", ["henon-heiles", "neo-hookean"])
+def test_indicators_as_multiples_of_an_integration(name):
+    """Every indicator by itself, and together, beside `integrate` with the same step, in turns; one thread."""
+    print(multiples(name))
+
+
+def multiples(name: str, *, orbits: int = 1024, repeats: int = 5) -> str:
+    """Return a table of what indicators cost, as multiples of `integrate`: processor times of runs in turns."""
+    if name == "henon-heiles":
+        model, z0, run = HenonHeiles(), henon_heiles_orbits(), {"time": 1000.0, "step": 0.1, "threads": 1}
+    else:
+        model, z0 = neo_hookean_grid(44)
+        run = {"time": 400.0, "step": 0.04, "threads": 1}
+    z0 = np.ascontiguousarray(z0[:, :orbits])
+
+    def judged(indicators):
+        return lambda: chaos_map(model, z0, indicators=indicators, **run)
+
+    runs = {"integrate": lambda: integrate(model, z0, **run), **{key: judged(entry) for key, entry in SETS.items()}}
+    found, cost = alternating(runs, repeats=repeats)
+    plain = cost["integrate"]
+    drift = np.median(found["integrate"].energy_error)
+    lines = [f"{name}: {z0.shape[1]} orbits, {plain * 1e3:.1f} ms each pass, energy error {drift:.1e} (median)"]
+    for key, indicators in SETS.items():
+        n = model.degrees_of_freedom
+        vectors = max(entry.vectors(n) if hasattr(entry, "vectors") else 0 for entry in indicators)
+        bound = 1.3 * (1 + vectors)
+        lines.append(f"  {key:20} {cost[key] / plain:6.2f}  ({vectors} vectors: {bound:.1f})")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    for model_name in ("henon-heiles", "neo-hookean"):
+        print(multiples(model_name), flush=True)

@@ -1,11 +1,16 @@
 """Accuracy that is asked for: errors cover the truth, whatever the system, its units, its origin and the zero of V."""
 
+from functools import cache
+
+import mpmath
 import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
 import fastaff as fa
+from fastaff.flows.flow import Wear
 from fastaff.flows.motion import motion
+from fastaff.flows.options import Options, plan
 
 HH = fa.HenonHeiles()
 NAMES = "x y z u v w"
@@ -88,6 +93,111 @@ def test_a_pendulum_from_rest():
     assert (run.error.max(axis=0) < 1e-9).all()
 
 
+def jacobi(u, m):
+    """sn, cn, dn."""
+    return (mpmath.ellipfun(name, u, m=m) for name in ("sn", "cn", "dn"))
+
+
+@cache
+def pendulum_at(x0, time, origin=0.0, unit=1.0):
+    """Angle and velocity of a pendulum that was released at rest at (x0 - origin)/unit, by 30 digits: next to the top
+    they are needed.
+    """
+    with mpmath.workdps(30):
+        k = mpmath.sin((mpmath.mpf(x0) - origin) / mpmath.mpf(unit) / 2)
+        sn, cn, _ = jacobi(mpmath.ellipk(k**2) - mpmath.mpf(time), k**2)
+        return float(2 * mpmath.asin(k * sn)), float(-2 * k * cn)
+
+
+def well_at(x0, time):
+    """The state in V = -x^2/2 + x^4/4 after a release at rest at x0 > 1, by 30 digits: x0 dn inside the separatrix
+    2^(1/2), x0 cn outside.
+    """
+    with mpmath.workdps(30):
+        a, excess = mpmath.mpf(x0), mpmath.mpf(x0) ** 2 - 1
+        inside = excess < 1
+        w = a / mpmath.sqrt(2) if inside else mpmath.sqrt(excess)
+        m = 2 * excess / a**2 if inside else a**2 / (2 * excess)
+        sn, cn, dn = jacobi(w * time, m)
+        return (float(a * dn), float(-a * w * m * sn * cn)) if inside else (float(a * cn), float(-a * w * sn * dn))
+
+
+def test_slowed_orbits_lose_what_they_should():
+    """Of the energy of an oscillator as much as of the momenta, share*(u + 2 u e/(u + e)), u = sqrt(t); with the bits
+    of an orbit alone.
+    """
+    rng = np.random.default_rng(4)
+    z0, share = rng.normal(size=(4, 21)), np.geomspace(1e-8, 1e-6, 21)
+    system = fa.hamiltonian("(x**2 + y**2)/2")
+
+    def slowed(orbits):
+        flow = plan(system, z0[:, orbits], Options(step=0.25)).flow.sized(np.full(len(orbits), 0.25))
+        each = np.ones(len(orbits))
+        wear = Wear(share[orbits], 100.0 * each, 2.0 * each)
+        return flow.worn(flow.ensemble(z0[:, orbits].copy()), 5, wear, time=500.0, report=None)[0]
+
+    states, t = slowed(np.arange(21)), 100.0 * np.arange(1, 6)[:, None]
+    energy = (states**2).sum(axis=1) / (z0**2).sum(axis=0)
+    expected = share * np.sqrt(t) * (1 + 20 / (np.sqrt(t) + 10))
+    np.testing.assert_allclose(1 - energy, expected, rtol=0.2)
+    for i in (0, 13):
+        np.testing.assert_array_equal(slowed(np.array([i]))[..., 0], states[..., i])
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
+def test_rounding_next_to_a_separatrix(accuracy):
+    """A random walk of the energy changes the time at the top by 1/d^2 of it, which no splitting's own error does: the
+    estimates know, in any units, from any origin, in the company of an oscillator.
+    """
+    rng = np.random.default_rng(7)
+    d, y0, w = 10 ** rng.uniform(-4, 0, 100), rng.uniform(0.2, 1.5, 100), 1.3
+    ratio = []
+    for energy, unit, origin in ((1.0, 1.0, 0.0), (1e6, 1e-6, 0.0), (1e-6, 1.0, 0.0), (1.0, 1.0, 8.0)):
+        x0, past = unit * (np.pi - d) + origin, unit / energy**0.5
+        system = fa.hamiltonian("-e*cos((x - o)/l) + e*(w*y/l)**2/2", e=energy, l=unit, o=origin, w=w)
+        for time in (30.0, 317.0):
+            run = fa.integrate(system, np.array([x0, unit * y0, 0 * x0, 0 * x0]), time=time * past, accuracy=accuracy)
+            angle, speed = np.array([pendulum_at(x, time, origin, unit) for x in x0]).T
+            oscillator = y0 * np.cos(w * time), -w * y0 * np.sin(w * time)
+            truth = unit * np.array([angle, oscillator[0], speed / past, oscillator[1] / past])
+            truth[0] += origin
+            assert ((run.status == fa.Status.OK) | (run.accurate_until < run.t)).all()
+            ratio.append((np.abs(run.z - truth) / run.error).max(axis=0))
+            if accuracy == 1e-12:
+                assert (run.accurate_until < run.t).mean() > 0.5
+    covered(np.array(ratio), 1.0)
+
+
+@pytest.mark.parametrize("accuracy", [1e-9, 1e-12])
+def test_rounding_in_a_double_well(accuracy):
+    """On both sides of the separatrix, as near as 1e-8."""
+    rng = np.random.default_rng(8)
+    x0 = np.sqrt(2) + rng.choice([-1, 1], 100) * 10 ** rng.uniform(-8, -1, 100)
+    well = fa.hamiltonian("-x**2/2 + x**4/4", coordinates="x")
+    run = fa.integrate(well, np.array([x0, 0 * x0]), time=100.0, accuracy=accuracy)
+    truth = np.array([well_at(x, 100.0) for x in x0]).T
+    covered((np.abs(run.z - truth) / run.error).max(axis=0), 1.0)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
+def test_rounding_of_regular_orbits():
+    """At 1e-12 rounding is all the error of Kepler orbits; the estimates are no more than 30 times as large."""
+    e = np.random.default_rng(9).uniform(0.05, 0.5, 100)
+    z0 = np.array([1 - e, 0 * e, 0 * e, np.sqrt((1 + e) / (1 - e))])
+    x, v, time = z0[0].astype(np.longdouble), z0[3].astype(np.longdouble), 300
+    a = 1 / (2 / x - v**2)
+    e, M = 1 - x / a, time / a**1.5
+    E = M
+    for _ in range(60):
+        E = E - (E - e * np.sin(E) - M) / (1 - e * np.cos(E))
+    r, b = a * (1 - e * np.cos(E)), a * np.sqrt(1 - e**2)
+    truth = np.array([a * (np.cos(E) - e), b * np.sin(E), -np.sqrt(a) * np.sin(E) / r, b / np.sqrt(a) * np.cos(E) / r])
+    run = fa.integrate(fa.hamiltonian("-1/sqrt(x**2 + y**2)"), z0, time=float(time), accuracy=1e-12)
+    true = np.abs(run.z - truth.astype(float)).max(axis=0)
+    covered(true, run.error.max(axis=0))
+    assert np.median(run.error.max(axis=0) / true) < 30
+
+
 @pytest.mark.parametrize("unit", [1e-6, 1e6, 3.7e-4])
 def test_units_origin_and_zero_change_nothing(unit):
     """Lengths in the unit, times in its inverse root: the same numbers to rounding, with the same steps."""
@@ -165,6 +275,21 @@ def test_errors_of_crossings_cover_the_truth(accuracy):
     true = np.abs(cut.times - (first + 2 * np.pi / w[0] * np.arange(40)[:, None]))
     covered(true.ravel(), cut.time_error.ravel())
     assert true.max() < 10 * (accuracy or 1e-10)
+
+
+def test_crossings_next_to_a_separatrix():
+    """x = 0 of a pendulum from rest, upward: at 3 K + 4 K j."""
+    rng = np.random.default_rng(9)
+    d, y0 = 10 ** rng.uniform(-4, 0, 80), rng.uniform(0.2, 1.5, 80)
+    x0 = np.pi - d
+    with mpmath.workdps(30):
+        quarter = np.array([float(mpmath.ellipk(mpmath.sin(mpmath.mpf(x) / 2) ** 2)) for x in x0])
+    system, section = fa.hamiltonian("-cos(x) + (w*y)**2/2", w=1.3), fa.Linear((1.0, 0.0, 0.0, 0.0))
+    z0, ratio = np.array([x0, y0, 0 * x0, 0 * x0]), []
+    for accuracy in (1e-9, 1e-12):
+        cut = fa.poincare_map(system, z0, section=section, crossings=8, max_time=1000.0, accuracy=accuracy)
+        ratio.append(np.abs(cut.times - quarter * (3 + 4 * np.arange(8)[:, None])) / cut.time_error)
+    covered(np.array(ratio), 1.0)
 
 
 def henon_heiles_crossings(z0, time, h=0.25, order=24):

@@ -155,7 +155,7 @@ def test_alignment_laws():
     # lambda = (l, 0, 0, -l): volumes of 2, 3, 4 vectors shrink as exp(-l t), exp(-2 l t), exp(-4 l t)
     for name, factor in (("gali_2", 1), ("gali_3", 2), ("gali_4", 4)):
         assert getattr(found, name)[0] == pytest.approx(-factor * largest * 1e4 / math.log(10), rel=0.06)
-    assert found.gali_4[0] < -500
+    assert found.gali_4[0] < -100  # how far depends on the last digits, as the orbit sticks to islands or does not
 
 
 def test_isochronous_orbits_have_constant_vectors():
@@ -413,6 +413,30 @@ def test_threads_neighbours_and_order_change_no_bit(run):
         same(chaos_map(model, z0[:, alone], **fixed), [alone])
 
 
+COMPANY = [entry for entry in EVERY if not isinstance(entry, LyapunovSpectrum)]
+"""Indicators that need no more vectors in company, of which the spectrum would make use."""
+
+
+@pytest.mark.parametrize("options", [{"step": 0.06}, {}], ids=["given step", "default"])
+@pytest.mark.parametrize("model", [HenonHeiles(), Body(fastaff.NeoHookean(), 0.7)], ids=["Henon-Heiles", "neo-Hookean"])
+def test_an_indicator_says_the_same_alone_and_in_any_company(model, options):
+    """To the bit, in random subsets and orders of all."""
+    random = np.random.default_rng(11)
+    z0 = surface(0.125, 5) if isinstance(model, HenonHeiles) else random_starts(model, 5, 0.3)
+    run = {"time": 90.0, "history": 3, **options}
+    alone = {entry: chaos_map(model, z0, indicators=(entry,), **run) for entry in COMPANY}
+    for count in (2, 3, 5, len(COMPANY)):
+        chosen = tuple(COMPANY[j] for j in random.permutation(len(COMPANY))[:count])
+        found = chaos_map(model, z0, indicators=chosen, **run)
+        for row, entry in enumerate(chosen):
+            for name in ("values", "limits", "verdicts", "detected", "history"):
+                # An orbit that failed for one of them has a status, and no verdict.
+                kept = found.status == Status.OK if name == "verdicts" else np.full(5, True)
+                ours, theirs = getattr(found, name)[row][..., kept], getattr(alone[entry], name)[0][..., kept]
+                np.testing.assert_array_equal(ours, theirs, err_msg=f"{entry.name}, {name}: {chosen}")
+        assert (found.status == Status.OK).sum() >= 3
+
+
 def test_averages_are_those_of_samples():
     z0 = np.array(REGULAR)
     found = chaos_map(HenonHeiles(), z0, time=300.0, step=0.05, indicators=(BirkhoffDigits(),))
@@ -426,21 +450,20 @@ def test_averages_are_those_of_samples():
     assert found.birkhoff_digits[0] == pytest.approx(-math.log10(abs(means[0] - means[1]) / max(means)), abs=0.3)
 
 
-@pytest.mark.parametrize("count", [400, 401, 402, 403])
-def test_the_correlation_of_zero_one_is_that_of_its_definition(count):
-    """On one angle against sums written out with NumPy; samples of the kinetic energy at equal times."""
-    from fastaff.kernels.zero_one import correlation
+@pytest.mark.parametrize("count", [400, 401, 402, 403, 999, 4000])
+def test_the_correlations_of_zero_one_are_those_of_their_definition(count):
+    """At three angles against displacements written out with NumPy; samples of the kinetic energy at equal times."""
+    from fastaff.kernels.zero_one import correlations
 
-    samples = integrate(HenonHeiles(), CHAOTIC, time=500.0, step=0.05, samples=count).samples[:, 2:, 0]
-    phi, c, lags = (samples**2).sum(axis=1) / 2, 1.9, 40
-    turn = np.exp(1j * c * np.arange(1, count + 1))
-    walk, left = np.cumsum(phi * turn), count - lags
-    square = np.array([np.mean(np.abs(walk[n : n + left] - walk[:left]) ** 2) for n in range(1, lags + 1)])
-    n = np.arange(1, lags + 1)
-    square -= phi.mean() ** 2 * (1 - np.cos(n * c)) / (1 - math.cos(c))
-    scratch = np.full((2, count), np.nan), np.full(lags, np.nan)
-    found = correlation(phi, c, turn.real.copy(), turn.imag.copy(), lags, *scratch[0], scratch[1])
-    assert found == pytest.approx(np.corrcoef(n, square)[0, 1], abs=1e-10)
+    samples = integrate(HenonHeiles(), CHAOTIC, time=1.2 * count, step=0.05, samples=count).samples[:, 2:, 0]
+    phi, angles, lags = 100.0 + (samples**2).sum(axis=1) / 2, np.array([0.7, 1.9, 2.4]), count // 10
+    found, n, left = np.empty(3), np.arange(1, lags + 1), count - lags
+    correlations(phi, np.cos(np.arange(lags)[:, None] * angles), found)
+    for k, c in zip(found, angles, strict=True):
+        walk = np.cumsum(phi * np.exp(1j * c * np.arange(1, count + 1)))
+        square = np.array([np.mean(np.abs(walk[m : m + left] - walk[:left]) ** 2) for m in n])
+        square -= phi.mean() ** 2 * (1 - np.cos(n * c)) / (1 - math.cos(c))
+        assert k == pytest.approx(np.corrcoef(n, square)[0, 1], abs=1e-9)
 
 
 def test_zero_one_tells_chaos_from_order():

@@ -178,8 +178,8 @@ def test_only_what_makes_arrays_counts_references(monkeypatch):
 @pytest.mark.parametrize(
     ("scheme", "orbits", "blocks"),
     [
-        (KAHAN_LI8, 3, {"stage", "check", "inside"}),
-        (SOFRONIOU_SPALETTA10, 3, {"precise_stage", "check", "inside"}),
+        (KAHAN_LI8, 3, {"splitting", "check", "inside"}),
+        (SOFRONIOU_SPALETTA10, 3, {"precise_splitting", "check", "inside"}),
         (KAHAN_LI8, 1, {"march", "check", "inside"}),
         (RK4, 3, {"derivative", "check", "inside"}),
         (DOP853, 3, {"derivative", "check"}),
@@ -413,16 +413,16 @@ def test_the_source_is_what_is_compiled(seed):
         assert text.startswith(f"# {kind} of {type(value).__name__}\ndef {kind}(params, ")
         compile(text, "block", "exec")
     kept = {path.read_text() for path in seed.glob("blocks/*.py")}
-    assert {source(model, "stage"), source(model, "check"), source(Linear((1, 0, 0, 0)), "value", 2)} <= kept
-    assert source(HenonHeiles(0.3), "stage") == source(model, "stage")
-    assert "tangent_force" in source(model, "stage", vectors=1)
+    assert {source(model, "splitting"), source(model, "check"), source(Linear((1, 0, 0, 0)), "value", 2)} <= kept
+    assert source(HenonHeiles(0.3), "splitting") == source(model, "splitting")
+    assert "tangent_force" in source(model, "splitting", vectors=1)
 
 
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ((HenonHeiles(), "step"), ValueError, "kind must be one of 'stage', .*got 'step'"),
-        ((3.0, "stage"), TypeError, "value must be a model or section"),
+        ((HenonHeiles(), "step"), ValueError, "kind must be one of 'splitting', .*got 'step'"),
+        ((3.0, "splitting"), TypeError, "value must be a model or section"),
         ((Linear((1, 0, 0, 0)), "value"), TypeError, "degrees_of_freedom must be given for Linear"),
     ],
 )

@@ -176,6 +176,13 @@ def reporter(value: Any) -> Any:
     return value
 
 
+def portion(report: Any, part: int, parts: int) -> Any:
+    """Return what reports the fraction done of one of several parts as that of all; None where nothing is reported."""
+    if report is None:
+        return None
+    return lambda fraction: report((part + min(fraction, 1.0)) / parts)
+
+
 def fits(name: str, *shape: int, itemsize: int = 8) -> None:
     """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make
     smaller.

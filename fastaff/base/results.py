@@ -430,6 +430,36 @@ def _dims(result: Any, name: str, value: np.ndarray) -> tuple[str, ...]:
     return (*axes.names[:repeated], *several, *axes.names[repeated + 1 :])
 
 
+class Column(NamedTuple):
+    """An array of a result or of one within it, items last: its name, the names of its axes, the labels of the first,
+    its unit.
+    """
+
+    name: str
+    value: np.ndarray
+    axes: tuple[str, ...]
+    labels: tuple[str, ...]
+    unit: str
+
+
+def columns(result: Any, prefix: str = "") -> Iterator[Column]:
+    """Yield the arrays that have an entry for each item, of a result and of those within it.
+
+    A number that holds for all items is an array too.
+    """
+    for field in dataclasses.fields(result):
+        axes, value = _axes(result, field.name), getattr(result, field.name)
+        if isinstance(value, Result):
+            yield from columns(value, f"{prefix}{field.name}_")
+        elif axes is not None and result.axis in axes.names and value is not None:
+            if np.ndim(value) == 0:
+                value = np.full(result.item_shape, value)
+            labels = tuple(getattr(result, axes.labels)) if axes.labels else ()
+            place = axes.names.index(result.axis)
+            names = (*axes.names[:place], *axes.names[place + 1 :], result.axis)
+            yield Column(prefix + field.name, np.moveaxis(value, place, -1), names, labels, axes.unit)
+
+
 def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
     """Return data_vars and coords of a result and of those within it."""
     data: dict[str, Any] = {}

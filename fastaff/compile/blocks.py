@@ -27,6 +27,7 @@ from numba.extending import lower_builtin
 
 from . import jit
 from .callees import Callee
+from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .pointers import Bound, Calls, call_table
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, signals, taken
@@ -125,9 +126,10 @@ def _model_block(kind: str, line: str, classes: tuple, degrees_of_freedom: int, 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
     """Return the text that is compiled for `kind` of a model or section: the loop over lanes around its scalar methods.
 
-    kind: "stage", "precise_stage" (with carried rounding errors), "march" (one orbit), "derivative", "check", "inside",
-    "kinetic", "along" (the flow) of a model, "value" of a section, for which degrees_of_freedom must be given; vectors:
-    tangent vectors that a state carries. Raises ValueError for an unknown kind, TypeError for what is no such value.
+    kind: "splitting" (steps of one), "precise_splitting" (with carried rounding errors), "march" (one orbit),
+    "derivative", "check", "inside", "kinetic", "along" (the flow) of a model, "value" of a section, for which
+    degrees_of_freedom must be given; vectors: tangent vectors that a state carries. Raises ValueError for an unknown
+    kind, TypeError for what is no such value.
     """
     if kind not in TEXTS:
         raise ValueError(f"kind must be one of {', '.join(map(repr, TEXTS))}, got {kind!r}")
@@ -174,7 +176,7 @@ def _explained(wrong: str) -> Iterator[None]:
 
 def idle_block(kind: str) -> Any:
     """Return a block function of that kind that does nothing: for the arguments that a run does not use."""
-    return _compiled(kind, "    return 0\n" if kind == "march" else "    return\n", (), ())
+    return _compiled(kind, "    return\n" if SIGNATURES[kind].return_type == types.void else "    return 0\n", (), ())
 
 
 def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls: bool) -> Any:
@@ -186,7 +188,8 @@ def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls
 
 def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
     """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
-    names = ("read", _compiled_function(function)), ("view", view)
+    plain = inlined(getattr(function, "py_func", function))  # a call would keep the loop over lanes scalar
+    names = ("read", plain if JIT_DISABLED else _compiled_method(plain)), ("view", view)
     with _explained(f"reading must be a function reading(growth, i, *parameters) of {parameters} parameters for Numba"):
         return _compiled("reading", read(parameters), (), names)
 
@@ -214,7 +217,7 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
         module = f"fastaff_block_{kind}_{key}"
     # Numba looks cached code's module up by name, so the text gets a real module.
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
-    names.update({name: _compilable(cls) for cls, name in classes}, **dict(namespace))
+    names.update({name: _compilable(cls) for cls, name in classes}, fma=fma, **dict(namespace))
     exec(compile(text, filename, "exec"), names)
     if not JIT_DISABLED:
         for cls, _ in classes:

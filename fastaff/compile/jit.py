@@ -230,9 +230,9 @@ def block_function(function: Callable, signature: Any, *, cache: bool) -> Callab
 _f8, _i8 = types.float64, types.int64
 _vector = types.Array(_f8, 1, "C")
 SIGNATURES = {
-    # (params, lanes, drift, kick, step, z): q += drift*step*velocity(p), then p += kick*step*force(q)
-    "stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
-    "precise_stage": types.void(_vector, _i8, _f8, _f8, _vector, _vector),
+    # (params, lanes, drifts, kicks, step, steps, z) -> steps taken: until a lane leaves the domain
+    "splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
+    "precise_splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
     "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
     # (params, lanes, z, result)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from .jit import LANES
 
-VECTORS_PER_LOOP = {1: 8, 2: 4}
+VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 """Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
 
 
@@ -41,19 +41,20 @@ class Rows:
         ends = [min(end, 1 + self.vectors) * self.n for end in ends]
         return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
 
-    def _parts(self, rows: range) -> list[range]:
+    def parts(self, rows: range) -> list[range]:
+        """Numbers of those of these rows that are an orbit's or one vector's, for each."""
         return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
 
     def velocities(self, rows: range) -> str:
         """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
         momenta.
         """
-        return "".join(f"{_list('v', part)}, = value.velocity({_list('p', part)})\n" for part in self._parts(rows))
+        return "".join(f"{_list('v', part)}, = value.velocity({_list('p', part)})\n" for part in self.parts(rows))
 
     def forces(self, rows: range) -> str:
         """Text that sets the f of these rows to the force at q, or its change along a vector."""
         text, orbit = "", range(self.n)
-        for part in self._parts(rows):
+        for part in self.parts(rows):
             call = (
                 f"force({_list('q', orbit)})"
                 if part == orbit
@@ -75,20 +76,48 @@ def _at(row: int) -> str:
     return f"z[{row * LANES} + i]"
 
 
-def _stage(rows: Rows) -> str:
-    """Drift and kick of the state in place."""
-    return _drift_kick(rows, 0)
+def _splitting(rows: Rows) -> str:
+    """Steps of drifts and kicks of the state in place."""
+    return _steps(rows, _drifts_kicks(rows, 0))
 
 
-def _precise_stage(rows: Rows) -> str:
-    """Drift and kick of the increments since the start of the step (rows 2n...4n): they round at their own small
-    size.
+def _precise_splitting(rows: Rows) -> str:
+    """Steps of drifts and kicks of the increments since the start of the step (rows 2n...4n), which round at their own
+    small size; then these are added to the state.
     """
-    return _drift_kick(rows, 2 * rows.half)
+    return _steps(rows, _drifts_kicks(rows, 2 * rows.half) + _settling(2 * rows.half))
 
 
-def _drift_kick(rows: Rows, first: int) -> str:
-    """Text of a drift and a kick that change the rows from `first` on: the state itself (0), or its increments."""
+def _steps(rows: Rows, step: str) -> str:
+    """Text of so many steps; ends early, after the one with which a lane leaves the domain; returns their number.
+
+    One call makes as many stages as there is nothing to look at between: an array is handed over as words on the stack,
+    and a call that reads these waits until what the stage before it stored has left the store queue, a sixth of the
+    time of a stage.
+    """
+    margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
+    return (
+        "    taken = 0\n    while taken < steps:\n"
+        + _indent(step, 2)
+        + "        taken += 1\n        if taken == steps:\n            break\n        outside = 0\n"
+        + _loop(margin, 2)
+        + "        if outside > 0:\n            break\n    return taken\n"
+    )
+
+
+def _settling(size: int) -> str:
+    """Text that adds the increments of a step to the state with the rounding errors carried over to the next (Kahan's
+    summation), rows 4n...6n.
+    """
+    body = ""
+    for r in range(size):
+        body += f"increment = {_at(size + r)} + {_at(2 * size + r)}\ntotal = {_at(r)} + increment\n"
+        body += f"{_at(2 * size + r)} = increment - (total - {_at(r)})\n{_at(r)} = total\n{_at(size + r)} = 0.0\n"
+    return _loop(body, 0)
+
+
+def _drifts_kicks(rows: Rows, first: int) -> str:
+    """Text of a step that changes the rows from `first` on: the state itself (0), or its increments."""
     n = rows.half
 
     def now(row: int) -> str:
@@ -96,19 +125,20 @@ def _drift_kick(rows: Rows, first: int) -> str:
 
     drift = kick = ""
     for group in rows.groups:
-        move = "".join(f"p{r} = {now(n + r)}\n" for r in group) + rows.velocities(group) + "hd = drift*step[i]\n"
-        move += "".join(f"d{r} = {_at(first + r)} + hd*v{r}\n" for r in group) + "".join(
-            f"{_at(first + r)} = d{r}\n" for r in group
-        )
-        push = "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
-        push += (
-            "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in group)
-            + rows.forces(group)
-            + "hk = kick*step[i]\n"
-        )
-        push += "".join(f"{_at(first + n + r)} = {_at(first + n + r)} + hk*f{r}\n" for r in group)
-        drift, kick = drift + _loop(move, 2), kick + _loop(move + push, 1)
-    return f"    if kick == 0.0:\n{drift}        return\n{kick}"
+        move, both = "hd = drift*step[i]\n", "hd = drift*step[i]\nhk = kick*step[i]\n"
+        both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
+        for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
+            text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
+            text += "".join(f"d{r} = fma(hd, v{r}, {_at(first + r)})\n" for r in part)
+            text += "".join(f"{_at(first + r)} = d{r}\n" for r in part)
+            push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
+            push += "".join(f"{_at(first + n + r)} = fma(hk, f{r}, {_at(first + n + r)})\n" for r in part)
+            move, both = move + text, both + text + push
+        drift, kick = drift + _loop(move, 1), kick + _loop(both, 1)
+    return (
+        f"for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{kick}"
+        f"drift = drifts[kicks.size]\nif drift != 0.0:\n{drift}"
+    )
 
 
 def _loop(body: str, depth: int) -> str:
@@ -116,14 +146,16 @@ def _loop(body: str, depth: int) -> str:
 
 
 def _march(rows: Rows) -> str:
-    """Whole steps of lane 0 with its state in scalars, and the arithmetic of `stage` to the bit: for a single orbit.
+    """Whole steps of lane 0 with its state in scalars, and the bits of `splitting`: for a single orbit.
 
     Ends early, after the step that leaves the domain; returns the number of steps.
     """
     n = rows.half
     state = [f"q{r}" for r in rows.all] + [f"p{r}" for r in rows.all]
-    drift = rows.velocities(rows.all) + "hd = drift[s]*step\n" + "".join(f"q{r} = q{r} + hd*v{r}\n" for r in rows.all)
-    kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = p{r} + hk*f{r}\n" for r in rows.all)
+    drift = (
+        rows.velocities(rows.all) + "hd = drift[s]*step\n" + "".join(f"q{r} = fma(hd, v{r}, q{r})\n" for r in rows.all)
+    )
+    kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
     return (
         f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
         "    taken = 0\n    while taken < steps:\n        for s in range(drift.size):\n"
@@ -228,8 +260,8 @@ ONE_VARIABLE = _loop("result[i] = value.value(z[i])\n", 1)
 """Text of a function of one variable."""
 
 TEXTS: dict[str, Callable[[Rows], str]] = {
-    "stage": _stage,
-    "precise_stage": _precise_stage,
+    "splitting": _splitting,
+    "precise_splitting": _precise_splitting,
     "march": _march,
     "derivative": _derivative,
     "check": _check,
@@ -239,8 +271,8 @@ TEXTS: dict[str, Callable[[Rows], str]] = {
     "along": _along,
 }
 ARGUMENTS = {
-    "stage": "params, lanes, drift, kick, step, z",
-    "precise_stage": "params, lanes, drift, kick, step, z",
+    "splitting": "params, lanes, drifts, kicks, step, steps, z",
+    "precise_splitting": "params, lanes, drifts, kicks, step, steps, z",
     "march": "params, drift, kick, step, steps, z",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",

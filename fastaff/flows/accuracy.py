@@ -1,4 +1,11 @@
-"""The accuracy that is asked for: steps halved until two runs agree, and what they leave as error."""
+"""The accuracy that is asked for: steps halved until two runs agree, and what they leave as error.
+
+Rounding errors cannot be told from the difference of two runs: a splitting keeps a nearby energy, rounding makes it
+walk at random, and what an orbit makes of that, next to a separatrix by many orders more than of anything else, only
+the orbit knows. So the run with twice the step is slowed on purpose, by as much energy as the walk takes in some
+standard deviations over the share of the difference that counts: that share then holds both errors, whatever the
+amplification.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .flow import Flow
+from .flow import Flow, Wear
 from .motion import Motion
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder
@@ -26,6 +33,22 @@ HALVINGS = 3
 NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
 
+EARLY = 100.0
+"""Radians up to which orbits are slowed three times as much: before an orbit has returned to a hyperbolic point a few
+times a short stretch of it makes all the error, and the rounding errors there are a larger part of all than its time.
+"""
+
+CHANCE = 0.25
+"""Share of the error expected from the trial that is left at least, some tenth of what two runs mostly show: errors of
+coarse steps change sign from orbit to orbit, and their difference is too small there by chance.
+"""
+
+LOST = 0.1
+"""Distance of two runs, in amplitudes of the motion, beyond which they tell nothing of one another."""
+
+WEAR_RADIANS = 6.0
+"""Radians of the motion in which the momenta of the run with twice the step are slowed once, or at each step."""
+
 
 class Steps(NamedTuple):
     """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN
@@ -35,6 +58,10 @@ class Steps(NamedTuple):
     step: np.ndarray
     local: np.ndarray
     motion: Motion
+
+    def of(self, orbits: np.ndarray) -> Steps:
+        """Return those of some of the orbits."""
+        return Steps(self.step[orbits], self.local[orbits], self.motion.of(orbits))
 
 
 def planned(
@@ -57,69 +84,119 @@ def planned(
         return Steps(np.full(z.shape[1], one), np.full(z.shape[1], np.nan), found)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
-    return Steps(on_ladder(step, run, parts), local, found)
+    used = on_ladder(step, run, parts)
+    return Steps(used, local * (used / step) ** flow.scheme.order, found)
+
+
+def share_of(flow: Flow | TransformedFlow) -> float:
+    """Return the share of the distance of two runs, one with half the step of the other, that is the former's error."""
+    order = flow.scheme.order
+    # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
+    return 1.0 if flow.adaptive else SAFETY * order / (2.0**order - 1)
+
+
+def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
+    """Return the rounding errors (orbits,) of the kicks over SPAN radians, were they not amplified."""
+    kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
+    return NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
+
+
+def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
+    """Return how the orbits are slowed so that `share_of` the distance is as large as rounding errors make it; None
+    where others chose steps or tolerances for all orbits.
+    """
+    if flow.alike:
+        return None
+    rate = plan.motion.rate
+    share = noise_of(flow, plan) / share_of(flow) * np.sqrt(rate / SPAN)
+    return Wear(share, EARLY / rate, WEAR_RADIANS / rate)
 
 
 def estimated(
-    flow: Flow | TransformedFlow, plan: Steps, apart: np.ndarray, phase: np.ndarray
+    flow: Flow | TransformedFlow, plan: Steps, apart: np.ndarray, phase: np.ndarray, worn: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and
     rounding's share.
 
-    phase (moments, orbits): radians of the motion up to each moment. Two parts: SAFETY order/(2^order - 1) of the
-    distance is the scheme's; rounding errors grow along an orbit as the scheme's do, but like phase^(3/2) where these
-    grow like phase, so their share of the distance follows from the local errors of both. Errors never fall with time.
-    Where the local errors are not known, as of adaptive schemes, orbits count as regular: rounding errors grow like
-    phase^(3/2). No error is below that of a single step: within the first step both runs may do the same.
+    phase (moments, orbits): radians of the motion up to each moment. SAFETY order/(2^order - 1) of the distance is the
+    scheme's error, and where the run with twice the step was slowed as by `wear_of`, rounding's too. worn (moments,
+    orbits): the distance that this slowing alone makes, where it is known and not part of `apart`. Distances beyond
+    LOST count whole. Errors never fall with time.
+    Where orbits cannot be slowed, as with adaptive schemes, they count as regular: rounding errors grow like
+    phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
+    do the same.
     """
-    order = flow.scheme.order
+    order, part = flow.scheme.order, share_of(flow)
     spans = np.maximum(phase / SPAN, 1.0)
-    kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
-    noise = NOISE * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
+    noise = noise_of(flow, plan) * np.sqrt(spans)
     local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
-    share = noise * np.sqrt(spans) / np.maximum(local * 2.0**order, 1e-300)
     with np.errstate(all="ignore"):
-        rounding = apart * np.minimum(share, 2.0) + noise * np.sqrt(spans)
-        # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
-        error = (1.0 if flow.adaptive else SAFETY * order / (2.0**order - 1)) * apart + rounding
+        if flow.alike:
+            rounding = apart * np.minimum(noise / np.maximum(local * 2.0**order, 1e-300), 2.0) + noise
+        else:
+            rounding = noise if worn is None else noise + counted(worn, part)
+        error = counted(apart, part) + rounding
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
+        if not flow.alike:
+            error = np.maximum(error, CHANCE * local * spans)
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), rounding
+
+
+def counted(apart: np.ndarray, part: float) -> np.ndarray:
+    """Return that part of distances, but those beyond LOST whole."""
+    return np.where(apart > LOST, 1.0, part) * apart
 
 
 def halved(
     flow: Flow | TransformedFlow,
     plan: Steps,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray], Any],
+    run: Callable[[np.ndarray, np.ndarray, Wear | None], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
 ) -> None:
     """Run all orbits with twice their steps and with these, then those that need it with steps halved again.
 
-    run(orbits, step) integrates the orbits of that index array; compare(fine, coarse, orbits) returns distances of
-    states and phases (moments, orbits), and how many times the error of a state counts; keep(orbits, fine, chosen,
-    error) takes over the results numbered `chosen` of a run. Orbits whose error is too large for one more halving, as
-    chaotic ones', are left at that.
-    Cost: one and a half runs for orbits as expected.
+    run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear; compare(fine,
+    coarse, orbits) returns distances of states and phases (moments, orbits), and how many times the error of a state
+    counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run. Orbits whose error is
+    too large for one more halving, as chaotic ones', or is mostly rounding's are left at that.
+    Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
+    what of it is rounding's.
     """
     orbits, order = np.arange(len(plan.step)), flow.scheme.order
-    step, local = plan.step, plan.local
-    coarse = run(orbits, 2 * step)
+    wear = wear_of(flow, plan)
+    coarse, fine = run(orbits, 2 * plan.step, wear), run(orbits, plan.step, None)
+    apart, phase, weight = compare(fine, coarse, orbits)
+    error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
+    again = reachable(flow, error, accuracy)
+    keep(orbits, fine, np.flatnonzero(~again), error)
+    orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
+    worn = None
     for round_ in range(HALVINGS + 1):
-        fine = run(orbits, step)
+        if not orbits.size or flow.adaptive:
+            break
+        if round_ == 0 and wear is not None:
+            plain = run(orbits, 2 * plan.step, None)
+            worn, coarse = compare(coarse, plain, orbits)[0], plain
+        elif round_ > 0:
+            coarse, plan = fine, plan._replace(step=plan.step / 2, local=plan.local / 2.0**order)
+            fine = run(orbits, plan.step, None)
+            worn = None if worn is None else np.sqrt(2.0) * worn  # of twice as many kicks
         apart, phase, weight = compare(fine, coarse, orbits)
-        error, rounding = (
-            weight * part for part in estimated(flow, Steps(step, local, plan.motion.of(orbits)), apart, phase)
-        )
-        worst = error.max(axis=0)
-        again = (worst > accuracy) & (worst <= accuracy * 2.0**order) & (rounding.max(axis=0) < 0.5 * worst)
-        again &= round_ < HALVINGS and not flow.adaptive
+        error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
+        again = reachable(flow, error, accuracy) & (rounding.max(axis=0) < 0.5 * error.max(axis=0))
+        again &= round_ < HALVINGS
         keep(orbits, fine, np.flatnonzero(~again), error)
-        if not again.any():
-            return
-        coarse = fine.of(again)
-        orbits, step, local = orbits[again], step[again] / 2, local[again] / 2.0**order
+        orbits, plan, fine = orbits[again], plan.of(again), fine.of(again)
+        worn = None if worn is None else worn[..., again]
+
+
+def reachable(flow: Flow | TransformedFlow, error: np.ndarray, accuracy: float) -> np.ndarray:
+    """Return which orbits (orbits,) have too large errors (moments, orbits), but such as one more halving may cure."""
+    worst = error.max(axis=0)
+    return (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order) & (not flow.adaptive)
 
 
 def until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:

@@ -23,7 +23,7 @@ def checked_model(model: Any, name: str = "body") -> Any:
     """Return `model` if it is a model: a NamedTuple with the methods of the physics and finite parameters."""
     if not is_value(model):
         raise TypeError(
-            f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {model!r} "
+            f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
             f"({type(model).__name__})"
         )
     missing = lacking(model, Model)

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -20,6 +20,7 @@ from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
+from ..kernels.samples import WEAR_ROWS
 from ..schemes.catalogue import RungeKutta, Splitting
 from . import observers
 from .checks import energies, energy_drift, escape_radii, kinetic_energies, slopes
@@ -30,6 +31,9 @@ BRIEF = 10_000
 """Steps of an orbit that the caller's own thread takes: at most a fraction of a second, which Ctrl-C waits for, while
 another thread needs as long as a hundred to wake up.
 """
+
+WEAR_STEPS = 2, 4, 8, 16
+"""Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
 
 Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
@@ -111,6 +115,17 @@ def _worker(process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(1, thread_name_prefix="fastaff")
 
 
+class Wear(NamedTuple):
+    """How orbits are slowed, each by itself: by the time t momenta have lost the part share*(u + 2 u e/(u + e)) of
+    themselves, u = sqrt(t), e = sqrt(early), three times as much in the beginning as later; they lose it about once in
+    a time `every`. Arrays (orbits,).
+    """
+
+    share: np.ndarray
+    early: np.ndarray
+    every: np.ndarray
+
+
 @dataclass(frozen=True)
 class Flow:
     """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`).
@@ -176,12 +191,12 @@ class Flow:
         return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
 
     def _stepping(self) -> tuple[Callable, Callable]:
-        """Return the blocks stage, which splittings step by, and derivative, which Runge-Kutta tableaux step by; the
-        other is idle.
+        """Return the blocks that splittings and that Runge-Kutta tableaux step by, splitting and derivative; one is
+        idle.
         """
         if isinstance(self.scheme, Splitting):
-            return self._block("precise_stage" if self.precise else "stage"), idle_block("derivative")
-        return idle_block("stage"), self._block("derivative")
+            return self._block("precise_splitting" if self.precise else "splitting"), idle_block("derivative")
+        return idle_block("splitting"), self._block("derivative")
 
     def _block(self, kind: str) -> Callable:
         return model_block(kind, self.model, self.model.degrees_of_freedom, self.vectors)
@@ -230,7 +245,7 @@ class Flow:
         out: np.ndarray,
         *,
         time: float | np.ndarray,
-        observations: int = 0,
+        observations: int | np.ndarray = 0,
         refill: bool = False,
         report: Report | None = None,
     ) -> None:
@@ -288,6 +303,29 @@ class Flow:
         out, memory = states.reshape(orbits, count * rows), np.zeros((observer.rows, orbits))
         self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
         return states
+
+    def worn(
+        self, ensemble: Ensemble, count: int, wear: Wear, *, time: float, report: Report | None
+    ) -> tuple[np.ndarray, bool]:
+        """Run as `trajectory` does, while the momenta wear down, after each step or every WEAR_STEPS."""
+        rows, orbits = ensemble.z.shape
+        fits("samples", orbits, count, rows)
+        states, interrupted = np.full((orbits, count, rows), np.nan), False
+        each, most = self.steps(time / count), wear.every / self.step
+        every = np.ones_like(each)
+        for steps in WEAR_STEPS:
+            every = np.where((steps <= most) & (each % steps == 0), steps, every)
+        stride = each // every
+        observer, at = observers.worn_samples(rows), WEAR_ROWS
+        memory = np.zeros((observer.rows, orbits))
+        memory[at.share], memory[at.early] = wear.share, np.sqrt(wear.early)
+        memory[at.stride], memory[at.left] = stride, stride
+        out = states.reshape(orbits, count * rows)
+        try:
+            self.advance(ensemble, observer, memory, out, time=time, observations=count * stride, report=report)
+        except KeyboardInterrupt:
+            interrupted = True
+        return states.transpose(1, 2, 0), interrupted
 
     def observed(
         self,
@@ -353,7 +391,7 @@ class Flow:
         watcher, numbers, calls = observer.bound
         orbits = ensemble.z.shape[1]
         every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
-        if observations:
+        if np.any(observations):
             every[:] = self.steps(time / observations)
             total[:] = observations * every
             h[:] = time / total
@@ -364,10 +402,10 @@ class Flow:
         unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         march = self._block("march") if solo else idle_block("march")
-        stage, derivative = (idle_block("stage"), idle_block("derivative")) if solo else self._stepping()
+        splitting, derivative = (idle_block("splitting"), idle_block("derivative")) if solo else self._stepping()
         progress = np.zeros(math.ceil(orbits / unit), np.int64)
         arguments = (
-            stage,
+            splitting,
             march,
             derivative,
             self._block("inside"),
@@ -409,11 +447,11 @@ class Flow:
             return
         certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
         where = np.concatenate([where[certain], where[~certain]])  # whose search takes longer
-        stop, (stage, derivative) = np.zeros(1, np.int64), self._stepping()
+        stop, (splitting, derivative) = np.zeros(1, np.int64), self._stepping()
         progress = np.zeros(math.ceil(where.size / LANES), np.int64)
         value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)
         arguments = (
-            stage,
+            splitting,
             derivative,
             value,
             parameters(self.model),
@@ -430,9 +468,9 @@ class Flow:
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
-        table, stop, (stage, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
+        table, stop, (splitting, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
         progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
-        arguments = stage, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
+        arguments = splitting, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
         launch(crossings.shift, arguments, stop, progress, 0.0, self.threads, None, z.shape[1])
         return table
 

@@ -42,9 +42,10 @@ class Motion(NamedTuple):
     rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an
     oscillator; kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the
     amplitudes (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius
-    (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`. They follow changes of
-    units and know not the zero of V; all but the radius know not the origin of coordinates. Of an orbit at rest in an
-    equilibrium kinetic is 0.
+    (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`; far (orbits,): how many
+    amplitudes a coordinate is away from the origin at most, at least 1. They follow changes of units and know not the
+    zero of V; all but the radius and far know not the origin of coordinates. Of an orbit at rest in an equilibrium
+    kinetic is 0.
     """
 
     rate: np.ndarray
@@ -52,6 +53,7 @@ class Motion(NamedTuple):
     position: np.ndarray
     momentum: np.ndarray
     radius: np.ndarray
+    far: np.ndarray
 
     def of(self, orbits: Any) -> Motion:
         """Return those of some of the orbits."""
@@ -78,7 +80,8 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     Cost: 64 steps a look, mostly one or two.
     """
     n, orbits = z.shape[0] // 2, z.shape[1]
-    found = Motion(np.ones(orbits), np.zeros(orbits), np.zeros((n, orbits)), np.zeros((n, orbits)), np.zeros(orbits))
+    one, each = np.zeros(orbits), np.zeros((n, orbits))
+    found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1)
     for start in range(0, orbits, CHUNK):
         part = slice(start, start + CHUNK)
         for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads), strict=True):
@@ -92,9 +95,11 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     W = inverse_masses(model, z)
     rate, stiff = _first_rates(model, z, W)
     kinetic, step, todo, radius = np.zeros(orbits), PHASE / rate, np.arange(orbits), escape_radii(model, z)
+    reach = np.abs(z[:n])
     for round_ in range(ROUNDS):
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
+        reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
         rate[todo] = np.where(moves, now, rate[todo])
         phase = rate[todo] * step[todo]
@@ -108,7 +113,9 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
-        return Motion(rate, kinetic, np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own), radius)
+        position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own)
+        far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
+        return Motion(rate, kinetic, position, momentum, radius, np.maximum(far, 1.0))
 
 
 def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:

@@ -79,6 +79,18 @@ def samples(rows: int) -> Observer:
     return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, sizes=(rows,))
 
 
+@cache
+def worn(rows: int) -> Observer:
+    """Slow orbits of so many rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
+    return Observer(sample_kernels.worn, sample_kernels.WEAR_ROWS.end, sizes=(rows,))
+
+
+@cache
+def worn_samples(rows: int) -> Observer:
+    """Slow orbits and keep the phase point at every n-th observation, see `kernels.samples.WEAR_ROWS`."""
+    return Observer(sample_kernels.worn_states, sample_kernels.WEAR_ROWS.sampled, sizes=(rows,))
+
+
 class _Crossings(NamedTuple):
     wanted: float
     direction: float
@@ -155,9 +167,9 @@ def averages(model: Any, vectors: int, time: float) -> Observer:
     return Observer(birkhoff.average, birkhoff.ROWS.end, _Average(time), calls=(kinetic,))
 
 
-def kinetic_samples(model: Any) -> Observer:
-    """Keep the kinetic energy at every n-th observation of an orbit, where the caller sets n in the row `stride`."""
-    kinetic = _bound("kinetic", model, model.degrees_of_freedom, 0)
+def kinetic_samples(model: Any, vectors: int) -> Observer:
+    """Keep the kinetic energy at every n-th observation of an orbit; the caller sets n, see `kernels.samples.ROWS`."""
+    kinetic = _bound("kinetic", model, model.degrees_of_freedom, vectors)
     return Observer(sample_kernels.thinned, sample_kernels.ROWS.end, calls=(kinetic,))
 
 
@@ -176,6 +188,19 @@ def both(first: Observer, second: Observer, columns: int) -> Observer:
     rows = first.rows + second.rows
     value = _Pair(float(first.rows), float(rows), float(columns))
     return Observer(pairs.both, rows + pairs.ROWS.end, value, calls=(first.bound, second.bound))
+
+
+def chain(parts: list[tuple[Observer, int]]) -> tuple[Observer, list[tuple[int, int]], int]:
+    """Make one observer of any number, given with the widths of their `out`.
+
+    Return it with the first row of memory and the first column that each has, and the width of all columns.
+    """
+    (whole, columns), *others = parts or [(nothing(), 0)]
+    firsts = [(0, 0)]
+    for part, width in others:
+        firsts.append((whole.rows, columns))
+        whole, columns = both(whole, part, columns), columns + width
+    return whole, firsts, columns
 
 
 class _Either(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call_value
-from .stepping import advance, load_lane, move_lane, row, store_lane
+from .stepping import advance, load_lane, move_lane, room, row, store_lane
 
 
 class Record(NamedTuple):
@@ -214,14 +214,14 @@ def fractional(flow, lanes, start, tau, z, k, work, f):
     """Set z to the state a fractional step tau[i] after start, and f to the section function there.
 
     flow: the parameters of the model and of the section, the tables of the scheme (drift, kick, a, b), the rows of a
-    state, and then, as Numba warns of tuples that begin with functions, stage, derivative and section function.
+    state, and then, as Numba warns of tuples that begin with functions, splitting, derivative and section function.
     """
-    params, section_params, drift, kick, a, b, rows, stage, derivative, section = flow
+    params, section_params, drift, kick, a, b, rows, splitting, derivative, section = flow
     for j in range(rows * LANES):
         z[j] = start[j]
     for j in range(rows * LANES, z.size):
         z[j] = 0.0
-    advance(stage, derivative, params, drift, kick, a, b, rows, lanes, tau, z, k, work)
+    advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, tau, 1, z, k, work)
     section(section_params, lanes, z, f)
 
 
@@ -237,8 +237,8 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
         pairs += 1 if kind[i] == LOWER or kind[i] == UPPER else 0
     if pairs == 0:
         return pairs
-    low, high, inner, found = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-    tau, value, f = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    low, high, inner, found = room(1), room(1), room(1), room(1)
+    tau, value, f = room(1), room(1), room(1)
     for i in range(lanes):
         low[i], high[i] = x1[i], x2[i]
     fractional(flow, lanes, start, inner, z, k, work, value)
@@ -288,7 +288,7 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
         returns += 1 if kind[i] == RETURN else 0
     if returns == 0:
         return returns
-    tau, f, last, found = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    tau, f, last, found = room(1), room(1), room(1), room(1)
     for i in range(lanes):
         tau[i] = x2[i]
     for sweep in range(90):
@@ -312,17 +312,17 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     return returns
 
 
-def shift(block, stop, progress, stage, derivative, params, drift, kick, a, b, precise, tau, table):
+def shift(block, stop, progress, splitting, derivative, params, drift, kick, a, b, precise, tau, table):
     """Advance the columns of table (rows, orbits) of a block by one step of tau[orbit] each."""
     rows, orbits = table.shape
     first = block * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z, k = np.zeros((3 if precise else 1) * rows * LANES), np.empty(b.size * rows * LANES)
-    step, work = np.zeros(LANES), np.empty(rows * LANES)
+    z, k = room((3 if precise else 1) * rows), room(b.size * rows)
+    step, work = room(1), room(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
         step[i] = tau[first + i]
-    advance(stage, derivative, params, drift, kick, a, b, rows, lanes, step, z, k, work)
+    advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, step, 1, z, k, work)
     for i in range(lanes):
         store_lane(z, i, table, first + i)
     write_now(progress, block, lanes)
@@ -332,7 +332,7 @@ def locate(
     block,
     stop,
     progress,
-    stage,
+    splitting,
     derivative,
     section,
     params,
@@ -357,13 +357,13 @@ def locate(
     size = rows * LANES
     first = block * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = np.empty(3 * size if precise else size), np.empty(size), np.empty(b.size * size)
-    own = np.zeros((rows + BRACKET) * LANES)
+    z, work, k = room(3 * rows if precise else rows), room(rows), room(b.size * rows)
+    own = room(rows + BRACKET)
     start = own[:size]
     x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)
     f1, f2, f3 = row(own, rows + 3), row(own, rows + 4), row(own, rows + 5)
     tau, whole, last, live = row(own, rows + 6), row(own, rows + 7), row(own, rows + 8), row(own, rows + 9)
-    kind, f, number = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES, np.int64)
+    kind, f, number = room(1), room(1), np.zeros(LANES, np.int64)
     for i in range(lanes):
         o = where[first + i]
         number[i], kind[i] = o, records[o, RECORD.kind]
@@ -371,7 +371,7 @@ def locate(
         f2[i] = records[o, RECORD.beyond]
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
-    flow = params, section_params, drift, kick, a, b, rows, stage, derivative, section
+    flow = params, section_params, drift, kick, a, b, rows, splitting, derivative, section
     section(section_params, lanes, start, f1)
     pairs = split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
     if pairs + leave_section(flow, lanes, start, kind, x1, x2, z, k, work) > 0:

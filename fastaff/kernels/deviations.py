@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..compile.elementary import log
 from ..compile.jit import LANES, jit
 from ..compile.pointers import call_reading, call_value
 from .stepping import row
@@ -28,16 +29,16 @@ LONGEST = 1e8
 
 
 class Rows(NamedTuple):
-    """Rows of observer memory. The caller sets the stride.
+    """Rows of observer memory. The caller sets the stride, and as many steps left.
 
-    seen: steps seen; stride: how many steps apart the orbit's vectors are renormalised; due: whether this one is such;
+    left: steps until the orbit's vectors are renormalised, which they are every `stride` steps; due: whether they are;
     last: time of the last one; half: time of the half-time values; weighted: sum of t dL for MEGNO; area: integral of
     MEGNO over time; megno; largest: largest L_0; largest_across: largest log of the part of w_0 across the flow;
     recorded: history slots written; peak, peak_across: largest square of the first vector since it was renormalised,
     and of its part across the flow; end: the first row of the `Parts`.
     """
 
-    seen: int = 0
+    left: int = 0
     stride: int = 1
     due: int = 2
     last: int = 3
@@ -144,20 +145,20 @@ def wait(time, slots, lanes, fresh, t, memory):
     """Mark the lanes whose vectors are due at this step; return how many.
 
     Every stride-th step of an orbit, its first one past half time, past the next record of the history and at the end,
-    and where the first vector has grown long.
+    and where the first vector has grown long. No branch, so that the loop vectorises.
     """
-    due = 0.0
+    found = 0
     for i in range(lanes):
-        seen = memory[ROWS.seen * LANES + i] + fresh[i]
-        stride, recorded, now = memory[ROWS.stride * LANES + i], memory[ROWS.recorded * LANES + i], t[i] * (1.0 + 1e-12)
-        on = seen - stride * math.floor(seen / stride) == 0.0 or now >= time or memory[ROWS.peak * LANES + i] > LONGEST
-        on = on or (memory[ROWS.half * LANES + i] == 0.0 and now >= 0.5 * time)
-        on = on or (recorded < slots and now * slots >= (recorded + 1.0) * time)
-        on = on and fresh[i] > 0.0
-        memory[ROWS.seen * LANES + i] = seen
+        left = memory[ROWS.left * LANES + i] - fresh[i]
+        recorded, now = memory[ROWS.recorded * LANES + i], t[i] * (1.0 + 1e-12)
+        on = (left == 0.0) | (now >= time) | (memory[ROWS.peak * LANES + i] > LONGEST)
+        on |= (memory[ROWS.half * LANES + i] == 0.0) & (now >= 0.5 * time)
+        on |= (recorded < slots) & (now * slots >= (recorded + 1.0) * time)
+        on &= fresh[i] > 0.0
+        memory[ROWS.left * LANES + i] = memory[ROWS.stride * LANES + i] if left == 0.0 else left
         memory[ROWS.due * LANES + i] = 1.0 if on else 0.0
-        due += memory[ROWS.due * LANES + i]
-    return due
+        found += 1 if on else 0
+    return found
 
 
 @jit(constants=True)
@@ -184,7 +185,7 @@ def orthonormalise(n, k, lanes, z, memory):
                 for i in range(lanes):
                     memory[entry + i] = math.sqrt(memory[entry + i]) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
                 for i in range(lanes):
-                    memory[(at.sums + j) * LANES + i] += math.log(memory[entry + i])
+                    memory[(at.sums + j) * LANES + i] += log(memory[entry + i])
             else:
                 for i in range(lanes):
                     memory[entry + i] = memory[entry + i] if memory[ROWS.due * LANES + i] > 0.0 else 0.0
@@ -223,7 +224,7 @@ def follow(n, k, lanes, memory):
                 entry = (at.columns + b * k + j) * LANES + i
                 square += memory[entry] * memory[entry]
             length = math.sqrt(square) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
-            memory[(at.lengths + j) * LANES + i] += math.log(length)
+            memory[(at.lengths + j) * LANES + i] += log(length)
             for b in range(j + 1):
                 memory[(at.columns + b * k + j) * LANES + i] /= length
 
@@ -240,19 +241,28 @@ def grow(n, k, lanes, t, memory):
     for i in range(lanes):
         on = memory[ROWS.due * LANES + i] > 0.0
         last, now = memory[ROWS.last * LANES + i], t[i]
-        gained = math.log(memory[at.factor * LANES + i])
+        gained = log(memory[at.factor * LANES + i])
         weighted = memory[ROWS.weighted * LANES + i] + 0.5 * (last + now) * gained
         megno = 2.0 * weighted / now
-        memory[ROWS.area * LANES + i] += 0.5 * (megno + memory[ROWS.megno * LANES + i]) * (now - last) if on else 0.0
+        area = 0.5 * (megno + memory[ROWS.megno * LANES + i]) * (now - last)
+        memory[ROWS.area * LANES + i] += area if on else 0.0
         memory[ROWS.weighted * LANES + i] = weighted if on else memory[ROWS.weighted * LANES + i]
         memory[ROWS.megno * LANES + i] = megno if on else memory[ROWS.megno * LANES + i]
         memory[ROWS.last * LANES + i] = now if on else last
-        # The peaks are those since the last time: on top of the length that the vector had then.
-        for square, largest in ((ROWS.peak, ROWS.largest), (ROWS.peak_across, ROWS.largest_across)):
-            if on:
-                growth = memory[at.lengths * LANES + i] + 0.5 * math.log(max(memory[square * LANES + i], 1e-300))
-                memory[largest * LANES + i] = max(memory[largest * LANES + i], growth)
-                memory[square * LANES + i] = 0.0
+    lengths = row(memory, at.lengths)
+    crest(lanes, lengths, row(memory, ROWS.due), row(memory, ROWS.peak), row(memory, ROWS.largest))
+    crest(lanes, lengths, row(memory, ROWS.due), row(memory, ROWS.peak_across), row(memory, ROWS.largest_across))
+
+
+@jit
+def crest(lanes, lengths, due, square, largest):
+    """Keep the largest logarithm of a length in the lanes that are due: the largest square since they last were, on top
+    of the length that the vector had then.
+    """
+    for i in range(lanes):
+        growth = max(largest[i], lengths[i] + 0.5 * log(max(square[i], 1e-300)))
+        largest[i] = growth if due[i] > 0.0 else largest[i]
+        square[i] = 0.0 if due[i] > 0.0 else square[i]
 
 
 @jit
@@ -300,7 +310,7 @@ def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done)
     The first calls are the value.readings readings. `out` holds value.slots records of the time and the readings.
     """
     peak(n, k, lanes, fresh, z, memory)
-    if wait(value.time, value.slots, lanes, fresh, t, memory) == 0.0:
+    if wait(value.time, value.slots, lanes, fresh, t, memory) == 0:
         return 0
     orthonormalise(n, k, lanes, z, memory)
     grow(n, k, lanes, t, memory)

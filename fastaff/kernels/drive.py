@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.status import STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
-from .stepping import advance, combine, load_lane, move_lane, runge_kutta_stages, store_lane
+from .stepping import advance, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
 
 BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
@@ -41,7 +41,7 @@ def run_fixed(
     u,
     stop,
     progress,
-    stage,
+    splitting,
     march,
     derivative,
     inside,
@@ -76,26 +76,18 @@ def run_fixed(
     Each is observed every every[orbit] steps. With `refill` a lane takes the next orbit as soon as it is free; else the
     lanes of a block keep the same step number. That orbits are in the domain is checked at every step; their escape
     radii and kinetic energies are looked at at `next_look` (at every step with `refill`, before every observation where
-    `strict`). `precise` is for stages that work on increments, `solo` for units of one orbit: `march` then takes all
-    steps to the next observation at once. kinetic0 keeps the largest kinetic energy that was seen.
+    `strict`); splittings take all steps to the next look or observation at once. `precise` is for splittings that work
+    on increments, `solo` for units of one orbit, which `march` steps. kinetic0 keeps the largest kinetic energy
+    that was seen.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
-    left, kinetic, seen, found, reached = (
-        np.empty(LANES, np.int64),
-        np.zeros(LANES),
-        np.empty(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-    )
-    bound = np.zeros(LANES)
     state_rows = 3 * rows if precise else rows
-    z, work = np.zeros(state_rows * LANES), np.empty(rows * LANES)
-    k = np.empty(b.size * rows * LANES)
-    memory = np.empty(memory_rows * LANES)
-    t, h, code, done, fresh = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
-    n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    z, work, k, memory = room(state_rows), room(rows), room(b.size * rows), room(memory_rows)
+    t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
+    kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
+    n, orbit, left = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
     while read_now(stop, 0) == 0:
         if refill or lanes == 0:
@@ -119,12 +111,13 @@ def run_fixed(
             burst = min(burst, total[orbit[i]] - n[i])
         ran, ended = 0, 0
         while ran < burst and ended == 0:
-            taken = 1
+            quiet = 1 if refill else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
+            for i in range(lanes):
+                quiet = min(quiet, left[i])
             if solo:
-                taken = min(burst - ran, left[0], next_look(n[0]) - n[0])
-                taken = march(params, drift, kick, h[0], taken, z)
+                taken = march(params, drift, kick, h[0], quiet, z)
             else:
-                advance(stage, derivative, params, drift, kick, a, b, rows, lanes, h, z, k, work)
+                taken = advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, h, quiet, z, k, work)
             ran += taken
             due = 0
             for i in range(lanes):
@@ -243,7 +236,7 @@ def observe_dense(
 ):
     """Call the observer at all multiples of `cadence` inside the accepted steps from t to t + h; return lanes done."""
     ended, pending = 0, 1
-    seen = np.empty(LANES)
+    seen = room(1)
     while pending > 0:
         pending = 0
         for i in range(lanes):
@@ -300,14 +293,11 @@ def run_adaptive(
     rows, orbits = z0.shape
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
-    z, new, work, work2 = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    k = np.empty(max(stages, a.shape[0]) * size)
-    memory = np.empty(memory_rows * LANES)
-    t, h, norm, at = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    ahead, ceiling, kinetic, reached = np.empty(LANES), np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
-    longest = np.zeros(LANES)
-    bound, until = np.zeros(LANES), np.zeros(LANES)
-    code, done, fresh = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
+    z, new, work, work2 = room(rows), room(rows), room(rows), room(rows)
+    k, memory = room(max(stages, a.shape[0]) * rows), room(memory_rows)
+    t, h, norm, at, bound, until = room(1), room(1), room(1), room(1), room(1), room(1)
+    ahead, ceiling, kinetic, reached, longest = room(1), room(1), room(1), room(1), room(1)
+    code, done, fresh = room(1), room(1), room(1)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
     while read_now(stop, 0) == 0:

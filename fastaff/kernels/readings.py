@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from ..compile.elementary import exp, log
 from ..compile.jit import LANES, jit
 from .deviations import ROWS, Parts, parts_of
 
@@ -98,7 +99,6 @@ def volume(growth, i, count):
 @jit
 def alignment(growth, i):
     """Return log10 of SALI: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area."""
-    area = log_volume(growth, i, 2)
-    if area < -18.0:
-        return area / LN10
-    return math.log10(2.0 * math.sin(0.5 * math.asin(math.exp(area))))
+    logarithm = log_volume(growth, i, 2)
+    area = exp(logarithm)
+    return (logarithm + 0.5 * log(2.0 / (1.0 + math.sqrt((1.0 - area) * (1.0 + area))))) / LN10

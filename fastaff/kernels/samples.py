@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
+
+import numpy as np
 
 from ..compile.jit import LANES, jit
 from ..compile.pointers import call_value
@@ -11,19 +12,44 @@ from .stepping import row
 
 
 class Rows(NamedTuple):
-    """Rows of observer memory: samples taken; where only every stride-th observation is one, also the value now,
-    observations seen, the stride, and whether this one is a sample.
+    """Rows of observer memory: samples taken; where only every stride-th observation is one, also the stride,
+    observations left until the next sample, whether this one is it, and the value now.
+
+    The caller sets the stride, and as many observations left.
     """
 
     taken: int = 0
-    value: int = 1
-    seen: int = 2
-    stride: int = 3
-    due: int = 4
+    stride: int = 1
+    left: int = 2
+    due: int = 3
+    value: int = 4
     end: int = 5
 
 
 ROWS = Rows()
+
+
+class WearRows(NamedTuple):
+    """Rows of observer memory of orbits that are slowed: the share that momenta lose in a unit of sqrt(time), the root
+    of the time up to which they lose three times as much, what they have lost and what they keep now; of samples of
+    these also, as in `Rows`, those taken, stride, those left and whether it is due.
+
+    The caller sets the share, the root, the stride and as many observations left.
+    """
+
+    share: int = 0
+    early: int = 1
+    lost: int = 2
+    kept: int = 3
+    end: int = 4
+    taken: int = 4
+    stride: int = 5
+    left: int = 6
+    due: int = 7
+    sampled: int = 8
+
+
+WEAR_ROWS = WearRows()
 
 
 @jit(constants=True)
@@ -44,15 +70,61 @@ def states(value, rows, lanes, orbit, fresh, t, z, memory, out, done):
     return 0
 
 
+@jit
+def count_down(lanes, fresh, left, stride, due):
+    """Mark the lanes whose stride-th fresh observation this is; return how many."""
+    found = 0
+    for i in range(lanes):
+        rest = left[i] - fresh[i]
+        due[i] = fresh[i] if rest == 0.0 else 0.0
+        left[i] = stride[i] if rest == 0.0 else rest
+        found += 1 if rest == 0.0 else 0
+    return found
+
+
+@jit(constants=True)
+def wear_down(rows, lanes, fresh, t, z, memory):
+    """Slow each fresh orbit: up to the time t its momenta have lost the part share*(u + 2 u e/(u + e)) of themselves,
+    u = sqrt(t), e = early.
+    """
+    share, early = row(memory, WEAR_ROWS.share), row(memory, WEAR_ROWS.early)
+    lost, kept = row(memory, WEAR_ROWS.lost), row(memory, WEAR_ROWS.kept)
+    for i in range(lanes):
+        root = np.sqrt(t[i])
+        more = fresh[i] * (share[i] * root * (1.0 + 2.0 * early[i] / (root + early[i])) - lost[i])
+        kept[i] = 1.0 - more
+        lost[i] += more
+    for r in range(rows // 2, rows):
+        for i in range(lanes):
+            z[r * LANES + i] *= kept[i]
+
+
+@jit(inline=True)
+def worn(value, rows, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: slow the orbits, as rounding errors might."""
+    wear_down(rows, lanes, fresh, t, z, memory)
+    return 0
+
+
+@jit(inline=True)
+def worn_states(value, rows, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: slow the orbits at each observation, as rounding errors might, and write every n-th state as a sample,
+    n in its row `stride`.
+    """
+    wear_down(rows, lanes, fresh, t, z, memory)
+    due = row(memory, WEAR_ROWS.due)
+    if count_down(lanes, fresh, row(memory, WEAR_ROWS.left), row(memory, WEAR_ROWS.stride), due) > 0:
+        sample(rows, lanes, orbit, due, z, row(memory, WEAR_ROWS.taken), out)
+    return 0
+
+
 @jit(inline=True)
 def thinned(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write what the call gives at every n-th observation of an orbit, n in its row `stride`."""
-    call_value(calls, 0, lanes, z, row(memory, ROWS.value))
-    for i in range(lanes):
-        seen, stride = memory[ROWS.seen * LANES + i] + fresh[i], memory[ROWS.stride * LANES + i]
-        memory[ROWS.seen * LANES + i] = seen
-        memory[ROWS.due * LANES + i] = fresh[i] if seen - stride * math.floor(seen / stride) == 0.0 else 0.0
-    sample(1, lanes, orbit, row(memory, ROWS.due), row(memory, ROWS.value), row(memory, ROWS.taken), out)
+    due, now = row(memory, ROWS.due), row(memory, ROWS.value)
+    if count_down(lanes, fresh, row(memory, ROWS.left), row(memory, ROWS.stride), due) > 0:
+        call_value(calls, 0, lanes, z, now)
+        sample(1, lanes, orbit, due, now, row(memory, ROWS.taken), out)
     return 0
 
 

@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..compile.jit import LANES, jit
 
-
-@jit
-def splitting_step(stage, params, drift, kick, lanes, step, z):
-    """Advance z (rows*LANES) by step[i] in lane i with a splitting: drifts (stages+1,), kicks (stages,)."""
-    for s in range(kick.size):
-        stage(params, lanes, drift[s], kick[s], step, z)
-    if drift[kick.size] != 0.0:
-        stage(params, lanes, drift[kick.size], 0.0, step, z)
+LINE = 64
+"""Bytes of a cache line, and of the widest vector registers."""
 
 
 @jit
-def settle(rows, lanes, z):
-    """Add the increments of a step to the state with the rounding error carried over to the next (Kahan's summation).
+def room(rows):
+    """Return zeros for so many rows of a block (rows*LANES), from the beginning of a cache line.
 
-    z holds rows of the state, of increments (left at zero) and of carried errors.
+    Arrays begin at multiples of 16 or 32 bytes, at others in each process: vectors that lie across two lines take up
+    to two thirds longer.
     """
-    size = rows * LANES
-    for r in range(rows):
-        for i in range(lanes):
-            j = r * LANES + i
-            increment = z[size + j] + z[2 * size + j]
-            total = z[j] + increment
-            z[2 * size + j] = increment - (total - z[j])
-            z[j] = total
-            z[size + j] = 0.0
+    whole = np.zeros(rows * LANES + LINE // 8)
+    first = (-whole.ctypes.data % LINE) // 8
+    return whole[first : first + rows * LANES]
 
 
 @jit
@@ -70,17 +61,16 @@ def runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work):
 
 
 @jit
-def advance(stage, derivative, params, drift, kick, a, b, rows, lanes, step, z, k, work):
-    """Advance z by one step of the scheme: a splitting where it has kicks, else a Runge-Kutta tableau.
+def advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, step, steps, z, k, work):
+    """Advance z by steps of the scheme, step[i] in lane i: a splitting where it has kicks, else a Runge-Kutta tableau.
 
-    Where z has room for increments and carried errors, the stage works on increments.
+    Returns how many were taken: a splitting stops at one with which a lane leaves the domain, a tableau after each.
+    Where z has room for increments and carried errors, the splitting works on increments.
     """
     if kick.size > 0:
-        splitting_step(stage, params, drift, kick, lanes, step, z)
-        if z.size > rows * LANES:
-            settle(rows, lanes, z)
-    else:
-        runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work)
+        return splitting(params, lanes, drift, kick, step, steps, z)
+    runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work)
+    return 1
 
 
 @jit

@@ -1,4 +1,14 @@
-"""The 0-1 test for chaos on samples."""
+"""The 0-1 test for chaos on samples.
+
+Samples phi_j drive the translation p_j = sum_(i <= j) phi_i exp(i c (i + 1)). The square of a displacement is a sum of
+products of samples, the same for all angles c, with cosines, the same for all orbits:
+
+    |p_(j+n) - p_j|^2 = sum_(1 <= l, m <= n) phi_(j+l) phi_(j+m) cos(c (m - l)).
+
+From n - 1 to n the sum over j grows by S(n, n) + 2 sum_(1 <= k < n) S(n - k, n) cos(c k), where S(l, m) = sum_j
+phi_(j+l) phi_(j+m), and S(l + 1, m + 1) differs from S(l, m) by two products: for L lags and A angles L^2 A operations,
+a fortieth of what the displacements of each angle take.
+"""
 
 from __future__ import annotations
 
@@ -9,68 +19,89 @@ import numpy as np
 from ..compile.jit import jit, read_now, write_now
 
 TOGETHER = 4
-"""Samples whose displacements at all lags are added in one pass."""
+"""Terms that are added in one pass."""
 
 
 @jit
-def correlation(samples, c, cosine, sine, lags, p, q, square):
-    """Return the correlation of time with the mean square displacement of the translations driven by samples at the
-    angle c.
-
-    cosine, sine: of c times 1, 2, ...; p, q (samples,), square (lags,): scratch.
-    """
-    count = samples.size
-    mean, x, y = samples.mean(), 0.0, 0.0
-    for j in range(count):
-        x += samples[j] * cosine[j]
-        y += samples[j] * sine[j]
-        p[j], q[j] = x, y
-    square[:lags] = 0.0
-    last = count - lags
+def first_products(y, last, first):
+    """Set first[k] to the sum of y[j + 1] y[j + 1 + k] over 0 <= j < last."""
+    first[:] = 0.0
     whole = last // TOGETHER * TOGETHER
-    for j in range(0, whole, TOGETHER):  # the lags are neighbours: a loop without dependences
-        p0, p1, p2, p3 = p[j], p[j + 1], p[j + 2], p[j + 3]
-        q0, q1, q2, q3 = q[j], q[j + 1], q[j + 2], q[j + 3]
-        px, qx = p[j + 1 : j + 1 + lags + TOGETHER], q[j + 1 : j + 1 + lags + TOGETHER]
-        for i in range(lags):
-            total = square[i]
-            u, v = px[i] - p0, qx[i] - q0
-            total += u * u + v * v
-            u, v = px[i + 1] - p1, qx[i + 1] - q1
-            total += u * u + v * v
-            u, v = px[i + 2] - p2, qx[i + 2] - q2
-            total += u * u + v * v
-            u, v = px[i + 3] - p3, qx[i + 3] - q3
-            square[i] = total + (u * u + v * v)
+    for j in range(0, whole, TOGETHER):  # the k are neighbours: a loop without dependences
+        y0, y1, y2, y3 = y[j + 1], y[j + 2], y[j + 3], y[j + 4]
+        for k in range(first.size):
+            total = first[k] + y0 * y[j + 1 + k]
+            total += y1 * y[j + 2 + k]
+            total += y2 * y[j + 3 + k]
+            first[k] = total + y3 * y[j + 4 + k]
     for j in range(whole, last):
-        for i in range(lags):
-            u, v = p[j + 1 + i] - p[j], q[j + 1 + i] - q[j]
-            square[i] += u * u + v * v
-    sums = np.zeros(5)
-    for lag in range(1, lags + 1):
-        # The part that the mean of the samples gives oscillates in time: leave it out.
-        value = square[lag - 1] / last - mean * mean * (1.0 - math.cos(lag * c)) / (1.0 - math.cos(c))
-        sums[0] += lag
-        sums[1] += value
-        sums[2] += lag * lag
-        sums[3] += lag * value
-        sums[4] += value * value
-    across = sums[3] - sums[0] * sums[1] / lags
-    spread = (sums[2] - sums[0] * sums[0] / lags) * (sums[4] - sums[1] * sums[1] / lags)
-    return across / math.sqrt(spread) if spread > 0.0 else 0.0
+        for k in range(first.size):
+            first[k] += y[j + 1] * y[j + 1 + k]
 
 
-def zero_one(o, stop, progress, samples, counts, angles, cosine, sine, result):
-    """Set result[o] (orbits,) to the median over `angles` of the correlation for the first counts[o] in row o of
+@jit
+def add_rows(weights, count, table, total):
+    """Add to total (angles,) the first `count` rows of table (lags, angles), each with its weight."""
+    whole = count // TOGETHER * TOGETHER
+    for k in range(0, whole, TOGETHER):
+        w0, w1, w2, w3 = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+        for a in range(total.size):
+            sums = total[a] + w0 * table[k, a]
+            sums += w1 * table[k + 1, a]
+            sums += w2 * table[k + 2, a]
+            total[a] = sums + w3 * table[k + 3, a]
+    for k in range(whole, count):
+        for a in range(total.size):
+            total[a] += weights[k] * table[k, a]
+
+
+@jit
+def correlations(samples, cosine, result):
+    """Set result (angles,) to the correlation of time with the mean square displacement over a tenth of the samples.
+
+    cosine (lags, angles): of the angles times 0, 1, 2 ... What the mean of the samples gives by itself, which
+    oscillates in time, is left out.
+    """
+    lags = samples.size // 10
+    last, mean = samples.size - lags, samples.mean()
+    y, sums, weights = np.empty(samples.size), np.zeros(lags + 1), np.empty(lags)
+    first, products = np.empty(lags), np.empty(lags)
+    for j in range(y.size):
+        y[j] = samples[j] - mean
+    for j in range(last):
+        sums[1] += y[j + 1]
+    for m in range(1, lags):
+        sums[m + 1] = sums[m] + (y[last + m] - y[m])
+    first_products(y, last, first)
+    square, ahead, own = np.zeros(result.size), np.zeros(result.size), np.zeros(result.size)
+    total = np.zeros(result.size)
+    middle = 0.5 * (lags + 1)
+    for n in range(1, lags + 1):
+        for k in range(n - 1):
+            products[k] += y[last + n - 1 - k] * y[last + n - 1] - y[n - 1 - k] * y[n - 1]
+        products[n - 1] = first[n - 1]
+        for k in range(n):
+            weights[k] = 2.0 * (products[k] + mean * (sums[n - k] + sums[n]))
+        weights[0] *= 0.5
+        add_rows(weights, n, cosine, square)
+        for a in range(result.size):
+            total[a] += square[a]
+            ahead[a] += (n - middle) * square[a]
+            own[a] += square[a] * square[a]
+    spread = lags * (lags * lags - 1.0) / 12.0  # the sum of (n - middle)^2
+    for a in range(result.size):
+        size = spread * (own[a] - total[a] * total[a] / lags)
+        result[a] = ahead[a] / math.sqrt(size) if size > 0.0 else 0.0
+
+
+def zero_one(o, stop, progress, samples, counts, cosine, result):
+    """Set result[o] (orbits,) to the median over the angles of the correlation for the first counts[o] in row o of
     samples.
 
-    cosine, sine (angles, samples): of the angles times 1, 2, ...
+    cosine (lags, angles): of the angles times 0, 1, 2 ...
     """
-    count = counts[o]
     if read_now(stop, 0) == 0:
-        lags = count // 10
-        p, q, square, k = np.empty(count), np.empty(count), np.empty(lags), np.empty(angles.size)
-        for j in range(angles.size):
-            k[j] = correlation(samples[o, :count], angles[j], cosine[j], sine[j], lags, p, q, square)
+        k = np.empty(cosine.shape[1])
+        correlations(samples[o, : counts[o]], cosine, k)
         result[o] = np.median(k)
         write_now(progress, o, 1)

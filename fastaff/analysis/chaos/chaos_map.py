@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import flag, positive, real, whole
+from ...base.numbers import flag, portion, positive, real, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status, describe
@@ -148,11 +148,13 @@ def chaos_map(
     All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the
     scheme and is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that
     makes one of positions and momenta: with other units of length, time and mass the values and verdicts are the same.
-    FLI and OFLI take their maxima over all steps. Weighted averages run in the same pass; FrequencyDiffusion, ZeroOne
-    and ReversibilityError make passes of their own. A fixed step is used as given, or the nearest shorter one that
-    divides the time. A verdict needs evidence (each indicator says which): where it is missing the orbit is UNDECIDED,
-    and `longer` says what may decide.
-    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one (bench/test_chaos.py).
+    FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOne (with fixed steps) are
+    taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An indicator of an orbit
+    is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors there are). A fixed step
+    is used as given, or the nearest shorter one that divides the time. A verdict needs evidence (each indicator says
+    which): where it is missing the orbit is UNDECIDED, and `longer` says what may decide.
+    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOne and averages up to one more each,
+    FrequencyDiffusion some 15 (bench/test_chaos.py).
     Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history.
     Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
@@ -166,13 +168,14 @@ def chaos_map(
     _check_scheme(chosen, flow)
     work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
     passes: list[Callable[[Report | None], None]] = [work.stream] if work.streams else []
-    for entry in chosen:
+    passes += [work.correlate] if work.sampled else []
+    for j, entry in enumerate(chosen):
         for kind, own in _OWN_PASS.items():
-            if isinstance(entry, kind):
+            if isinstance(entry, kind) and (j, entry) not in work.sampled:
                 passes.append(functools.partial(work.adopt, entry, own))
     with keeping("chaos_map", lambda: _result(work, options.energy_tolerance, True)):
         for number, run in enumerate(passes):
-            run(None if report is None else functools.partial(_portion, report, number, len(passes)))
+            run(portion(report, number, len(passes)))
     return _result(work, options.energy_tolerance, False)
 
 
@@ -181,10 +184,6 @@ _OWN_PASS: dict[type, Callable] = {
     ZeroOne: zero_one,
     ReversibilityError: reversibility_error,
 }
-
-
-def _portion(report: Report, number: int, passes: int, fraction: float) -> None:
-    report((number + fraction) / passes)
 
 
 def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:

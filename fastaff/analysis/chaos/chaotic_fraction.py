@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import entries, function, numbers, positive, shown, texts
+from ...base.numbers import entries, function, numbers, portion, positive, shown, texts
 from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
@@ -182,7 +182,7 @@ def chaotic_fraction(
     scan = _empty(names, values, tuple(entry.name for entry in indicators))
     cells = list(itertools.product(*(range(len(axis)) for axis in values)))
     for number, cell in enumerate(cells):
-        share = None if report is None else functools.partial(_portion, report, number, len(cells))
+        share = portion(report, number, len(cells))
         try:
             with keeping("chaotic_fraction", lambda: scan):
                 _fill(scan, cell, make, time, run, step, scheme, second, indicators, share)
@@ -199,10 +199,6 @@ def _axis(k: int, axis: Any) -> np.ndarray:
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
         raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {axis!r}")
     return values
-
-
-def _portion(report: Report, number: int, cases: int, fraction: float) -> None:
-    report((number + fraction) / cases)
 
 
 def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaoticFraction:

@@ -343,9 +343,9 @@ class ZeroOne:
     """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
     1 chaotic.
 
-    `samples` of the kinetic energy in a pass of its own (None: five in 2 pi/omega, at least 400, at most 4000).
-    Cost: 10 samples^2 operations an orbit. Chaotic above `limit` after 300 natural periods (beats look alike before),
-    regular below 1 - limit after 100.
+    `samples` of the kinetic energy at some of the steps (None: five in 2 pi/omega, at least 400, at most 4000), of an
+    adaptive scheme at equal times in a pass of its own. Cost: samples^2 operations an orbit. Chaotic above `limit`
+    after 300 natural periods (beats look alike before), regular below 1 - limit after 100.
     Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
     """
 

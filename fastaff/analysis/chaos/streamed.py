@@ -1,4 +1,4 @@
-"""A chaos map in the making: the streamed pass with tangent vectors and averages, and what the other passes add."""
+"""A chaos map in the making: a streamed pass with tangent vectors, averages and samples, and what other passes add."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from ...flows.motion import inverse_masses, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of
 from ..orbits.tangent_map import checked_deviations
-from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, limit_of
+from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, ZeroOne, limit_of
+from .translations import median_correlation, sampling
 
 DEPENDENT = 1e-10
 """Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.
@@ -97,22 +98,47 @@ class ChaosRun:
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
         self.tangent = [(j, entry) for j, entry in enumerate(chosen) if isinstance(entry, Streamed)]
         self.digits = [j for j, entry in enumerate(chosen) if isinstance(entry, BirkhoffDigits)]
-        self.streams = bool(self.tangent or self.digits)
         if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time
             self.flow = flow.fitted(time)
+        self.sampled = [
+            (j, entry) for j, entry in enumerate(chosen) if isinstance(entry, ZeroOne) and not flow.adaptive
+        ]
+        self.streams = bool(self.tangent or self.digits or self.sampled)
         start = self._start(deviations) if self.tangent else None
         self.k, self.m = self.flow.vectors, len(self.tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
-        self.observer, averaged = self._observer()
-        self.memory = np.zeros((self.observer.rows, self.orbits))
-        self.growth: Any = parts_of(self.n, self.k, self.m).of(self.memory)
-        self.averages = self.memory[averaged : averaged + birkhoff.ROWS.end]
-        if self.tangent:
-            self._prepare()
         number_of_steps(time, 1 / self.rates)
         fits("history", self.orbits, len(chosen) + self.m + 1, slots)
-        self.out = np.full((self.orbits, max(1, (self.m + 1) * slots)), np.nan)
+        self._observe()
+
+    def _observe(self) -> None:
+        """Make the observer of the stream, of vectors, averages and samples in this order; its memory and columns."""
+        model, parts = self.flow.model, []
+        if self.tangent:
+            chosen = tuple(entry for _, entry in self.tangent)
+            vectors = observers.deviations(
+                model, self.k, chosen, time=self.time, early_stop=self.early_stop, slots=self.slots
+            )
+            parts.append((vectors, (self.m + 1) * self.slots))
+        if self.digits:
+            parts.append((observers.averages(model, self.k, self.time), 0))
+        if self.sampled:
+            samples = sampling(self.sampled[0][1], self.flow, self.time, self.rates)
+            parts.append((observers.kinetic_samples(model, self.k), samples.columns))
+        self.observer, firsts, columns = observers.chain(parts)
+        self.memory = np.zeros((self.observer.rows, self.orbits))
+        self.out = np.full((self.orbits, max(1, columns)), np.nan)
+        own = [(self.memory[row:], self.out[:, column:]) for row, column in firsts]
+        if self.sampled:
+            memory, self.samples = own.pop()
+            self.counts = samples.counts
+            samples.prepare(memory)
+        if self.digits:
+            self.averages, _ = own.pop()
+        if self.tangent:
+            self.growth: Any = parts_of(self.n, self.k, self.m).of(self.memory)
+            self._prepare()
 
     def _prepare(self) -> None:
         """Set the rows of the memory that the stream only reads, and the columns."""
@@ -123,7 +149,7 @@ class ChaosRun:
         growth.metric[:] = self.scale**2
         # About a radian, as a power of two steps: lanes that share their steps then share the work.
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
-        self.memory[ROWS.stride] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
+        self.memory[ROWS.stride] = self.memory[ROWS.left] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
 
     def _start(self, deviations: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
@@ -142,22 +168,8 @@ class ChaosRun:
     def _spectrum(self) -> bool:
         return any(isinstance(entry, LyapunovSpectrum) for _, entry in self.tangent)
 
-    def _observer(self) -> tuple[observers.Observer, int]:
-        """Return the observer of the stream, and the first row of its memory that the averages have."""
-        model = self.flow.model
-        if not self.tangent:
-            return observers.averages(model, self.k, self.time), 0
-        chosen = tuple(entry for _, entry in self.tangent)
-        observer = observers.deviations(
-            model, self.k, chosen, time=self.time, early_stop=self.early_stop, slots=self.slots
-        )
-        if not self.digits:
-            return observer, observer.rows
-        averages = observers.averages(model, self.k, self.time)
-        return observers.both(observer, averages, max(1, (self.m + 1) * self.slots)), observer.rows
-
     def stream(self, report: Report | None) -> None:
-        """Run the tangent vectors and the averages."""
+        """Run the tangent vectors, the averages and the samples."""
         try:
             self.flow.advance(
                 self.ensemble,
@@ -184,6 +196,11 @@ class ChaosRun:
                 digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
             self.values[j] = np.where(self.ensemble.time >= self.time * (1 - 1e-12), digits, np.nan)
 
+    def correlate(self, report: Report | None) -> None:
+        """Read the 0-1 test from the samples of the stream."""
+        found = median_correlation(self.samples, self.counts, self.flow.threads, report)
+        self.values[self.sampled[0][0]] = np.where(self.ensemble.status == Status.OK, found, np.nan)
+
     def adopt(self, entry: Indicator, own: Callable, report: Report | None) -> None:
         """Run the pass of an indicator of its own; an orbit that fails in it is marked."""
         value, status = own(entry, replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
@@ -197,6 +214,8 @@ class ChaosRun:
         """
         detected = np.full(self.values.shape, np.nan)
         history = np.full((len(self.chosen), self.slots, self.orbits), np.nan)
+        if not self.tangent:
+            return detected, history, np.full((self.slots, self.orbits), np.nan)
         records = self.out[:, : self.slots * (self.m + 1)].reshape(self.orbits, self.slots, self.m + 1)
         for number, (j, _) in enumerate(self.tangent):
             times = self.growth.detected[number]

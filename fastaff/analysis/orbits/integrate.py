@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import positive, whole
+from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
@@ -17,7 +17,7 @@ from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energies, energy_drift, kinetic_energies
 from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, energy_error, mark_drift
+from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
@@ -97,11 +97,15 @@ def integrate(
     report(fraction). Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for
     wrong input; Interrupted on Ctrl-C, with `.partial`.
 
-    Errors: with an accuracy, from the difference to a run with twice the step: they cover 99 % of the true errors. The
-    errors of chaotic orbits grow exponentially: no step keeps them small, and `accurate_until` says how long they are.
+    Errors: with an accuracy, from the difference to a run with twice the step, whose momenta are slowed by so little
+    that the energy lost stands for the random walk that rounding makes: the orbit itself amplifies it, next to a
+    separatrix by many orders. They cover 99 % of the true errors. Where rounding alone exceeds the accuracy the error
+    is larger, and `accurate_until` ends. The errors of chaotic orbits grow exponentially: no step keeps them small, and
+    `accurate_until` says how long they are.
     Orbits are looked at between steps: one that leaves the domain for less than a step is not seen to have left it. A
     splitting's energy error does not grow with time.
-    Cost: stages forces per step, and half as much again for the second run; an orbit of an adaptive scheme takes steps
+    Cost: stages forces per step, and half as much again for the second run, twice where rounding exceeds the accuracy;
+    an orbit of an adaptive scheme takes steps
     of its own and its lane is refilled when it ends.
     Memory: that of z0 and the samples.
     Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
@@ -110,6 +114,7 @@ def integrate(
     count = whole("samples", samples, 0)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
+    fits("samples", count, *z.shape)
     goal = options.goal()
     work: Any = (
         _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
@@ -200,11 +205,14 @@ class _Accurate:
             halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep)
             self.done += len(self.chunk)
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray) -> _Run:
-        flow = self.flow.sized(step)
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Run:
+        flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.steps.motion.radius[orbits])
-        states, interrupted = flow.trajectory(ensemble, self.time, self.parts, self._report)
+        if wear is None:
+            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, self._report)
+        else:
+            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=self._report)
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:

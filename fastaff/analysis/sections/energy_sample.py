@@ -78,6 +78,17 @@ def energy_sample(
         np.random.default_rng(seed)
     except (TypeError, ValueError) as problem:
         raise type(problem)(f"seed must be one of numpy.random.default_rng, got {shown(seed)}: {problem}") from None
+    boxes = ranges_to_draw(body, section, energy, p_eta, p_gamma, axes)
+    return drawn(body, section, energy, p_eta, p_gamma, boxes, count, seed)[0]
+
+
+Box = tuple[tuple[float, float], tuple[float, float]]
+
+
+def ranges_to_draw(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, axes: Any = None) -> list[Box]:
+    """Return the ranges of coordinate and momentum to draw from: those given, or of each bounded part of the
+    section.
+    """
     if axes is None:
         parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
         boxes = [((part.low, part.high), (-part.top, part.top)) for part in parts]
@@ -90,11 +101,25 @@ def energy_sample(
             ((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1))
             for (u0, u1), (v0, v1) in boxes
         ]
-    sheets = 1
+    return boxes
+
+
+def drawn(
+    body: Any,
+    section: Any,
+    energy: float,
+    p_eta: float,
+    p_gamma: float,
+    boxes: list[Box],
+    count: int,
+    seed: Any,
+    sheets: int = 1,
+) -> tuple[EnergySample, int]:
+    """Return so many points of the ranges, and the number of sheets that they lie on: of `sheets` or more."""
     while True:
-        drawn, most = _draw(body, section, energy, p_eta, p_gamma, boxes, sheets, count, np.random.default_rng(seed))
+        found, most = _draw(body, section, energy, p_eta, p_gamma, boxes, sheets, count, np.random.default_rng(seed))
         if most <= sheets:
-            return drawn
+            return found, sheets
         sheets = most
 
 

@@ -18,12 +18,13 @@ from ...flows.accuracy import Steps, halved, planned
 from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
 from ...flows.coordinates import chart_row, in_chart, row_names
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, energy_error
+from ...flows.flow import Flow, Report, Wear, energy_error
 from ...flows.motion import Motion, motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
 from ...kernels.crossings import RECORD
+from ...kernels.samples import WEAR_ROWS
 from ...models.contracts import Model, Section
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting
@@ -134,12 +135,15 @@ def poincare_map(
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
     goal, tolerance = options.goal(), options.energy_tolerance
+    fits("crossings", wanted, *z.shape)
     if goal is not None:
         return _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
     return _mapped(flow, body, z, section, wanted, max_time, tolerance, report)[0]
 
 
-def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=None) -> tuple[SectionMap, np.ndarray]:
+def _mapped(
+    flow, body, z, section, wanted, max_time, tolerance, report, radius=None, wear=None
+) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached."""
     asked, section = section, flow.section(section)
     ensemble = flow.ensemble(z, radius=radius)
@@ -147,7 +151,11 @@ def _mapped(flow, body, z, section, wanted, max_time, tolerance, report, radius=
     width, slots = RECORD.state + rows, wanted + SPARE
     fits("crossings", orbits, slots, width)
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
+    if wear is not None:
+        first, observer = observer.rows, observers.either(observer, observers.worn(rows))
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
+    if wear is not None:
+        memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
 
     def found(interrupted: bool) -> SectionMap:
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
@@ -225,10 +233,10 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         np.zeros(orbits),
     )
 
-    def run(orbits: np.ndarray, step: np.ndarray) -> _Crossings:
+    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Crossings:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
-        asked = section, wanted, max_time, tolerance, report, steps.motion.radius[orbits]
+        asked = section, wanted, max_time, tolerance, report, steps.motion.radius[orbits], wear
         try:
             part, reached = _mapped(flow.sized(step), body, start, *asked)
         except Interrupted as stopped:
@@ -294,7 +302,7 @@ def start_crossings(
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
     memory[kernels.ROWS.earlier] = _section_values(section, before.points)
     memory[kernels.ROWS.time_earlier] = -ensemble.ahead
-    memory[kernels.ROWS.state :] = ensemble.z
+    memory[kernels.ROWS.state : kernels.ROWS.state + len(ensemble.z)] = ensemble.z
 
 
 def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
@@ -374,7 +382,7 @@ def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
                 record = records[o, slot + k]
                 record[RECORD.time], record[RECORD.kind] = time, kind
                 record[RECORD.lower], record[RECORD.upper] = -back, step[o]
-                record[RECORD.state :] = memory[at.state :, o]
+                record[RECORD.state :] = memory[at.state : at.state + rows, o]
             memory[at.written, o] += 2
 
 

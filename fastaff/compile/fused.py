@@ -1,0 +1,50 @@
+"""a*b + c rounded once, as one instruction, in loops over lanes.
+
+LLVM is not allowed to fuse by itself: it would in one loop, or for some lanes, and not in others. Asked for by name it
+is one instruction with one result: in vectors, in the lanes that are left over, and for one orbit alone.
+"""
+
+from __future__ import annotations
+
+import math
+import platform
+from typing import Any
+
+from numba import types
+from numba.core.codegen import get_host_cpu_features
+from numba.extending import intrinsic
+
+from .jit import JIT_DISABLED, config
+
+
+def has_instruction() -> bool:
+    """Tell whether the processor that is compiled for fuses: x86 without FMA3 (before 2013) would call a function for
+    each number.
+    """
+    if platform.machine().lower() not in ("x86_64", "amd64"):
+        return True
+    named = config.CPU_FEATURES  # of the environment, NUMBA_CPU_FEATURES
+    return "+fma" in (get_host_cpu_features() if named is None else named).split(",")
+
+
+FUSED = has_instruction()
+"""Whether `fma` rounds once; else its product is rounded too, and results have other last digits."""
+
+
+def _fma(typingcontext, a, b, c):
+    """Return a*b + c."""
+
+    def generate(context, builder, signature, arguments):
+        if FUSED:
+            return builder.fma(*arguments)
+        return builder.fadd(builder.fmul(*arguments[:2]), arguments[2])
+
+    return types.float64(types.float64, types.float64, types.float64), generate
+
+
+def _plain(a, b, c):
+    """Return a*b + c: rounded once where Python can (3.13)."""
+    return math.fma(a, b, c) if FUSED and hasattr(math, "fma") else a * b + c
+
+
+fma: Any = _plain if JIT_DISABLED else intrinsic(_fma)
