@@ -1,8 +1,8 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels.
 
 Here are models, schemes, sections, indicators of chaos and the verbs. What they return, and what is needed less often,
-is in `analysis`, `charts`, `models`, `schemes`, `formulas`, `files`; quantum mechanics in `quantum`, figures in `plot`:
-each is loaded when it is first used.
+is in `analysis`, `charts`, `models`, `schemes`, `formulas`, `files`, `jobs`; quantum mechanics in `quantum`, figures in
+`plot`: each is loaded when it is first used.
 """
 
 from importlib import import_module
@@ -43,6 +43,7 @@ from .base.interruption import Interrupted
 from .base.status import OrbitError, Status
 from .files import load, save
 from .formulas.formula import formula, hamiltonian
+from .jobs import Job, rerun, resume, run
 from .models import (
     Anharmonic,
     Body,
@@ -93,6 +94,7 @@ __all__ = [
     "HenonHeiles",
     "Hyperelastic",
     "Interrupted",
+    "Job",
     "Linear",
     "Lyapunov",
     "LyapunovSpectrum",
@@ -127,9 +129,12 @@ __all__ = [
     "periodic_orbits",
     "poincare_map",
     "reduced",
+    "rerun",
     "resonance_web",
     "resonances",
+    "resume",
     "rotation_number",
+    "run",
     "save",
     "tangent_map",
 ]
@@ -142,6 +147,7 @@ _FOLDERS = (
     "files",
     "flows",
     "formulas",
+    "jobs",
     "models",
     "paper",
     "plot",

@@ -62,7 +62,7 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     if not dataclass and type(result) is not _results().get(type(result).__name__):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     arrays: dict[str, np.ndarray] = {}
-    content = _opened("", result, arrays)
+    content = opened("", result, arrays)
     facts = _facts(result)
     for name, value in parameters.items():
         if isinstance(value, np.ndarray) and value.ndim:
@@ -101,7 +101,7 @@ def load(path: Any, **given: Any) -> Any:
     """
     arrays, metadata = contents(path)
     try:
-        return keep(_unpacked("", metadata["content"], arrays, given), _call(metadata, arrays))
+        return keep(unpacked("", metadata["content"], arrays, given), _call(metadata, arrays))
     except _ToBeGiven as absent:
         name = str(absent).rpartition(".")[2]
         raise ValueError(f"{path} can't hold {absent}: give {name}, as in load(path, {name}=...)") from None
@@ -328,7 +328,7 @@ def _packed(name: str, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         entries = [[key, _packed(f"{inner}{key}", entry, arrays)] for key, entry in value.items()]
         return {"mapping": entries, "frozen": not isinstance(value, dict)}
     if type(value) is _results().get(type(value).__name__):
-        return _opened(inner, value, arrays)
+        return opened(inner, value, arrays)
     if type(value) in (list, tuple):
         return {type(value).__name__: [_packed(f"{inner}{k}", entry, arrays) for k, entry in enumerate(value)]}
     try:
@@ -337,13 +337,13 @@ def _packed(name: str, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return {"missing": type(value).__name__}
 
 
-def _opened(prefix: str, value: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Return class and packed fields of a result."""
+def opened(prefix: str, value: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Return class and packed fields of a result; its arrays go to `arrays`."""
     fields = {key: _packed(f"{prefix}{key}", getattr(value, key), arrays) for key in _names(value)}
     return {"result": type(value).__name__, "fields": fields}
 
 
-def _unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping[str, Any]) -> Any:
+def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping[str, Any]) -> Any:
     """Return the value that `_packed` data describes; what it lacks is taken from `given`, by the name of its field."""
     inner, last = f"{name}." if name else "", name.rpartition(".")[2]
     if last in given:
@@ -355,7 +355,7 @@ def _unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mappin
     if "enum" in data:
         return _known(_enumerations(), data["enum"], name)[data["name"]]
     if "mapping" in data:
-        entries = {key: _unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["mapping"]}
+        entries = {key: unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["mapping"]}
         return MappingProxyType(entries) if data["frozen"] else entries
     if "result" in data:
         cls = _known(_results(), data["result"], name)
@@ -363,10 +363,10 @@ def _unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mappin
             raise ValueError(
                 f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
             )
-        return cls(**{key: _unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["fields"].items()})
+        return cls(**{key: unpacked(f"{inner}{key}", entry, arrays, given) for key, entry in data["fields"].items()})
     for kind in (list, tuple):
         if kind.__name__ in data:
-            return kind(_unpacked(f"{inner}{k}", entry, arrays, given) for k, entry in enumerate(data[kind.__name__]))
+            return kind(unpacked(f"{inner}{k}", entry, arrays, given) for k, entry in enumerate(data[kind.__name__]))
     if "missing" in data or _foreign(data["value"]):
         raise _ToBeGiven(name)
     return _decoded(name, data["value"], arrays)
@@ -426,7 +426,7 @@ def _write(path: Path, arrays: dict[str, Any], force: bool) -> Path:
     try:
         with os.fdopen(handle, "wb") as file:
             np.savez(file, **arrays)
-        os.chmod(temporary, 0o666 & ~_umask())
+        os.chmod(temporary, 0o666 & ~umask())
         if force:
             target = stem.with_name(stem.name + ".npz")
             os.replace(temporary, target)
@@ -451,7 +451,8 @@ def _move_without_overwriting(temporary: str, stem: Path) -> Path:
         return target
 
 
-def _umask() -> int:
+def umask() -> int:
+    """Return the permissions that new files of this process do not get."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

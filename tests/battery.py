@@ -39,6 +39,7 @@ RING = np.exp(0.7j * np.arange(64))
 POINTS = np.array([RING.real + 2.0, RING.imag])
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
+MOTION = fa.jobs.Motion(time=1.0)
 REAL_TIME = {"time": 2.0, **FIXED}
 
 
@@ -84,6 +85,13 @@ def moved(make, z0=Z8, **given):
     """A model at work, alone or as the potential of a body."""
     model = make(**given)
     return fa.integrate(model if hasattr(model, "velocity") else fa.Body(model), z0, **REAL_TIME)
+
+
+def ran(job, threads=1, memory=None, overwrite=False, executor=None, report=None, watch=None):
+    """A job at work, in memory: tests/test_jobs.py hands everything to what takes the path of a store."""
+    return fa.run(
+        job, threads=threads, memory=memory, overwrite=overwrite, executor=executor, report=report, watch=watch
+    )
 
 
 def slowed(make, **given):
@@ -195,6 +203,8 @@ CALLS = {
     ),
     "BirkhoffAverages": (fa.analysis.BirkhoffAverages, {}),
     "ZeroOne": (partial(judged, fa.ZeroOne), {}),
+    "Job": (fa.Job, {"model": HH, "starts": Z4, "integrate": MOTION}),
+    "run": (ran, {"job": fa.Job(model=HH, starts=Z4, integrate=MOTION, run=fa.jobs.Run(step=0.1))}),
     "RungeKutta": (
         fa.schemes.RungeKutta,
         {"name": "e", "order": 1, "source": "Euler 1768", "a": ((),), "b": (1.0,), "c": (0.0,)},
@@ -311,8 +321,8 @@ CALLS = {
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
 
-FILES = {"load", "save"}
-"""What takes the name of a file: tests/test_recipe.py hands it everything."""
+FILES = {"load", "rerun", "resume", "save"}
+"""What takes the name of a file: tests/test_recipe.py and tests/test_jobs.py hand it everything."""
 
 CONTAINERS = {
     "Bifurcation",

@@ -150,7 +150,10 @@ def test_load_refuses_other_files(tmp_path):
         (["chaos-map", *SURFACE, "--scan", "energy=2:1:3"], "NAME=LOW:HIGH:N"),
         (["chaos-map", *SURFACE, "--scan", "energy=1:2"], "NAME=LOW:HIGH:N"),
         (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--scan", "K=1:2:2"], "two different parameters"),
-        (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--scan", "G=1:2:2", "--scan", "mu=1:2:2"], "once or twice"),
+        (
+            ["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--scan", "G=1:2:2", "--scan", "mu=1:2:2"],
+            "one or two parameters",
+        ),
         (["chaos-map", *SURFACE, "--scan", "p_phi=0:1:2", "--scan", "p_eta=0:1:2"], "not one of each"),
         (["chaos-map", *SURFACE, "--scan", "K=1:2:2", "--grid", "4x4"], "--scan takes random starts"),
         (["chaos-map", "--scan", "energy=-2:-1:2"], "no case of the scan has orbits"),
@@ -474,14 +477,18 @@ main.main()
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
 @pytest.mark.parametrize(
-    ("part", "run"),
+    ("number", "part", "run"),
     [
-        ("0.05", ["poincare", "--grid", "90x90", "--crossings", "1500", "--no-diffusion", "--step", "0.05"]),
-        ("0.25", ["chaos-map", "--grid", "90x90", "--time", "500", "--indicators", "megno"]),
+        (
+            signal.SIGINT,
+            "0.05",
+            ["poincare", "--grid", "90x90", "--crossings", "1500", "--no-diffusion", "--step", "0.05"],
+        ),
+        (signal.SIGTERM, "0.25", ["chaos-map", "--grid", "90x90", "--time", "500", "--indicators", "megno"]),
     ],
     ids=["poincare", "chaos-map"],
 )
-def test_ctrl_c_keeps_finished_orbits(part, run, tmp_path):
+def test_ctrl_c_keeps_finished_orbits(number, part, run, tmp_path):
     run = [*run, *SURFACE, "--out", "long"]
     process = subprocess.Popen(
         [sys.executable, "-c", CHILD, part, *run],
@@ -493,7 +500,7 @@ def test_ctrl_c_keeps_finished_orbits(part, run, tmp_path):
     deadline = time.monotonic() + 120
     while not (tmp_path / "under-way").exists() and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, said = process.communicate(timeout=60)  # a hang, not a speed
     assert process.returncode == 130, said
     assert "Traceback" not in said

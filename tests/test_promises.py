@@ -380,6 +380,7 @@ EXEMPT = {
     "searches are rows, its interruption is in test_results.py",
     "continuation": "one orbit after another along a branch; its interruption is in test_results.py",
     "fit_torus": "one orbit; its interruption is in test_results.py",
+    "run": "a job, whose orbits are held to the same in test_jobs.py",
     "coherent_packet": "one phase point",
     "spectrum": "one class of one body, whose levels share a basis; its interruption is in test_results.py",
     "periodic_guesses": "guesses are chosen apart from one another: they belong to the set",

@@ -14,6 +14,7 @@ from own_models import OneSpring
 
 import fastaff as fa
 from fastaff import Status, files
+from fastaff.analysis.chaos.found_cases import FoundCases
 from fastaff.analysis.sections.energy_sample import edge
 from fastaff.base.results import Result
 
@@ -36,6 +37,7 @@ MAKERS = {
     "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
     "FrequencyLines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
     "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
+    "FoundCases": lambda: FoundCases.of(fa.chaotic_fraction(battery.own_case, ([0.8, 0.9, 1.0],), time=2.0, **FIXED)),
     "PeriodicOrbits": lambda: fa.periodic_orbits(HH, CLOSED, **SURFACE, max_time=20.0, step=0.1, threads=1),
     "Branch": lambda: fa.continuation(
         HH, CLOSED[:, 0], **SURFACE, steps=2, max_time=20.0, length=1e-3, step=0.1, threads=1

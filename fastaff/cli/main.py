@@ -6,6 +6,7 @@ a module of `fastaff.cli.commands`.
 
 from __future__ import annotations
 
+import signal
 import sys
 from typing import Any
 
@@ -13,11 +14,13 @@ from .commands.chaos_map import chaos_map
 from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.frequency_map import frequencies
+from .commands.jobs import rerun, resume, run, status
+from .commands.plot import plot
 from .commands.poincare import poincare
 from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
 from .options import HELP, Parameter, cyclopts
-from .progress import EXIT_INTERRUPTED, say
+from .progress import EXIT_INTERRUPTED, on_stop, say
 
 EXIT_WRONG_INPUT = 2
 COMMANDS: dict[str, Any] = {
@@ -26,6 +29,11 @@ COMMANDS: dict[str, Any] = {
     "frequency-map": frequencies,
     "chaos-map": chaos_map,
     "spectrum": energy_levels,
+    "run": run,
+    "resume": resume,
+    "rerun": rerun,
+    "status": status,
+    "plot": plot,
     "warmup": warmup,
     "doctor": doctor,
 }
@@ -33,9 +41,10 @@ NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need mat
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C."""
+    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C or SIGTERM."""
     try:
-        code = _run(sys.argv[1:] if arguments is None else arguments)
+        with on_stop(signal.default_int_handler):
+            code = _run(sys.argv[1:] if arguments is None else arguments)
     except KeyboardInterrupt:
         say("stopped by Ctrl-C; nothing was computed yet, nothing is kept")
         code = EXIT_INTERRUPTED
@@ -57,7 +66,7 @@ def _run(arguments: list[str]) -> int:
         if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
             raise
         print(NO_EXTRAS, file=sys.stderr)
-    except (ValueError, TypeError, OSError) as problem:
+    except (ValueError, TypeError, OSError, ImportError) as problem:
         say(f"error: {_one_line(problem)}")
     return EXIT_WRONG_INPUT
 

@@ -36,9 +36,20 @@ class Progress:
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
         from rich.progress import Progress as Bar
+        from rich.text import Text
+
+        class Lines(Bar):
+            """A bar with a line of text below."""
+
+            below = ""
+
+            def get_renderables(self) -> Iterator[Any]:
+                yield from super().get_renderables()
+                if self.below:
+                    yield Text(self.below)
 
         rate = [] if orbits is None else [TextColumn("{task.fields[rate]}")]
-        self.bar = Bar(
+        self.bar = Lines(
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.percentage:3.0f} %"),
@@ -72,6 +83,45 @@ class Progress:
             self.bar.stop()
 
 
+class JobProgress(Progress):
+    """Progress of a job: orbits/s and crossings/s of this run, and below the bar the statuses so far."""
+
+    def __init__(self, orbits: int, finished: float, shown: bool):
+        super().__init__("job", orbits)
+        self.shown = self.shown and shown
+        self.finished = finished
+        self(0.0)
+
+    def __call__(self, fraction: float) -> None:
+        self.bar.update(self.task, completed=self.finished + (1.0 - self.finished) * fraction)
+
+    def watch(self, so_far: Any, unit: Any) -> None:
+        """Take what `jobs.run` tells after each unit."""
+        crossings = f", {so_far.crossings:,.0f} crossings/s" if so_far.crossings else ""
+        self.bar.update(self.task, rate=f"{so_far.rate:,.0f} orbits/s{crossings}")
+        self.bar.below = "; ".join(
+            f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items())
+            for name, counts in so_far.statuses.items()
+        )
+
+
+@contextlib.contextmanager
+def on_stop(handler: Any) -> Iterator[None]:
+    """Let Ctrl-C, and SIGTERM, which batch systems send, call a handler within the block; what is ignored stays so."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    taken = {number: old for number, old in before.items() if old not in (signal.SIG_IGN, None)}
+    for number in taken:
+        signal.signal(number, handler)
+    try:
+        yield
+    finally:
+        for number, old in taken.items():
+            signal.signal(number, old)
+
+
 def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callable[[Any], Any]) -> Any:
     """Return compute(progress); after Ctrl-C keep what there is, say so and leave with exit code 130."""
     try:
@@ -79,15 +129,8 @@ def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callab
             return compute(progress)
     except Interrupted as stopped:
         partial = stopped.partial
-    ours = threading.current_thread() is threading.main_thread()
-    before = signal.getsignal(signal.SIGINT)
-    if ours:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C must not stop the saving
-    try:
+    with on_stop(signal.SIG_IGN):  # a second Ctrl-C must not stop the saving
         keep(partial)
-    finally:
-        if ours:
-            signal.signal(signal.SIGINT, before)
     raise SystemExit(EXIT_INTERRUPTED)
 
 
@@ -140,20 +183,14 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
         finally:
             finished.set()
 
-    before = signal.getsignal(signal.SIGINT)
-    ours = threading.current_thread() is threading.main_thread()
-    if ours:
-        signal.signal(signal.SIGINT, _leave_the_compiler)
-    try:
+    with on_stop(_leave_the_compiler):
         threading.Thread(target=work, daemon=True).start()
         if announce and not finished.wait(0.5) and (is_cold() or not finished.wait(1.5)):
-            how_long = f"about {COMPILE_SECONDS[what]} s" if is_cold() else "a few seconds, for a new model or section"
+            seconds = COMPILE_SECONDS.get(what, 60)
+            how_long = f"about {seconds} s" if is_cold() else "a few seconds, for a new model or section"
             say(f"compiling once ({how_long})")
         while not finished.wait(0.1):
             pass
-    finally:
-        if ours:
-            signal.signal(signal.SIGINT, before)
     if failure:
         raise failure[0]
 

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import json
 import textwrap
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...jobs.job import Job, Plan
 from ...plot.sections import symbol
 
 
-def stated(body, surface, section, starts, choices, z0, fixed) -> dict[str, Any]:
-    """Return what a file says of its computation."""
+def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
+    """Return what a file says of the computation of a job."""
+    body, surface, starts = plan.body, job.surface, job.starts
     inner = getattr(body, "potential", body)
     return {
+        "job": job.text(),
         "model": body,
         "energy": surface.energy,
         "p_eta": surface.p_eta,
         "p_gamma": surface.p_gamma,
-        "section": section,
+        "section": plan.section,
         "seed": starts.seed if starts.orbits is not None else None,
         "grid": starts.grid,
         "orbits": starts.orbits if z0 is None else z0.shape[1],
@@ -30,9 +34,8 @@ def stated(body, surface, section, starts, choices, z0, fixed) -> dict[str, Any]
         "energy_tolerance": 1e-6,
         "formula": getattr(inner, "formula", None),
         "domain": getattr(inner, "domain", None),
-        "threads": choices["threads"],
+        "threads": job.run.threads,
         "z0": z0,
-        **{name: value for name, value in fixed.items() if name != "section"},
     }
 
 
@@ -71,6 +74,8 @@ def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> 
     """Name the energy surface in a title, without what is scanned."""
     from ...models.contracts import isotropic
 
+    if surface.energy is None:  # the orbits' own
+        return ""
     parts = {"energy": f"E = {surface.energy:g}"}
     if isotropic(body):
         parts |= {"p_eta": rf"$p_\eta$ = {surface.p_eta:g}", "p_gamma": rf"$p_\gamma$ = {surface.p_gamma:g}"}
@@ -89,11 +94,11 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
     return figure, figure.subplots(rows, panels // rows)
 
 
-def finish(figure, ax, body, surface, section, text, stem, facts) -> None:
-    """Put title and caption on the figure and write it, with the parameters inside the PNG; name the file."""
-    title(figure, f"{titled(body)}, {surface_in_words(body, surface)}")
-    caption(figure, f"section {in_words(section, body)}; {text}; {units(body)}")
-    write(figure, stem, facts)
+def finish(figure: Any, plan: Plan, surface: Any, text: str) -> None:
+    """Put title and caption on a figure of orbits."""
+    title(figure, ", ".join(filter(None, [titled(plan.body), surface_in_words(plan.body, surface)])))
+    where = "" if plan.section is None else f"section {in_words(plan.section, plan.body)}; "
+    caption(figure, f"{where}{text}; {units(plan.body)}")
 
 
 def title(figure: Any, text: str) -> None:
@@ -111,12 +116,16 @@ def caption(figure: Any, text: str) -> None:
     figure.supxlabel("\n".join(lines), fontsize=7.5, color="0.3")
 
 
-def write(figure, stem, facts) -> None:
-    """Write the figure with the parameters inside the PNG; name the file."""
+FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
+"""Endings of figures, and where each keeps the parameters."""
+
+
+def write(figure: Any, path: Path, facts: dict[str, Any]) -> None:
+    """Write a figure with the parameters inside it; name the file."""
     from ...base.provenance import provenance
     from ...files import plain
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
-    path = stem.with_name(stem.name + ".png")
-    figure.savefig(path, metadata={"Title": "fastaff", "Description": json.dumps({**provenance(), **kept})})
+    text = json.dumps({**provenance(), **kept})
+    figure.savefig(path, metadata={"Title": "fastaff", FORMATS[path.suffix.lower()]: text})
     print(path)

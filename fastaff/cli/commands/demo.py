@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
 from pathlib import Path
 from typing import Any
 
 from ..options import Output
-from ..progress import COMPILE_SECONDS, EXIT_INTERRUPTED, Progress, is_cold, say
+from ..progress import COMPILE_SECONDS, EXIT_INTERRUPTED, Progress, is_cold, on_stop, say
 
 
 def demo(
@@ -47,17 +45,12 @@ def demo(
         say("stopped by Ctrl-C; the demo writes its files at the end, nothing is kept")
         os._exit(EXIT_INTERRUPTED)
 
-    ours = threading.current_thread() is threading.main_thread()
-    before = signal.getsignal(signal.SIGINT)
-    if ours:
-        signal.signal(signal.SIGINT, leave)
     if is_cold():
         say(f"compiling once (about {COMPILE_SECONDS['frequency-map']} s)")
     try:
-        demonstration.run(out, quick, threads=threads, meter=meter, force=force)
+        with on_stop(leave):
+            demonstration.run(out, quick, threads=threads, meter=meter, force=force)
     finally:
         for bar in bars:
             bar.__exit__()
-        if ours:
-            signal.signal(signal.SIGINT, before)
     return 0

@@ -7,122 +7,63 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..options import Wrong, named
+from ...jobs.analyses import Orbits
+from ...jobs.job import Job, Plan
+from ...jobs.launch import Points
+from ...jobs.scans import ORBITS, Scan, Scanned, case
+from ...jobs.scans import scanned as parsed
+from ...jobs.wording import Wrong
+from ..options import Written
 from ..progress import Progress, drawing, say, watched
 from .captions import caption, figure_of, in_words, stated, surface_in_words, title, titled, units, write
-
-PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
-
-
-class Scanned(NamedTuple):
-    """One axis of a parameter grid."""
-
-    name: str
-    values: np.ndarray
+from .maps import settled
 
 
-def parsed(texts: list[str]) -> list[Scanned]:
-    """Return the axes of NAME=LOW:HIGH:N, one or two."""
-    if len(texts) > 2:
-        raise Wrong(f"--scan can be given once or twice, got {len(texts)}")
-    axes = [_parsed(text) for text in texts]
-    taken = [axis.name for axis in axes]
-    if len(set(taken)) < len(taken):
-        raise Wrong(f"--scan must name two different parameters, got {taken[0]} twice")
-    if set(taken) & {"p_phi", "p_psi"} and set(taken) & {"p_eta", "p_gamma"}:
-        raise Wrong(
-            "--scan takes p_eta and p_gamma, or p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta, not one of each"
-        )
-    return axes
-
-
-def _parsed(text: str) -> Scanned:
-    name, equals, span = text.partition("=")
-    parts = span.split(":")
-    try:
-        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
-        if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or count < 2:
-            raise ValueError
-    except (ValueError, IndexError):
-        form = "NAME=LOW:HIGH:N with LOW < HIGH and N of at least 2, for example energy=0.5:3:11"
-        raise Wrong(f"--scan must be {form}, got {text!r}") from None
-    return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
-
-
-def check(axes: list[Scanned], body: Any) -> None:
-    """Refuse names that are no parameter of the body or its energy surface."""
-    from ...models.contracts import isotropic
-
-    planar = isotropic(body)
-    names = (
-        "energy",
-        *(PLANES if planar else ()),
-        *getattr(body, "potential", body)._fields,
-        *(("mu",) if planar else ()),
-    )
-    for axis in axes:
-        named("--scan", axis.name, names)
-
-
-def case(body: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
-    """Return body and surface with some parameters replaced."""
-    spin, vorticity = surface.p_gamma + surface.p_eta, surface.p_gamma - surface.p_eta
-    if "p_phi" in given or "p_psi" in given:
-        spin, vorticity = given.get("p_phi", spin), given.get("p_psi", vorticity)
-        surface = replace(surface, p_eta=(spin - vorticity) / 2, p_gamma=(spin + vorticity) / 2)
-    for name, value in given.items():
-        if name in ("energy", "p_eta", "p_gamma"):
-            surface = replace(surface, **{name: value})
-        elif name == "mu" and hasattr(body, "potential"):
-            body = body._replace(mu=value)
-        elif name not in PLANES:
-            inner = getattr(body, "potential", body)._replace(**{name: value})
-            body = body._replace(potential=inner) if hasattr(body, "potential") else inner
-    return body, surface
-
-
-def scanned(
-    axes: list[Scanned],
-    body: Any,
-    surface: Any,
-    section: Any,
-    starts: Any,
-    run: Any,
-    output: Any,
-    stem: Any,
-    fixed: dict[str, Any],
-    time: Callable,
-    compile_first: Callable,
-) -> int:
-    """Compute, save and draw the chaotic fraction over one or two parameters."""
+def scanned(texts: list[str], job: Any, output: Written) -> int:
+    """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
     import fastaff
 
-    orbits = starts.orbits or 400
+    body, run, asked = job.model.build(), job.run, job.chaos_map
+    axes = Scan(axes=texts).parsed(body)
+    job = _at_the_end(axes, job)
+    section = job.surface.build(body)
+    asked.check(run)
+    if output.wrote(replace(job, scan=Scan(axes=texts))):
+        return 0
+    stem = output.stem("fastaff-chaos-scan")
+    output.check()
+    starts = job.starts
     ranges = starts.ranges()
     if None in ranges and any(ranges):
         raise Wrong("with --scan give both of --range1 and --range2, or none")
     seeds = itertools.count()
 
     def make(*values: float) -> tuple[Any, Any]:
-        one, at = case(body, surface, dict(zip((axis.name for axis in axes), values)))
+        one, at = case(body, job.surface, dict(zip((axis.name for axis in axes), values)))
         where = {"energy": at.energy, "p_eta": at.p_eta, "p_gamma": at.p_gamma, "axes": ranges if all(ranges) else None}
-        return one, fastaff.energy_sample(
-            one, section=section, orbits=orbits, seed=[starts.seed, next(seeds)], **where
-        ).z0
+        seed = np.random.SeedSequence(starts.seed, spawn_key=(next(seeds),))  # as in a job
+        return one, fastaff.energy_sample(one, section=section, orbits=starts.orbits, seed=seed, **where).z0
 
-    compile_first(*_some_case(axes, make))
+    def time(one: Any, z0: np.ndarray) -> float:
+        return asked.settled(Orbits(one, section, z0), run)["time"]
+
+    one, z0 = _some_case(axes, make)
+    plan = Plan(body, section, Points(z0), {"chaos_map": asked})
+    settled("chaos-map", plan._replace(body=one), run)
     seeds = itertools.count()
     cases = math.prod(axis.values.size for axis in axes)
-    scheme = run.scheme_value()
     facts = {
-        **stated(body, surface, section, replace(starts, orbits=orbits), {"threads": run.threads}, None, fixed),
+        **stated(job, plan, None),
+        **vars(asked),
+        "periods": asked.returns(),
         "scan": [axis.name for axis in axes],
-        "orbits_per_case": orbits,
-        "scheme": scheme,
+        "scans": texts,
+        "orbits_per_case": starts.orbits,
+        "scheme": run.scheme_value(),
     }
     start = clock.perf_counter()
 
@@ -137,17 +78,16 @@ def scanned(
         else:
             say(f"stopped by Ctrl-C before any of {cases} cases was finished; nothing is kept")
 
-    indicators, early_stop = fixed["indicators"], fixed["early_stop"]
     result = watched(
-        Progress("chaotic fraction", cases * orbits),
+        Progress("chaotic fraction", cases * starts.orbits),
         lambda report: fastaff.chaotic_fraction(
             make,
             [axis.values for axis in axes],
             names=[axis.name for axis in axes],
             time=time,
-            indicators=indicators,
-            early_stop=early_stop,
-            scheme=scheme,
+            indicators=asked.values(),
+            early_stop=asked.early_stop,
+            scheme=run.scheme_value(),
             step=run.step,
             threads=run.threads,
             report=report,
@@ -158,8 +98,22 @@ def scanned(
     say(f"{result.summary()}; in {seconds:.1f} s, {result.orbits.sum() / seconds:,.0f} orbits/s")
     with drawing(save(result, interrupted=False)):
         if not output.no_figure:
-            _draw(result, axes, body, surface, section, stem, facts)
+            write(scan_figure(result, texts, job), stem.with_name(stem.name + ".png"), facts)
     return 0
+
+
+def _at_the_end(axes: list[Scanned], job: Job) -> Job:
+    """Return the job of random orbits at the last value of the energy, where that is scanned."""
+    if job.starts.grid is not None or job.starts.file is not None:
+        raise Wrong(
+            "--scan takes random starts (--orbits), not --grid or --file: the share of random points is that of the "
+            "section's area"
+        )
+    surface = job.surface
+    for axis in axes:
+        if axis.name == "energy":
+            surface = replace(surface, energy=float(axis.values[-1]))
+    return replace(job, surface=surface, starts=replace(job.starts, orbits=job.starts.orbits or ORBITS))
 
 
 def _some_case(axes: list[Scanned], make: Callable) -> tuple[Any, Any]:
@@ -175,9 +129,12 @@ def _some_case(axes: list[Scanned], make: Callable) -> tuple[Any, Any]:
     raise Wrong(f"no case of the scan has orbits: {problem}")
 
 
-def _draw(result, axes, body, surface, section, stem, facts) -> None:
+def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
+    """Return the figure of a chaotic fraction over the parameters of --scan."""
     from ...plot import chaos as plot_chaos
 
+    axes, surface, body = parsed(texts), job.surface, job.model.build()
+    section = surface.build(body)
     figure, ax = figure_of()
     plot_chaos.plot_chaotic_fraction(result, ax=ax)
     names = tuple(axis.name for axis in axes)
@@ -204,4 +161,4 @@ def _draw(result, axes, body, surface, section, stem, facts) -> None:
     failed = int(result.failed.sum())
     said += f"; {failed} orbits failed, left out" if failed else ""
     caption(figure, f"section {in_words(section, body)}; {said}; {units(body)}")
-    write(figure, stem, facts)
+    return figure

@@ -11,7 +11,9 @@ import numpy as np
 
 from ...base.interruption import keeping
 from ...base.numbers import whole
-from ..options import HOW, WRITTEN, Model, Output, Parameter, Wrong, named
+from ...jobs.system import Model
+from ...jobs.wording import Wrong, named
+from ..options import HOW, WRITTEN, Output, Parameter
 from ..progress import Progress, drawing, say, watched
 from . import scans
 from .captions import caption, figure_of, title, titled, units, write
@@ -79,14 +81,14 @@ def energy_levels(
     classes = _classes(m, l, covering)
     if chart is not None:
         named("--chart", chart, ("alpha-beta", "r-vartheta"))
-    where = _chart(density_chart)
+    _chart(density_chart)
     if scan is not None and classes is None:
         raise Wrong("--scan needs --m and --l, the classes whose levels are followed")
     if below is not None and classes is not None:
         raise Wrong("--below belongs to the whole body; with --m and --l give --levels")
-    if (states is not None or where is not None) and (classes is None or len(classes) > 1 or scan is not None):
+    if (states is not None or density_chart is not None) and (classes is None or len(classes) > 1 or scan is not None):
         raise Wrong("--states and --density-chart belong to one class: give --m and --l, one number each")
-    numbers = _states(states, levels)
+    _states(states, levels)
     stem = output.stem("fastaff-spectrum")
     output.check()
     how: dict[str, Any] = {
@@ -96,6 +98,9 @@ def energy_levels(
         "tolerance": (SEPARATED if separates else COUPLED) if tolerance is None else tolerance,
     }
     facts = {
+        "options": {name: value for name, value in vars(options).items() if value is not None},
+        "states": states,
+        "density_chart": density_chart,
         "model": body,
         "spin": m,
         "vorticity": l,
@@ -116,22 +121,20 @@ def energy_levels(
     def watch(compute: Callable[[Progress], Any], kept: str) -> Any:
         return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
 
-    draw: Callable[[], None]
+    found: list[Any] | None = None
     if classes is None:
         result = _whole(body, levels, below, how, watch)
-        rows, draw = level_table(result), lambda: _draw_whole(result, body, stem, facts)
     elif scan is not None:
         result = _scanned(body, classes, levels, scan, how, watch)
-        rows, draw = scan_table(result), lambda: _draw_diagram(result, body, classes, stem, facts)
     else:
         found, result = _some(body, classes, levels, how, watch)
-        rows, draw = level_table(result), lambda: _draw_classes(found, result, body, numbers, where, stem, facts)
+    rows = level_table(result) if scan is None else scan_table(result)
     path = save(result, interrupted=False)
     print("\n".join(rows))
     say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
     with drawing(path):
         if not output.no_figure:
-            draw()
+            write(spectrum_figure(result, facts, found), stem.with_name(stem.name + ".png"), facts)
     return 0
 
 
@@ -276,7 +279,26 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
 # Drawing
 
 
-def _draw_whole(levels: Any, body: Any, stem: Any, facts: dict[str, Any]) -> None:
+def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None = None) -> Any:
+    """Return the figure of levels with what their file says of them; found: the levels of each class, if at hand."""
+    from ...quantum.spectra.spectrum import spectrum
+
+    body = Model(**facts["options"]).build()
+    classes = _classes(facts["spin"], facts["vorticity"], facts["covering"])
+    if classes is None:
+        return _whole_figure(result, body)
+    if facts["scan"] is not None:
+        return _diagram_figure(result, body, classes)
+    if found is None and len(classes) == 1:  # wave functions are in no file
+        how = {name: facts[name] for name in ("hbar", "single_valued", "chart", "tolerance")}
+        found = [spectrum(body, m=classes[0][0], l=classes[0][1], count=facts["levels"], **how)]
+    elif found is None:
+        found = [result.take(np.flatnonzero((result.m == m) & (result.l == l))) for m, l in classes]
+    states = _states(facts["states"], facts["levels"])
+    return _classes_figure(found, result, body, states, _chart(facts["density_chart"]))
+
+
+def _whole_figure(levels: Any, body: Any) -> Any:
     from ...plot import quantum as plot_quantum
 
     figure, (left, right) = figure_of(panels=2)
@@ -286,31 +308,28 @@ def _draw_whole(levels: Any, body: Any, stem: Any, facts: dict[str, Any]) -> Non
         f"{levels.E.size} levels, {len(levels.multiplets())} different energies; none is missing below E = "
         f"{levels.complete_below:.6g}"
     )
-    _finish(figure, body, "all classes", text, levels.hbar, stem, facts)
+    return _finish(figure, body, "all classes", text, levels.hbar)
 
 
-def _draw_diagram(diagram: Any, body: Any, classes: list[tuple[int, int]], stem: Any, facts: dict[str, Any]) -> None:
+def _diagram_figure(diagram: Any, body: Any, classes: list[tuple[int, int]]) -> Any:
     from ...plot import quantum as plot_quantum
 
     figure, ax = figure_of()
     plot_quantum.plot_levels(diagram, ax=ax)
     what = f"(m, l) = {classes[0]}" if len(classes) == 1 else f"{len(classes)} classes"
     text = f"{diagram.E.shape[2]} levels of each class; grey: above them; largest error {np.nanmax(diagram.error):.0e}"
-    _finish(figure, body, what, text, diagram.hbar, stem, facts, without=(diagram.name,))
+    return _finish(figure, body, what, text, diagram.hbar, without=(diagram.name,))
 
 
-def _draw_classes(
-    found: list[Any], levels: Any, body: Any, states: list[int], chart: Any, stem: Any, facts: dict[str, Any]
-) -> None:
-    """Draw densities of one class, levels against m or l, or over both."""
+def _classes_figure(found: list[Any], levels: Any, body: Any, states: list[int], chart: Any) -> Any:
+    """Return the figure of densities of one class, levels against m or l, or over both."""
     from ...plot import quantum as plot_quantum
     from ...quantum.spectra.level_diagram import diagram_of
 
     m, l = (np.array([getattr(one, name)[0] for one in found]) for name in ("m", "l"))
     spins, vorticities = np.unique(m), np.unique(l)
     if len(found) == 1:
-        _draw_states(found[0], body, states, chart, stem, facts)
-        return
+        return _states_figure(found[0], body, states, chart)
     text = f"{found[0].E.size} levels of each class; largest error {levels.error.max():.0e}"
     figure, ax = figure_of()
     if min(len(spins), len(vorticities)) == 1:
@@ -320,10 +339,10 @@ def _draw_classes(
     else:
         other = f"{len(found)} classes"
         plot_quantum.plot_spectrum(levels, ax=ax)
-    _finish(figure, body, other, text, levels.hbar, stem, facts)
+    return _finish(figure, body, other, text, levels.hbar)
 
 
-def _draw_states(found: Any, body: Any, states: list[int], chart: Any, stem: Any, facts: dict[str, Any]) -> None:
+def _states_figure(found: Any, body: Any, states: list[int], chart: Any) -> Any:
     from ...plot import quantum as plot_quantum
 
     figure, axes = figure_of(panels=len(states))
@@ -335,7 +354,7 @@ def _draw_states(found: Any, body: Any, states: list[int], chart: Any, stem: Any
             f"state {k}:  $E$ = {state.energy:.8g}" + (f",  {named_by}" if named_by else ""), fontsize=10, loc="left"
         )
     text = r"white: classical turning curve; dashed: $\det\varphi = 0$ where it is in the frame"
-    _finish(figure, body, f"(m, l) = ({found.m[0]}, {found.l[0]})", text, found.hbar, stem, facts)
+    return _finish(figure, body, f"(m, l) = ({found.m[0]}, {found.l[0]})", text, found.hbar)
 
 
 def _quantum(name: str) -> str:
@@ -344,16 +363,8 @@ def _quantum(name: str) -> str:
     return f"n_{{{symbol(name.removeprefix('n_'))}}}"
 
 
-def _finish(
-    figure: Any,
-    body: Any,
-    what: str,
-    text: str,
-    hbar: float,
-    stem: Any,
-    facts: dict[str, Any],
-    without: tuple[str, ...] = (),
-) -> None:
+def _finish(figure: Any, body: Any, what: str, text: str, hbar: float, without: tuple[str, ...] = ()) -> Any:
+    """Put title and caption on a figure of levels, and return it."""
     title(figure, rf"{titled(body, without)}, $\hbar$ = {hbar:g}, {what}")
     caption(figure, f"{text}; {units(body)}")
-    write(figure, stem, facts)
+    return figure

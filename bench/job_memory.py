@@ -1,0 +1,89 @@
+"""Peak memory and speed of a job against its number of orbits: `python bench/job_memory.py 10000 100000 1000000`.
+
+Each number runs in a process of its own: a frequency map of Hénon-Heiles on a square grid, into a store in a temporary
+folder, and the plain call on the same orbits where these are few. A job is stopped after `UNITS` units, once the memory
+of a unit has been taken many times; what a job holds of all its points, it has taken by then.
+"""
+
+import json
+import math
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import fastaff as fa
+from fastaff.jobs import Frequencies, Job, Starts, Surface
+
+PLAIN = 100_000
+"""Points up to which the plain call is made too."""
+
+UNITS = 12
+"""Units of a job that are computed."""
+
+
+def job(points):
+    """A frequency map of so many cells, over ten periods."""
+    side = math.isqrt(points)
+    return Job(
+        model=fa.HenonHeiles(),
+        surface=Surface(energy=0.1),
+        starts=Starts(grid=f"{side}x{side}"),
+        frequency_map=Frequencies(time=60.0),
+    )
+
+
+def some_units(one, path):
+    """Compute the first units of a job."""
+    left = [UNITS]
+
+    def stop(*_):
+        left[0] -= 1
+        if not left[0]:
+            raise KeyboardInterrupt
+
+    try:
+        return fa.run(one, path, memory=256 * 2**20, watch=stop)
+    except fa.Interrupted as stopped:
+        return stopped.partial
+
+
+def measured(points, how):
+    """Print seconds, peak memory in MiB before and after, and orbits, of a job in a store or of the plain call."""
+    one = job(points)
+    fa.run(job(64))  # compiles
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.perf_counter()
+    if how == "job":
+        with tempfile.TemporaryDirectory() as folder:
+            found = some_units(one, Path(folder) / "map.zarr")
+            seconds = time.perf_counter() - start
+            orbits = sum(found.counts()["frequency_map"].values())
+            unit = max(entry.orbits for entry in found.units)
+    else:
+        plan = one.plan()
+        z0 = plan.launch.all().z0
+        fa.frequency_map(plan.body, z0, time=60.0)
+        seconds, orbits, unit = time.perf_counter() - start, z0.shape[1], 0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps([orbits, seconds, before / 1024, peak / 1024, unit]))
+
+
+def main(numbers):
+    """Print the table."""
+    print("   points    orbits   way   seconds  orbits/s  peak MiB (before)  unit")
+    for points in map(int, numbers):
+        for how in ("job", "plain")[: 2 if points <= PLAIN else 1]:
+            command = [sys.executable, __file__, "--one", str(points), how]
+            orbits, seconds, before, peak, unit = json.loads(subprocess.check_output(command, text=True))
+            rate = orbits / seconds
+            print(f"{points:9d} {orbits:9d} {how:>5} {seconds:9.1f} {rate:9.0f} {peak:9.0f} ({before:.0f}) {unit:9d}")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--one"]:
+        measured(int(sys.argv[2]), sys.argv[3])
+    else:
+        main(sys.argv[1:] or ["10000", "100000"])

@@ -1,0 +1,75 @@
+"""Jobs beside the plain call on the same orbits, and beside workers of a cluster: `pytest bench/test_jobs.py -s`."""
+
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.jobs import Frequencies, Job, Motion, Poincare, Starts, Surface, launch
+
+SIDE = 360
+"""Cells along each axis: some 100,000 orbits."""
+
+ANALYSES = {
+    "poincare": {"poincare": Poincare(crossings=20)},
+    "integrate": {"integrate": Motion(time=2000.0)},
+    "frequency_map": {"frequency_map": Frequencies(time=200.0)},
+}
+
+
+def job(side=SIDE, **analyses):
+    """A job of Hénon-Heiles over a grid."""
+    start = {"surface": Surface(energy=0.125), "starts": Starts(grid=f"{side}x{side}")}
+    return Job(model=fa.HenonHeiles(), **start, **analyses)
+
+
+def seconds(call):
+    """Wall time of a call, and what it returns."""
+    start = time.perf_counter()
+    found = call()
+    return time.perf_counter() - start, found
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_a_job_beside_the_plain_call(tmp_path, name):
+    """In turns: the plain call with the options that the job settled, and the job into a store."""
+    one = job(SIDE if name != "frequency_map" else SIDE // 3, **ANALYSES[name])
+    plan = one.plan()
+    fa.run(job(8, **ANALYSES[name]), tmp_path / "warm.zarr")
+    analysis = plan.analyses[name]
+    settled = analysis.settled(plan.few(), one.run)
+    plain, stored, whole = [], [], launch.whole(plan.launch)[0]
+    for k in range(2):
+        taken, alone = seconds(lambda: analysis.compute(plan.few()._replace(z0=whole), settled, one.run))
+        plain.append(taken)
+        taken, found = seconds(lambda k=k: fa.run(one, tmp_path / f"{k}.zarr"))
+        stored.append(taken)
+    result = found[name]
+    for field in ("z", "points", "nu"):
+        if hasattr(result, field):
+            assert np.array_equal(getattr(result, field), getattr(alone, field), equal_nan=True)
+    print(
+        f"\n{name}: {len(result)} orbits in {max(u.number for u in found.units) + 1} units; plain {min(plain):.2f} s, "
+        f"job {min(stored):.2f} s, ratio {min(stored) / min(plain):.3f}"
+    )
+
+
+def test_workers_beside_threads(tmp_path):
+    """Two dask workers of one thread each, on this machine, beside one process of two threads."""
+    distributed = pytest.importorskip("distributed")
+    one = job(SIDE, integrate=Motion(time=2000.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of ports that are taken
+        cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+    with cluster, distributed.Client(cluster) as client:
+        executor = client.get_executor()
+        warm = job(24, integrate=Motion(time=2000.0))
+        fa.run(warm, tmp_path / "warm.zarr")
+        fa.run(warm, tmp_path / "warm-dask.zarr", executor=executor)
+        alone, shared = [], []
+        for k in range(2):
+            alone.append(seconds(lambda k=k: fa.run(one, tmp_path / f"{k}.zarr", threads=2))[0])
+            shared.append(seconds(lambda k=k: fa.run(one, tmp_path / f"{k}-dask.zarr", executor=executor))[0])
+    print(f"\ntwo threads {min(alone):.2f} s, two workers {min(shared):.2f} s: {min(alone) / min(shared):.2f}")

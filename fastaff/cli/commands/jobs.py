@@ -1,0 +1,258 @@
+"""`fastaff run`, `resume`, `rerun` and `status`: jobs in stores."""
+
+# ruff: noqa: B008
+from __future__ import annotations
+
+import contextlib
+import json
+import multiprocessing
+import os
+import shlex
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...base.interruption import Interrupted
+from ...jobs import running, units
+from ...jobs.analyses import Run
+from ...jobs.job import Job, Plan, as_keys
+from ...jobs.results import JobResults
+from ...jobs.store import WAITING, Store, is_store
+from ...jobs.wording import Wrong
+from ..options import HOW, WRITTEN, Parameter, Told, Workers, given, size_of
+from ..progress import EXIT_INTERRUPTED, JobProgress, say
+from .maps import checked, settled
+
+
+def run(
+    job: Path,
+    /,
+    *,
+    workers: Workers = Workers(),
+    memory: Annotated[str | None, Parameter(group=HOW)] = None,
+    store: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
+    overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
+    told: Told = Told(),
+) -> int:
+    """Run a job, unit by unit, into a store that is complete up to wherever it is stopped; again it goes on there.
+
+    Prints a table of what became of the orbits, which `fastaff status STORE` shows again. Ctrl-C stops within a second
+    and prints the command that goes on, as does SIGTERM.
+
+    Parameters
+    ----------
+    job
+        File of the job, TOML; `fastaff frequency-map ... --write-job map.toml` writes one.
+    memory
+        Bytes that a unit may take, such as 500MB or 2GiB, which bounds its orbits. [a quarter of what is free]
+    store
+        Zarr store of the results. [that of the job's name, .zarr]
+    overwrite
+        Replace a store of another job.
+    """
+    room = size_of(memory)
+    _check(workers, told)
+    asked = Job.read(job)
+    path = job.with_suffix(".zarr") if store is None else store
+    with in_keys(str(job)):
+        plan = checked(asked)
+        plan.few()
+    if not path.parent.is_dir():
+        raise Wrong(f"--store {path}: the folder {path.parent} does not exist")
+
+    _compiled(plan, asked.run, told, str(job))
+
+    def work(**how: Any) -> JobResults:
+        return running.run(asked, path, memory=room, overwrite=overwrite, **how)
+
+    return _watched(path, plan.launch.size, work, workers, told)
+
+
+def resume(store: Path, /, *, workers: Workers = Workers(), told: Told = Told()) -> int:
+    """Go on with the job of a store where it was stopped: bit for bit what it would have been.
+
+    Parameters
+    ----------
+    store
+        Zarr store of `fastaff run`.
+    """
+    _check(workers, told)
+    with in_keys(str(store)):
+        begun = units.running(store)
+    _compiled(begun.plan, begun.job.run, told, str(store))
+    return _watched(store, begun.store.orbits, lambda **how: running.resume(store, **how), workers, told)
+
+
+def rerun(
+    store: Path,
+    /,
+    *,
+    status: Annotated[list[str], Parameter(group=HOW)],
+    scheme: Annotated[str | None, Parameter(group=HOW)] = None,
+    step: Annotated[float | None, Parameter(group=HOW)] = None,
+    accuracy: Annotated[float | None, Parameter(group=HOW)] = None,
+    analysis: Annotated[list[str] | None, Parameter(group=HOW)] = None,
+    workers: Workers = Workers(),
+    told: Told = Told(),
+) -> int:
+    """Run the orbits of a store that failed again another way; their new numbers take the place of the old ones.
+
+    Prints the table of what became of all orbits. Stopped, it goes on by `fastaff resume`.
+
+    Parameters
+    ----------
+    store
+        Zarr store of `fastaff run`.
+    status
+        Status of the orbits to run again, such as ENERGY_DRIFT or TOO_FEW_CROSSINGS; once for each.
+    scheme
+        Another scheme, such as DOP853 or VERNER9.
+    step
+        Another step.
+    accuracy
+        Another accuracy.
+    analysis
+        Which of the job's analyses, such as frequency_map. [all that have statuses]
+    """
+    _check(workers, told)
+    with in_keys(str(store)):
+        begun = units.running(store)
+    _compiled(begun.plan, begun.job.run, told, str(store))
+    changed: dict[str, Any] = {"scheme": scheme, "step": step, "accuracy": accuracy, "analyses": analysis}
+
+    def work(**how: Any) -> JobResults:
+        return running.rerun(store, status=status, **changed, **how)
+
+    return _watched(store, begun.store.orbits, work, workers, told)
+
+
+def status(store: Path, /) -> int:
+    """Say what became of the orbits of a job so far: counts and share of each status, errors, the slowest unit.
+
+    Parameters
+    ----------
+    store
+        Zarr store of `fastaff run`.
+    """
+    with in_keys(str(store)):
+        results = JobResults.stored(store)
+        print(results.table())
+        if not results.complete:
+            print(f"go on with: {running.resume_command(store)}")
+    return 0
+
+
+def _check(workers: Workers, told: Told) -> None:
+    workers.check()
+    told.check()
+
+
+def _compiled(plan: Plan, options: Run, told: Told, name: str) -> None:
+    """Compile what a job needs before its progress is shown."""
+    with in_keys(name):
+        settled(next(iter(plan.analyses)).replace("_", "-"), plan, options, announce=not told.quiet)
+
+
+@contextlib.contextmanager
+def in_keys(name: str) -> Iterator[None]:
+    """Say what is wrong with a job or store by its keys, after the name of the file."""
+    try:
+        yield
+    except FileNotFoundError as problem:
+        text = str(problem) if problem.filename is None else f"{problem.filename} does not exist"
+        raise Wrong(text if text.startswith(name) else f"{name}: {text}") from None
+    except (ValueError, TypeError) as problem:
+        text = as_keys(str(problem))
+        raise Wrong(text if text.startswith(name) else f"{name}: {text}") from None
+    except LookupError as problem:
+        raise Wrong(f"{name} is damaged: it has no {problem}") from None
+
+
+def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: Workers, told: Told) -> int:
+    """Run a job with what is told of it, and return the exit code."""
+    finished = float(np.mean(Store(path).finished() != WAITING)) if is_store(path) else 0.0
+    bar = JobProgress(orbits, finished, shown=not told.quiet and told.log is None)
+    watch = _log if told.log else bar.watch
+    try:
+        with _executor(workers, path) as executor, bar:
+            results = work(executor=executor, threads=workers.threads, report=bar, watch=watch)
+    except KeyboardInterrupt as stopped:
+        if not (isinstance(stopped, Interrupted) or is_store(path)):
+            raise
+        left = int(np.count_nonzero(Store(path).finished() == WAITING))
+        say(f"stopped: {left} of {orbits} points are still to be computed, all others are kept in {path}; go on with")
+        print(shlex.join(["fastaff", "resume", str(path), *given(workers), *given(told)]), flush=True)
+        return EXIT_INTERRUPTED
+    if told.log:
+        print(json.dumps({"store": str(path), "complete": results.complete, "statuses": results.counts()}), flush=True)
+    elif not told.quiet:
+        print(f"{path}\n{results.table()}")
+    return 0
+
+
+def _log(so_far: running.Progress, unit: Any) -> None:
+    """Print what became of a unit, and of the job so far, as a line of JSON."""
+    print(json.dumps({"unit": unit._asdict(), "so_far": so_far._asdict()}), flush=True)
+
+
+@contextlib.contextmanager
+def _executor(workers: Workers, path: Path) -> Iterator[Any]:
+    """Give what units are handed to, None for this process; whatever happens no process is left behind."""
+    from concurrent.futures import ProcessPoolExecutor
+
+    if workers.dask is not None:
+        with _client(workers.dask) as client, _failing(path):
+            yield client.get_executor()
+    elif workers.workers is not None:
+        context = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(workers.workers, mp_context=context, initializer=_obey_the_parent)
+        try:
+            with _failing(path):
+                yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()  # a unit that is not finished counts as none
+            raise
+        pool.shutdown()
+    else:
+        yield None
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError('--dask needs distributed: pip install "fastaff[dask]"') from None
+    try:
+        return Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError) as problem:
+        raise Wrong(f"--dask {address}: no scheduler there: {problem}") from None
+
+
+@contextlib.contextmanager
+def _failing(path: Path) -> Iterator[None]:
+    """Say in one line that workers failed: what other units have come to is kept."""
+    try:
+        yield
+    except (ValueError, TypeError, OSError):
+        raise
+    except Exception as problem:
+        again = running.resume_command(path)
+        raise Wrong(f"a worker failed: {type(problem).__name__}: {problem}; go on with: {again}") from None
+
+
+def _obey_the_parent() -> None:
+    """Make a worker leave Ctrl-C to its parent, and end with it, however that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent: Any = multiprocessing.parent_process()
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -1,0 +1,104 @@
+"""What the commands of one analysis share: the job of their flags, computed here, kept in a file, drawn."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...jobs.analyses import Frequencies, Orbits, Run
+from ...jobs.job import Job, Plan
+from ...jobs.launch import Starts, whole
+from ..options import Written
+from ..progress import Progress, compiled, drawing, say, watched
+from .captions import stated, write
+from .figures import Scene
+
+
+def on_grid(starts: Starts, cells: str) -> Starts:
+    """Return starts, on a grid of so many cells unless they say otherwise."""
+    given = starts.grid or starts.orbits or starts.file
+    return starts if given is not None else replace(starts, grid=cells)
+
+
+def checked(job: Job) -> Plan:
+    """Return the plan of a job that is right as far as can be said without computing."""
+    plan = job.plan()
+    for analysis in plan.analyses.values():
+        analysis.check(job.run)
+    return plan
+
+
+def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[str, Any]:
+    """Compile what a plan needs, in a thread that Ctrl-C need not wait for, and return the options of its analyses."""
+    few, found = plan.few(), {}
+    brief = replace(run, accuracy=None, step=run.step or 0.02)
+
+    def work() -> None:
+        for name, analysis in plan.analyses.items():
+            small = few._replace(z0=few.z0[:, -1:]) if hasattr(analysis, "cases") else few  # a case is many orbits
+            analysis.compute(small, analysis.brief, brief)
+            if isinstance(analysis, Frequencies):  # which may be looked for again
+                replace(analysis, method="naff").compute(few, analysis.brief, brief)
+            found[name] = analysis.settled(few, run)
+
+    compiled(command, work, announce)
+    return found
+
+
+@dataclass
+class Work:
+    """A job that a command computes in memory: its orbits, what was settled, and what a file says of it."""
+
+    job: Job
+    plan: Plan
+    scene: Scene
+    z0: np.ndarray
+    settled: dict[str, Any]
+    output: Written
+    stem: Path
+    facts: dict[str, Any]
+
+    @classmethod
+    def begun(cls, command: str, job: Job, output: Written, **facts: Any) -> Work | None:
+        """Return the work of a command; None where its job is written and nothing else is asked for."""
+        plan = checked(job)
+        if output.wrote(job):
+            return None
+        stem = output.stem(f"fastaff-{command}")
+        output.check()
+        z0, place = whole(plan.launch)
+        options = settled(command, plan, job.run)
+        scene = Scene(job, plan, plan.launch.placed(z0, place))
+        mine = next(iter(plan.analyses))
+        facts = {**stated(job, plan, z0), **vars(plan.analyses[mine]), **options[mine], "place": place, **facts}
+        return cls(job, plan, scene, z0, options, output, stem, facts)
+
+    def compute(self, name: str, keep: Callable[[Any], Any], share: float = 1.0) -> Any:
+        """Return the result of an analysis; what Ctrl-C leaves of it is handed to `keep`."""
+        orbits, analysis = Orbits(self.plan.body, self.plan.section, self.z0), self.plan.analyses[name]
+        return watched(
+            Progress(analysis.title, self.z0.shape[1], share),
+            lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
+            keep,
+        )
+
+    def save(self, result: Any, start: float, interrupted: bool = True, **extra: Any) -> Path:
+        """Write a result with what is known of it; start: when its computation began."""
+        facts = {**self.facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted, **extra}
+        return self.output.save(self.stem, result, facts)
+
+    def draw(self, path: Path, figure: Callable[[], Any]) -> int:
+        """Name the file of the data, then draw the figure, and return the exit code."""
+        with drawing(path):
+            if not self.output.no_figure:
+                drawn = figure()
+                if drawn is None:
+                    say("no figure: these points are not those of a section; see fastaff.plot")
+                else:
+                    write(drawn, self.stem.with_name(self.stem.name + ".png"), self.facts)
+        return 0

@@ -1,0 +1,88 @@
+"""`fastaff plot`: the figures of any command again, from a store or a file."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any
+
+from ... import files
+from ...jobs.job import Job
+from ...jobs.results import JobResults
+from ...jobs.store import Store, is_store
+from ...jobs.wording import Wrong
+from ..options import WRITTEN, Output, Parameter
+from .captions import FORMATS, write
+from .figures import Scene, figures_of, plain_figure
+from .jobs import in_keys
+from .scans import scan_figure
+from .spectrum import spectrum_figure
+
+
+def plot(
+    data: Path,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
+    force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+) -> int:
+    """Draw the figures of a store of `fastaff run`, finished or not, or of an .npz file of any command.
+
+    Parameters
+    ----------
+    data
+        Store or file.
+    out
+        Path of the figure: .png, .pdf or .svg; where there are several the analysis is added. [that of the data, .png]
+    force
+        Replace existing files instead of numbering the new ones.
+    """
+    Output().check()
+    if not (data.is_file() or is_store(data)):
+        raise Wrong(f"{data} is no store of fastaff and no file")
+    target = data.with_suffix(".png") if out is None else out
+    if target.suffix.lower() not in FORMATS:
+        raise Wrong(f"--out must end with {', '.join(FORMATS)}, got {target}")
+    if not target.parent.is_dir():
+        raise Wrong(f"--out {target}: the folder {target.parent} does not exist")
+    with in_keys(str(data)):
+        figures, facts = _of_store(data) if is_store(data) else _of_file(data)
+    if not figures:
+        raise Wrong(f"{data} has nothing that there is a figure of")
+    for name, figure in figures.items():
+        stem = target.with_suffix("")
+        stem = stem if len(figures) == 1 else stem.with_name(f"{stem.name}-{name.replace('_', '-')}")
+        stem = stem if force else files.free_stem(stem, (target.suffix,))
+        write(figure, stem.with_name(stem.name + target.suffix), facts)
+    return 0
+
+
+def _of_store(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return figures and facts of the finished orbits of a store."""
+    store, results = Store(path), JobResults.stored(path)
+    place = results.place
+    if not place.size:
+        raise Wrong("no orbit is finished yet")
+    plan = results.job.plan()
+    where = plan.launch.placed(store.root["launch/z0"][:][:, place], place)
+    return figures_of(Scene(results.job, plan, where), results), {"job": store.facts["job"]}
+
+
+def _of_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return figures and facts of a file of a command; without a job those that the library has for its result."""
+    arrays, facts = files.contents(path)
+    import_module("fastaff.quantum")  # whose results files may hold
+    result = files.load(path)
+    if "spin" in facts and "options" in facts:
+        return {"spectrum": spectrum_figure(result, facts)}, facts
+    if not isinstance(facts.get("job"), str):
+        figure = plain_figure(result)
+        return ({} if figure is None else {"figure": figure}), facts
+    job = Job.parsed(facts["job"], str(path))
+    if "scans" in facts:
+        return {"scan": scan_figure(result, facts["scans"], job)}, facts
+    plan = job.plan()
+    where = plan.launch.placed(arrays["z0"], arrays["place"])
+    scene = Scene(job, plan, where, facts.get("max_order", 7))
+    # The file is of the first analysis; what others have found are arrays beside it.
+    return figures_of(scene, {next(iter(plan.analyses)): result}, arrays.get("diffusion")), facts

@@ -1,0 +1,321 @@
+"""What is computed of each orbit, and how: the tables [run], [poincare], [frequency_map], ... of a job."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+import numpy as np
+
+from ..analysis.chaos.chaos_map import chaos_map
+from ..analysis.chaos.indicators import (
+    FLI,
+    GALI,
+    MEGNO,
+    OFLI,
+    SALI,
+    BirkhoffDigits,
+    FrequencyDiffusion,
+    Lyapunov,
+    LyapunovSpectrum,
+    ReversibilityError,
+    ZeroOne,
+)
+from ..analysis.frequencies.frequency_map import frequency_map
+from ..analysis.frequencies.methods import BirkhoffAverages, NaffLines
+from ..analysis.orbits.integrate import integrate
+from ..analysis.sections.poincare_map import poincare_map
+from ..analysis.tori.action_angles import action_angles
+from ..base.numbers import nonnegative, positive, whole
+from ..flows.motion import typical_rate
+from ..schemes.catalogue import VERNER9, scheme_named
+from .wording import Wrong, named
+
+METHODS = {"birkhoff": BirkhoffAverages(), "naff": NaffLines()}
+"""Values of --method."""
+
+_KNOWN: tuple[Any, ...] = (
+    MEGNO(),
+    SALI(),
+    *(GALI(k) for k in range(2, 9)),
+    FLI(),
+    OFLI(),
+    Lyapunov(),
+    BirkhoffDigits(),
+    FrequencyDiffusion(),
+    ZeroOne(),
+    ReversibilityError(),
+)
+INDICATORS: dict[str, Any] = {**{entry.name: entry for entry in _KNOWN}, "spectrum": LyapunovSpectrum()}
+"""Values of --indicators."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """How to integrate."""
+
+    accuracy: float | None = None
+    """Error wanted, in sizes of the orbit: steps are halved until it is reached. Not of chaos maps. [none asked]"""
+    scheme: str | None = None
+    """LEAPFROG, YOSHIDA4, BLANES_MOAN6, BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8, SOFRONIOU_SPALETTA8,
+    SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive). [the cheapest for the accuracy, KAHAN_LI8 with a
+    step]
+    """
+    step: float | None = None
+    """Fixed step. [chosen for each orbit by a short trial]"""
+    threads: int | None = None
+    """Threads. [all cores]"""
+
+    def scheme_value(self) -> Any:
+        """Return the scheme, None where it is left open."""
+        if self.scheme is None:
+            return None
+        try:
+            return scheme_named(self.scheme.replace("-", "_"))
+        except ValueError as problem:
+            raise Wrong(str(problem).replace("name of a scheme", "--scheme", 1)) from None
+
+    def on(self, threads: int | None) -> Run:
+        """Return the same with so many threads, where they are given."""
+        return self if threads is None else replace(self, threads=threads)
+
+    def build(self) -> dict[str, Any]:
+        """Return the options of the library's functions."""
+        accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
+        return {**accuracy, "scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
+
+
+class Orbits(NamedTuple):
+    """Orbits to be analysed: of a system, by a section or by none, at z0 (2n, orbits)."""
+
+    body: Any
+    section: Any
+    z0: np.ndarray
+
+
+class Analysis(Protocol):
+    """One table of a job: what is computed of each orbit."""
+
+    title: ClassVar[str]
+    """For people."""
+    brief: ClassVar[dict[str, Any]]
+    """Settled options of the smallest case, which compiles what the others need."""
+
+    def check(self, run: Run) -> None:
+        """Refuse what is wrong whatever the orbits are."""
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return the options of the library's function, those that were left open by a trial with a few orbits."""
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+        """Return the result of orbits."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poincare:
+    """Crossings of the section."""
+
+    title: ClassVar[str] = "section"
+    brief: ClassVar[dict[str, Any]] = {"crossings": 1, "max_time": 20.0}
+
+    crossings: int = 500
+    """Crossings wanted from each orbit. [500]"""
+    max_time: float | None = None
+    """Time at which an orbit ends whatever it does. [four times what the crossings need in a trial]"""
+
+    def check(self, run: Run) -> None:
+        """Refuse what is wrong whatever the orbits are."""
+        whole("crossings", self.crossings, 1)
+        if self.max_time is not None:
+            positive("max_time", self.max_time)
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return crossings and max_time."""
+        self.check(run)
+        time = self.max_time
+        if time is None:
+            pace = return_times(*few, run.build())
+            if np.isnan(pace).all():  # as where a long step is given
+                pace = return_times(*few, {"scheme": VERNER9, "threads": run.threads})
+            time = enough_time(pace, few.section, self.crossings)
+        return {"crossings": self.crossings, "max_time": float(time)}
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+        """Return the SectionMap of orbits."""
+        return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **settled, **run.build())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frequencies:
+    """Fundamental frequencies."""
+
+    title: ClassVar[str] = "frequencies"
+    brief: ClassVar[dict[str, Any]] = {"time": 5.0}
+
+    time: float | None = None
+    """Time over which frequencies are averaged, best 100 periods or more. [1000]"""
+    periods: float | None = None
+    """That time in median times of return to the section, instead of --time."""
+    method: str = "birkhoff"
+    """birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff]"""
+
+    def check(self, run: Run) -> None:
+        """Refuse what is wrong whatever the orbits are."""
+        named("--method", self.method.lower(), tuple(METHODS))
+        _one_time(self.time, self.periods)
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return the time."""
+        self.check(run)
+        if self.periods is None:
+            return {"time": 1000.0 if self.time is None else float(self.time)}
+        return {"time": self.periods * median_return(few, run.build())}
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+        """Return the FrequencyMap of orbits."""
+        method = METHODS[self.method.lower()]
+        return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chaos:
+    """Indicators of chaos."""
+
+    title: ClassVar[str] = "chaos"
+    brief: ClassVar[dict[str, Any]] = {"time": 1.0}
+
+    time: float | None = None
+    """Time of every orbit."""
+    periods: float | None = None
+    """Time of every orbit in median times of return to the section, instead of --time; fewer call weak chaos regular.
+    [500]
+    """
+    indicators: str = "megno,sali"
+    """Names, with commas: megno, sali, gali_2 ... gali_8, fli, ofli, lyapunov, spectrum, birkhoff_digits,
+    frequency_diffusion, zero_one, reversibility_error. [megno,sali]
+    """
+    early_stop: bool = False
+    """End an orbit when all indicators have called it chaotic."""
+
+    def values(self) -> tuple[Any, ...]:
+        """Return the indicators."""
+        names = [name.strip().lower().replace("-", "_") for name in self.indicators.split(",")]
+        return tuple(INDICATORS[named("--indicators", name, tuple(INDICATORS))] for name in names)
+
+    def returns(self) -> float | None:
+        """Return how many times of return an orbit takes, None where its time is given."""
+        return None if self.time is not None else 500.0 if self.periods is None else float(self.periods)
+
+    def check(self, run: Run) -> None:
+        """Refuse what is wrong whatever the orbits are."""
+        self.values()
+        _one_time(self.time, self.periods)
+        if run.accuracy is not None:
+            raise Wrong("--accuracy does not belong to chaos maps, which take --step or choose one")
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return the time."""
+        self.check(run)
+        number = self.returns()
+        if number is None:
+            return {"time": float(self.time)}  # type: ignore[arg-type]
+        # Step control gets through steep walls.
+        return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+        """Return the ChaosMap of orbits."""
+        how = {"indicators": self.values(), "early_stop": self.early_stop}
+        return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Actions:
+    """Actions and angles of a separable system."""
+
+    title: ClassVar[str] = "actions"
+    brief: ClassVar[dict[str, Any]] = {}
+
+    def check(self, run: Run) -> None:
+        """Refuse nothing: there are no options."""
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return nothing: nothing is left open."""
+        return {}
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+        """Return the ActionAngles of orbits."""
+        return action_angles(orbits.body, orbits.z0, threads=run.threads, report=report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """Orbits up to a time, with samples of them."""
+
+    title: ClassVar[str] = "orbits"
+    brief: ClassVar[dict[str, Any]] = {"time": 1.0, "samples": 0}
+
+    time: float
+    """Time of every orbit."""
+    samples: int = 0
+    """States that are kept at equal times. [0: the last one only]"""
+
+    def check(self, run: Run) -> None:
+        """Refuse what is wrong whatever the orbits are."""
+        nonnegative("time", self.time)
+        whole("samples", self.samples, 0)
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return time and samples."""
+        self.check(run)
+        return {"time": float(self.time), "samples": self.samples}
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
+        """Return the Orbits."""
+        return integrate(orbits.body, orbits.z0, report=report, **settled, **run.build())
+
+
+ANALYSES: dict[str, type[Any]] = {
+    "poincare": Poincare,
+    "frequency_map": Frequencies,
+    "chaos_map": Chaos,
+    "action_angles": Actions,
+    "integrate": Motion,
+}
+"""Tables of a job that say what is computed, in the order in which it is."""
+
+TRIAL = 64
+"""Orbits of a trial, with which is settled what is left open."""
+
+
+def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
+    """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
+    few = np.ascontiguousarray(z0[:, :: -(-z0.shape[1] // TRIAL)])
+    loose = {name: value for name, value in choices.items() if name != "accuracy"}
+    found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **loose)
+    return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times.T, found.counts)])
+
+
+def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
+    """Return four times what the median orbit needs for the crossings."""
+    if np.isnan(pace).all():
+        raise Wrong(f"no orbit of a trial crosses {section!r}; give --max-time, or another section or direction")
+    return float(4.0 * np.nanmedian(pace) * (crossings + 4))
+
+
+def median_return(few: Orbits, choices: dict[str, Any]) -> float:
+    """Return the median time of return to the section."""
+    if few.section is None:
+        raise Wrong("--periods needs a section; give --time")
+    pace = return_times(*few, choices)
+    if np.isnan(pace).all():
+        raise Wrong(f"no orbit of a trial returns to {few.section!r}; give --time, or another section or direction")
+    return float(np.nanmedian(pace))
+
+
+def _one_time(time: float | None, periods: float | None) -> None:
+    """Refuse two times, and one that is not positive."""
+    if time is not None and periods is not None:
+        raise Wrong("give --time or --periods, not both")
+    for name, value in (("time", time), ("periods", periods)):
+        if value is not None:
+            positive(name, value)

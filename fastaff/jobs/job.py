@@ -1,0 +1,351 @@
+"""A job: which orbits of which system, and what is computed of each; read from and written as TOML."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+import tomllib
+import typing
+from dataclasses import MISSING, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.numbers import numbers, shown, whole
+from ..flows.checks import checked_model
+from ..flows.coordinates import row_names
+from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
+from .launch import Launch, Points, Starts, some
+from .scans import Cases, Scan, ScanOfChaos
+from .system import Model, Surface, described
+from .wording import Wrong
+
+
+class Plan(NamedTuple):
+    """What a job comes to: a system, a section or None, where orbits start, and analyses by name."""
+
+    body: Any
+    section: Any
+    launch: Launch
+    analyses: dict[str, Analysis]
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of the rows of a point: coordinates, or the parameters of a scan."""
+        return getattr(self.launch, "names", None) or row_names(self.body)
+
+    def few(self) -> Orbits:
+        """Return orbits for a trial, spread over the launch set."""
+        return Orbits(self.body, self.section, some(self.launch, TRIAL))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """Many orbits of one system and what is computed of each.
+
+    model: a `Model`, or any model of the library; surface: energy and section; starts: a `Starts` (grid, random points
+    or a file), or phase points (2n, orbits); run: scheme, step or accuracy, threads; then the analyses, one at least:
+    poincare (`Poincare`), frequency_map (`Frequencies`), chaos_map (`Chaos`), action_angles (`Actions`), integrate
+    (`Motion`); scan: the parameters (`Scan`) over which chaos_map finds the share of chaotic orbits, cases in place
+    of orbits; unit: orbits that are computed and kept together [some seconds of work]. The same names are tables of a
+    TOML file and options of the commands. Raises TypeError or ValueError naming table and field.
+    """
+
+    model: Any = field(default_factory=Model)
+    surface: Surface = field(default_factory=Surface)
+    starts: Any = field(default_factory=Starts)
+    run: Run = field(default_factory=Run)
+    poincare: Poincare | None = None
+    frequency_map: Frequencies | None = None
+    chaos_map: Chaos | None = None
+    scan: Scan | None = None
+    action_angles: Actions | None = None
+    integrate: Motion | None = None
+    unit: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, kind in TABLES.items():
+            value = getattr(self, name)
+            if isinstance(value, kind):
+                taken = {
+                    key: _checked(f"{name}.{key}", getattr(value, key), hint) for key, hint in _hints(kind).items()
+                }
+                object.__setattr__(self, name, replace(value, **taken))
+            elif name == "model":
+                checked_model(value, "model")
+                object.__setattr__(self, name, described(value) or value)
+            elif name == "starts":
+                if numbers("starts", value).ndim != 2:
+                    raise ValueError(f"starts must be phase points (2n, orbits), got shape {np.shape(value)}")
+            elif value is not None or name in ("surface", "run"):
+                raise TypeError(f"{name} must be a {kind.__name__}, got {shown(value)} ({type(value).__name__})")
+        if not self.analyses():
+            raise ValueError(f"a job must have one of {', '.join(ANALYSES)}: nothing is to be computed")
+        if self.unit is not None:
+            object.__setattr__(self, "unit", whole("unit", self.unit, 1))
+        if self.scan is not None and [*self.analyses()] != ["chaos_map"]:
+            raise ValueError(f"scan takes chaos_map alone, got {', '.join(self.analyses())}")
+
+    def analyses(self) -> dict[str, Analysis]:
+        """Return what is to be computed, by name."""
+        return {name: getattr(self, name) for name in ANALYSES if getattr(self, name) is not None}
+
+    def plan(self) -> Plan:
+        """Return system, section, launch set and analyses; raises ValueError or TypeError for what does not fit."""
+        body = self.model.build() if isinstance(self.model, Model) else self.model
+        if self.scan is not None:
+            return self._scan(body, self.scan)
+        if isinstance(self.starts, Starts) and self.starts.file is None:
+            section = self.surface.build(body)
+            return Plan(body, section, self.starts.launch(body, section, self.surface, "40x40"), self.analyses())
+        z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
+        if z0.shape[0] != 2 * body.degrees_of_freedom or not z0.shape[1]:
+            raise ValueError(f"starts must be phase points ({2 * body.degrees_of_freedom}, orbits), got {z0.shape}")
+        timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
+        needed = self.poincare is not None or self.surface.section is not None or timed
+        section = self.surface.section_of(body) if needed else None
+        return Plan(body, section, Points(z0), self.analyses())
+
+    def _scan(self, body: Any, scan: Scan) -> Plan:
+        """Return the plan of a scan."""
+        if not isinstance(self.starts, Starts) or self.starts.grid is not None or self.starts.file is not None:
+            raise Wrong(
+                "--scan takes random starts (--orbits), not --grid: the share of random points is that of the "
+                "section's area"
+            )
+        if None in self.starts.ranges() and any(self.starts.ranges()):
+            raise Wrong("with --scan give both of --range1 and --range2, or none")
+        cases = Cases(scan.parsed(body))
+        work = ScanOfChaos(cases, self.surface, self.starts, self.chaos_map or Chaos())
+        return Plan(body, self.surface.section_of(body), cases, {"chaotic_fraction": work})
+
+    def tables(self) -> dict[str, Any]:
+        """Return what is given, as tables of plain values: the fields that differ from their defaults."""
+        found: dict[str, Any] = {} if self.unit is None else {"unit": self.unit}
+        for name, kind in TABLES.items():
+            value = getattr(self, name)
+            if isinstance(value, kind):
+                given = {
+                    entry.name: getattr(value, entry.name)
+                    for entry in fields(kind)
+                    if entry.default is MISSING or getattr(value, entry.name) != entry.default
+                }
+                if given or name in ANALYSES:
+                    found[name] = given
+            elif value is not None:
+                found[name] = {"value": distinct(value) if name == "model" else f"{np.shape(value)[1]} orbits"}
+        return found
+
+    def text(self) -> str:
+        """Return the job as TOML. A model or starting points that no text describes are named only."""
+        lines = []
+        for name, value in self.tables().items():
+            if isinstance(value, dict):
+                lines += ["", f"[{name}]", *(f"{key} = {_toml(entry)}" for key, entry in value.items())]
+            else:
+                lines.append(f"{name} = {_toml(value)}")
+        return "\n".join(lines).lstrip("\n") + "\n"
+
+    @classmethod
+    def parsed(cls, text: str, name: str = "job", **own: Any) -> Job:
+        """Return the job of a TOML text; `name` is that of the file, for errors; own: model or starts that no text
+        describes.
+        """
+        try:
+            return cls(**{**_parsed(text, own), **own})
+        except tomllib.TOMLDecodeError as problem:
+            raise Wrong(f"{name} is no TOML: {in_one_line(str(problem))}") from None
+        except RecursionError:
+            raise Wrong(f"{name} has tables or lists within one another, too many to read") from None
+        except (ValueError, TypeError) as problem:
+            kind = TypeError if isinstance(problem, TypeError) else Wrong
+            raise kind(f"{name}: {in_one_line(as_keys(str(problem)))}") from None
+
+    @classmethod
+    def read(cls, path: Any, **own: Any) -> Job:
+        """Return the job of a TOML file. Raises OSError, ValueError or TypeError naming file, table and key."""
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except UnicodeDecodeError as problem:
+            raise Wrong(f"{path} is no text: {problem}") from None
+        except FileNotFoundError:
+            raise FileNotFoundError(f"{path} does not exist") from None
+        return cls.parsed(text, str(path), **own)
+
+
+TABLES: dict[str, type[Any]] = {
+    "model": Model,
+    "surface": Surface,
+    "starts": Starts,
+    "run": Run,
+    **ANALYSES,
+    "scan": Scan,
+}
+"""Tables of a job."""
+
+
+def as_keys(text: str) -> str:
+    """Return a sentence with keys in place of flags, the first time with the table that has them: [surface] energy for
+    --energy, and for a sentence that begins with energy.
+    """
+    seen: set[str] = set()
+
+    def key(flag: re.Match) -> str:
+        name = flag[1].replace("-", "_")
+        homes = [table for table, kind in TABLES.items() if name in {entry.name for entry in fields(kind)}]
+        first = name not in seen
+        seen.add(name)
+        return f"[{homes[0]}] {name}" if first and len(homes) == 1 else name
+
+    return re.sub(r"(?:--|^)([A-Za-z][\w-]*)", key, text)
+
+
+def as_flags(text: str) -> str:
+    """Return a sentence of a job with flags in place of keys: --energy for surface.energy."""
+    tables = "|".join(TABLES)
+    return re.sub(rf"\b(?:{tables})\.(\w+)", lambda key: "--" + key[1].replace("_", "-"), text)
+
+
+def in_one_line(text: str, length: int = 600) -> str:
+    """Return a sentence without its line breaks and other signs that move a cursor, short."""
+    line = "".join(sign if sign.isprintable() else " " for sign in text)
+    return line if len(line) <= length else line[: length - 4] + " ..."
+
+
+def distinct(model: Any) -> str:
+    """Return what tells a model of one's own from others: its class and numbers."""
+    return re.sub(r" at 0x[0-9a-fA-F]+", "", repr(model))
+
+
+def difference(old: Job, new: Job) -> str | None:
+    """Return the first field in which two jobs would not give the same numbers, with both values; None where there is
+    none.
+    """
+    one, other = ({**job.tables(), "unit": None} for job in (old, new))
+    for name in dict.fromkeys([*one, *other]):
+        if (name in one) != (name in other):
+            return f"[{name}] is {'not in the job' if name in one else 'new in the job'}"
+        if name == "unit":
+            continue
+        a, b = one[name], other[name]
+        for key in dict.fromkeys([*a, *b]):
+            if key != "threads" and a.get(key) != b.get(key):
+                return f"[{name}] {key} was {_said(a, key)}, is {_said(b, key)}"
+    return None
+
+
+def _said(table: dict[str, Any], key: str) -> str:
+    return repr(table[key]) if key in table else "left open"
+
+
+def _hints(kind: Any) -> dict[str, Any]:
+    hints = typing.get_type_hints(kind)
+    return {entry.name: hints[entry.name] for entry in fields(kind)}
+
+
+def _parsed(text: str, own: dict[str, Any]) -> dict[str, Any]:
+    data = tomllib.loads(text)
+    found: dict[str, Any] = {}
+    for name, value in data.items():
+        if name in own:
+            continue
+        if name == "unit":
+            found[name] = value
+            continue
+        kind = TABLES.get(name)
+        if kind is None:
+            homes = [f"[{table}] {name}" for table, other in TABLES.items() if name in _hints(other)]
+            if homes and not isinstance(value, dict):
+                raise Wrong(f"a key stands above its table: {' or '.join(homes)}")
+            raise Wrong(f"[{name}] is no table of a job{_near(name, [*TABLES, 'unit'])}")
+        if not isinstance(value, dict):
+            raise TypeError(f"{name} must be a table, [{name}] with keys below it, got {shown(value)}")
+        hints = _hints(kind)
+        if "value" in value and name in ("model", "starts"):
+            raise Wrong(f"[{name}] is one of your own, {value['value']}, that no text describes: give {name}=...")
+        for key in value:
+            if key not in hints:
+                raise Wrong(f"[{name}] has no key {key}{_near(key, list(hints))}")
+        try:
+            found[name] = kind(**{key: _taken(f"[{name}] {key}", entry, hints[key]) for key, entry in value.items()})
+        except TypeError as problem:
+            if "missing" in str(problem):
+                absent = str(problem).rpartition(": ")[2]
+                raise Wrong(f"[{name}] needs {absent}") from None
+            raise
+    return found
+
+
+def _near(name: str, names: list[str]) -> str:
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return (f"; did you mean {near[0]}?" if near else ".") + f" It takes {', '.join(names)}."
+
+
+def _taken(name: str, value: Any, hint: Any) -> Any:
+    """Return a value of a TOML file as the field takes it: lists and tables stand for texts with colons and commas."""
+    kinds = _kinds(hint)
+    if str in kinds and not isinstance(value, str):
+        if isinstance(value, int) and not isinstance(value, bool):
+            return f"{value:+d}" if name.endswith("direction") else str(value)
+        if isinstance(value, list) and value and all(isinstance(entry, str) for entry in value):
+            return ",".join(value)
+        if isinstance(value, list) and value and all(type(entry) in (int, float) for entry in value):
+            return ("x" if name.endswith("grid") else ":").join(map(repr, value))
+    if list[str] in kinds and isinstance(value, dict):
+        return [f"{key}={entry!r}" for key, entry in value.items()]
+    return _checked(name, value, hint)
+
+
+def _checked(name: str, value: Any, hint: Any) -> Any:
+    """Return a value if it is of the kind that the field takes, a whole number as a float where that is wanted."""
+    kinds = _kinds(hint)
+    for kind in kinds:
+        if kind is float and isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool):
+            return _finite(name, value)
+        if kind is int and isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+            return int(value)
+        if kind is str and isinstance(value, str):
+            return _writable(name, value)
+        if kind in (bool, type(None)) and isinstance(value, kind):
+            return value
+        if kind == list[str] and isinstance(value, (list, tuple)) and all(isinstance(entry, str) for entry in value):
+            return [_writable(name, entry) for entry in value]
+    words = {float: "a number", int: "a whole number", bool: "true or false", str: "a text", list[str]: "texts"}
+    takes = " or ".join(words[kind] for kind in kinds if kind is not type(None))
+    raise TypeError(f"{name} must be {takes}, got {shown(value)}")
+
+
+def _kinds(hint: Any) -> tuple[Any, ...]:
+    """Return what a field takes, of which None may be one."""
+    return (hint,) if typing.get_origin(hint) is list else typing.get_args(hint) or (hint,)
+
+
+def _writable(name: str, value: str) -> str:
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{name} must be text that can be written to a file, got {shown(value)}") from None
+    return str(value)
+
+
+def _finite(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except OverflowError:
+        number = np.inf
+    if not np.isfinite(number):
+        raise ValueError(f"{name} must be finite, got {shown(value)}")
+    return number
+
+
+def _toml(value: Any) -> str:
+    """Return a plain value as TOML."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return repr(value)

@@ -1,0 +1,294 @@
+"""Where orbits start: the table [starts] of a job, and the launch set that it describes."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, lift
+from ..analysis.sections.energy_sample import EnergySample, drawn
+from ..base.numbers import fits
+from .system import Surface
+from .wording import Wrong
+
+BLOCK = 1024
+"""Points of a launch set that are computed together: the same points whatever the units of a job."""
+
+TRIED = 16
+"""Blocks that orbits for a trial are taken from."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Starts:
+    """Where the orbits start."""
+
+    grid: str | None = None
+    """Cells N1xN2 over the section's coordinate and its momentum; cells beyond the energy are left out. [20x20, 40x40
+    or 60x60]
+    """
+    orbits: int | None = None
+    """Random starts, uniform over the accessible part of the section, instead of a grid."""
+    seed: int = 0
+    """Seed of the random starts. [0]"""
+    range1: str | None = None
+    """Range LOW:HIGH of the section's coordinate. [all that the energy allows]"""
+    range2: str | None = None
+    """Range LOW:HIGH of its momentum. [all that the energy allows]"""
+    file: str | None = None
+    """File of phase points (2n, orbits), .npy, instead of a grid."""
+
+    def read(self) -> np.ndarray:
+        """Return the phase points of the file, which stay on disk."""
+        others = [name for name in ("grid", "orbits", "range1", "range2") if getattr(self, name) is not None]
+        if others:
+            raise Wrong(f"give --file or --{others[0]}, not both")
+        try:
+            with open(str(self.file), "rb") as file:
+                if file.read(6) != b"\x93NUMPY":
+                    raise ValueError("it does not begin as such a file does")
+            array = np.load(str(self.file), mmap_mode="r", allow_pickle=False)
+        except (ValueError, EOFError) as problem:
+            raise Wrong(f"--file {self.file} must be an .npy file of numbers: {problem}") from None
+        if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype.kind not in "iuf":
+            raise Wrong(f"--file {self.file} must have one array of real numbers (2n, orbits)")
+        return array
+
+    def launch(self, body: Any, section: Any, surface: Surface, default: str) -> Launch:
+        """Return the launch set that this describes, on a grid of `default` cells unless it says otherwise."""
+        from ..analysis.sections import energy_sample
+
+        if self.grid is not None and self.orbits is not None:
+            raise Wrong("give --grid or --orbits, not both")
+        if self.orbits is not None and self.orbits < 1:
+            raise Wrong(f"--orbits must be at least 1, got {self.orbits}")
+        if self.orbits is not None:
+            fits("--orbits", self.orbits, itemsize=1)
+        if self.seed < 0:
+            raise Wrong(f"--seed must be at least 0, got {self.seed}")
+        cells = _cells(self.grid or default)
+        fits("--grid", *cells, itemsize=1)
+        fits("--grid", ARRAYS, max(cells))
+        given = self.ranges()
+        where = Where(body, section, *checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma))
+        edge, ranges = None, given
+        try:
+            edge = energy_sample.edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
+            ranges = [mine or found for mine, found in zip(given, edge.axes)]
+        except ValueError as problem:
+            if None in ranges:
+                raise Wrong(f"{problem}; or give --range1 and --range2") from None
+        if self.orbits is not None:
+            boxes = energy_sample.ranges_to_draw(*where, ranges if any(given) else None)
+            sheets = energy_sample.drawn(*where, boxes, BLOCK, self.seed)[1]
+            return RandomPoints(where, self.orbits, self.seed, boxes, sheets, edge)
+        # Cell centres: the ends of the range are the edge itself.
+        axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, cells)]
+        return Cells(where, axes[0], axes[1], edge)
+
+    def ranges(self) -> list[Any]:
+        """Return the ranges given, None for those not given."""
+        return [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
+
+
+class Where(NamedTuple):
+    """A section of an energy surface of a system."""
+
+    body: Any
+    section: Any
+    energy: float
+    p_eta: float
+    p_gamma: float
+
+
+class Launch(Protocol):
+    """A launch set: points by number, each where an orbit starts or where the energy allows none.
+
+    The points of a block have the same bits whichever of them are asked for: blocks are computed whole.
+    """
+
+    def __hash__(self) -> int:
+        """Each is itself."""
+
+    @property
+    def edge(self) -> Any:
+        """The edge of the section that the energy allows, None where it is not known."""
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+
+    @property
+    def block(self) -> int:
+        """Points that are computed together."""
+
+    def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the phase points (2n, orbits) of a block, and the numbers of their points within it (orbits,)."""
+
+    def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid | EnergySample | None:
+        """Return some of the points, given by z0 (2n, orbits) and their numbers, as figures take them; None where they
+        are on no section.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A grid of cells over two coordinates of a section, by rows; the energy does not reach all of them."""
+
+    where: Where
+    first: np.ndarray
+    second: np.ndarray
+    edge: Any = None
+
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return self.first.size * self.second.size
+
+    @property
+    def block(self) -> int:
+        """Whole rows of cells."""
+        return max(1, BLOCK // self.second.size) * self.second.size
+
+    def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the phase points of the cells of some rows that the energy reaches, and their numbers."""
+        rows = self.block // self.second.size
+        u, v = np.meshgrid(self.first[block * rows : (block + 1) * rows], self.second, indexing="ij")
+        z, found, _ = lift(*self.where, u.ravel(), v.ravel())
+        return np.ascontiguousarray(z[:, found]), np.flatnonzero(found)
+
+    def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid:
+        """Return some cells; the others count as those that the energy does not reach."""
+        names = lift(*self.where, self.first[:1], self.second[:1])[2]
+        forbidden = np.ones((self.first.size, self.second.size), bool)
+        forbidden.ravel()[place] = False
+        return EnergyGrid(z0, place, forbidden, (self.first, self.second), names, self.where.energy)
+
+
+@dataclass(frozen=True, eq=False)
+class RandomPoints:
+    """Random points of a section, uniform in its invariant area: each block of a seed of its own."""
+
+    where: Where
+    size: int
+    seed: int
+    boxes: list[Any]
+    sheets: int = 1
+    edge: Any = None
+
+    @property
+    def block(self) -> int:
+        """Points of one seed."""
+        return BLOCK
+
+    def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the phase points of a block."""
+        part = self.sample(block)
+        return np.ascontiguousarray(part.z0), np.arange(len(part))
+
+    def sample(self, block: int) -> EnergySample:
+        """Return a block with its points on the section."""
+        seed = np.random.SeedSequence(self.seed, spawn_key=(block,))
+        part = drawn(*self.where, self.boxes, BLOCK, seed, self.sheets)[0]
+        return part.take(slice(0, self.size - block * BLOCK))
+
+    def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergySample:
+        """Return some of the points."""
+        blocks = -(-self.size // BLOCK)
+        return EnergySample.concat(self.sample(block) for block in range(blocks)).take(place)
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Phase points (2n, orbits) of one's own."""
+
+    z0: np.ndarray
+    edge: Any = None
+
+    @property
+    def size(self) -> int:
+        """Number of orbits."""
+        return self.z0.shape[1]
+
+    @property
+    def block(self) -> int:
+        """Points that are taken together."""
+        return BLOCK
+
+    def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the phase points of a block."""
+        z0 = np.ascontiguousarray(self.z0[:, block * BLOCK : (block + 1) * BLOCK], dtype=np.float64)
+        return z0, np.arange(z0.shape[1])
+
+    def placed(self, z0: np.ndarray, place: np.ndarray) -> None:
+        """Return None: no section is known that these are on."""
+
+
+def between(launch: Launch, low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the phase points (2n, orbits) of the points from `low` to `high` of a launch set, and their numbers from
+    `low` on.
+    """
+    states, places = [], []
+    for block in range(low // launch.block, -(-high // launch.block)):
+        z0, number = _points(launch, block)
+        number = number + block * launch.block - low
+        kept = (number >= 0) & (number < high - low)
+        states.append(z0[:, kept])
+        places.append(number[kept])
+    return np.ascontiguousarray(np.concatenate(states, axis=1)), np.concatenate(places)
+
+
+@functools.lru_cache(maxsize=4)
+def _points(launch: Any, block: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points of a block, which several units may share."""
+    return launch.points(block)
+
+
+def whole(launch: Launch) -> tuple[np.ndarray, np.ndarray]:
+    """Return all phase points of a launch set and the numbers of their points."""
+    return between(launch, 0, launch.size)
+
+
+def some(launch: Launch, count: int) -> np.ndarray:
+    """Return the phase points (2n, orbits) of at most `count` orbits, spread over the launch set; at least one.
+
+    Raises NotReached where the energy allows no orbit.
+    """
+    blocks = -(-launch.size // launch.block)
+    few = np.unique(np.linspace(0, blocks - 1, min(blocks, TRIED)).astype(np.int64))
+    found = [launch.points(int(block))[0] for block in few]
+    rest = (launch.points(block)[0] for block in range(blocks) if block not in few)
+    while not any(part.shape[1] for part in found):
+        try:
+            found.append(next(rest))
+        except StopIteration:
+            raise NotReached("the energy reaches no point of the launch set: it is below the minimum there") from None
+    z0 = np.concatenate(found, axis=1)
+    return np.ascontiguousarray(z0[:, np.unique(np.linspace(0, z0.shape[1] - 1, count).astype(np.int64))])
+
+
+def _range(option: str, text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    low, colon, high = text.partition(":")
+    try:
+        ends = (float(low), float(high))
+        if not (colon and math.isfinite(ends[0]) and math.isfinite(ends[1]) and ends[0] < ends[1]):
+            raise ValueError
+    except ValueError:
+        raise Wrong(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None
+    return ends
+
+
+def _cells(text: str) -> tuple[int, int]:
+    first, cross, second = text.lower().partition("x")
+    try:
+        n1, n2 = int(first), int(second if cross else first)
+        if n1 < 1 or n2 < 1:
+            raise ValueError
+    except ValueError:
+        raise Wrong(f"--grid must be N1xN2 with whole numbers of at least 1, for example 40x40, got {text!r}") from None
+    return n1, n2

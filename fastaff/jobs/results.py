@@ -1,0 +1,156 @@
+"""What a job has come to: results by analysis, in memory or in a store, and a table of what became of the orbits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .job import Job
+from .scans import FoundCases, assembled
+from .store import ATTEMPT, DONE, WAITING, Store
+from .units import LOG, Unit, outcomes
+
+
+class JobResults:
+    """Results of a job by the name of the analysis: `results["frequency_map"]` is that of the finished orbits.
+
+    From a store each is read when it is asked for; `tree` opens the store itself, lazily.
+    """
+
+    def __init__(
+        self, job: Job, found: dict[str, Any] | None, place: np.ndarray, path: Path | None, units: Any = ()
+    ) -> None:
+        self.job, self.path, self.units = job, path, list(units)
+        self._found, self._place = found, place
+
+    @classmethod
+    def stored(cls, path: Any, job: Job | None = None, **own: Any) -> JobResults:
+        """Return the results in a store, finished or not; own: `model` or `starts`, where no text describes them."""
+        store = Store(path)
+        if job is None:
+            if store.facts["own_starts"]:
+                own = {"starts": store.root["launch/z0"][:, :1], **own}
+            job = Job.parsed(store.facts["job"], str(path), **own)
+        return cls(job, None, np.zeros(0), Path(path), _logged(Path(path)))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The analyses."""
+        return ("chaotic_fraction",) if self.job.scan is not None else tuple(self.job.analyses())
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, name: str) -> Any:
+        """Return the result of an analysis: of the finished orbits."""
+        if name not in self.names:
+            raise KeyError(f"the job has {', '.join(self.names)}, not {name!r}")
+        if self._found is not None:
+            return self._found[name]
+        found = Store(self.path).read(name)
+        return assembled(found, self._cases()) if isinstance(found, FoundCases) else found
+
+    def _cases(self) -> Any:
+        return self.job.plan().launch
+
+    @property
+    def place(self) -> np.ndarray:
+        """Numbers of the finished orbits within the launch set: of cells where it is a grid."""
+        return self._place if self._found is not None else np.flatnonzero(Store(self.path).finished() == DONE)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all orbits are finished."""
+        return self._found is not None or not (Store(self.path).finished() == WAITING).any()
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Return how many orbits have which status, by analysis."""
+        field = "status" if self.job.scan is None else "statuses"
+        return {name: outcomes(self._column(name, field)) for name in self.names}
+
+    def attempts(self, name: str) -> np.ndarray:
+        """Return which attempt the numbers of each finished orbit are from: 0, or the number of a rerun."""
+        values = self._column(name, ATTEMPT)
+        return np.zeros(len(self.place), np.int16) if values is None else values
+
+    def worst_energy_error(self) -> dict[str, float]:
+        """Return the largest energy error, by analysis that has one."""
+        found = {}
+        for name in self.names:
+            values = self._column(name, "energy_error")
+            if values is not None and np.isfinite(values).any():
+                found[name] = float(np.nanmax(values))
+        return found
+
+    def table(self) -> str:
+        """Say what became of the orbits: counts and share of each status, worst energy error, slowest unit."""
+        lines = []
+        worst = self.worst_energy_error()
+        for name, counts in self.counts().items():
+            total = sum(counts.values())
+            shares = ", ".join(f"{count} {status} ({count / total:.2%})" for status, count in counts.items())
+            error = f"; largest energy error {worst[name]:.1e}" if name in worst else ""
+            lines.append(f"{name}: {total} orbits: {shares or 'none'}{error}")
+        if self.path is not None:
+            state = Store(self.path).finished()
+            absent, waiting = np.count_nonzero(state == 0), np.count_nonzero(state == WAITING)
+            for attempt, again in enumerate(Store(self.path).facts["reruns"], 1):
+                count = sum(int(np.count_nonzero(self.attempts(name) == attempt)) for name in self.names)
+                changed = ", ".join(f"{name} {value}" for name, value in again["run"].items())
+                lines.append(f"run again with {changed}: {count} orbits")
+            if absent:
+                lines.append(f"{absent} points beyond the energy")
+            if waiting:
+                lines.append(f"{waiting} points not computed yet")
+        if self.units:
+            slow = max(self.units, key=lambda unit: unit.seconds)
+            lines.append(f"slowest unit {slow.number}: {slow.orbits} orbits in {slow.seconds:.1f} s")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        where = "in memory" if self.path is None else f"in {self.path}"
+        return f"JobResults({', '.join(self.names)}; {where})"
+
+    def tree(self) -> Any:
+        """Open the store as an xarray.DataTree, whose arrays are read when they are used."""
+        if self.path is None:
+            raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
+        import xarray
+
+        return xarray.open_datatree(str(self.path), engine="zarr")
+
+    def to_netcdf(self, path: Any) -> None:
+        """Write the store as NetCDF, for other programs."""
+        self.tree().to_netcdf(str(path), engine="h5netcdf")
+
+    def _column(self, name: str, field: str) -> Any:
+        """Return an array of an analysis, of the finished orbits; None where it has none of that name."""
+        if self._found is not None:
+            return getattr(self._found[name], field, None)
+        store = Store(self.path)
+        if field not in store.root[name]:
+            return None
+        return np.asarray(store.root[f"{name}/{field}"][...][..., store.finished() == DONE])
+
+
+def _logged(path: Path) -> list[Unit]:
+    """Return the units of the log, without a last line that was cut off."""
+    found = {}
+    try:
+        lines = (path / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return []
+    for line in lines:
+        try:
+            entry = Unit(**json.loads(line))
+        except (ValueError, TypeError, RecursionError):
+            continue
+        found[entry.number] = entry
+    return list(found.values())

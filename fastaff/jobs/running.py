@@ -1,0 +1,465 @@
+"""Running jobs: into a store or in memory, here or by an executor, again from where they were stopped."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shlex
+import time as clock
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.interruption import Interrupted
+from ..base.numbers import free_memory, positive, reporter, shown
+from ..base.provenance import provenance
+from ..base.results import columns
+from ..base.status import Status
+from ..compile.jit import package_hash
+from .analyses import Orbits
+from .holding import alone, as_path
+from .job import Job, Plan, difference, distinct
+from .launch import Points, Starts, between, some
+from .results import JobResults
+from .scans import Cases, assembled
+from .store import Store, create, is_store
+from .system import Model
+from .units import LOG, Unit, compute_unit, computed, running, stated, summed, unit, waiting
+from .wording import Wrong, named
+
+SECONDS = 2.0
+"""Of work in a unit whose size is left open."""
+
+PROBE = 256
+"""Orbits that tell how long a unit takes."""
+
+SMALLEST = 256
+"""Orbits of a unit whose size is left open: two blocks of lanes."""
+
+PENDING = 256
+"""Units that an executor is handed at a time."""
+
+WORKING = 6.0
+"""Bytes that a unit takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""
+
+SHARE = 0.25
+"""Share of the free memory that a job takes if nothing is said."""
+
+
+class Progress(NamedTuple):
+    """How far a job is: orbits that are finished and all, seconds since it began or went on, orbits per second and
+    crossings per second of this run, seconds left, and counts of statuses so far by analysis.
+
+    As text it is one line: `watch=lambda progress, unit: print(progress, end="\r")` shows it, in notebooks too.
+    """
+
+    orbits: int
+    of: int
+    seconds: float
+    rate: float
+    crossings: float
+    left: float
+    statuses: dict[str, dict[str, int]]
+
+    def __str__(self) -> str:
+        parts = [f"{self.orbits} of {self.of} points ({self.orbits / self.of:.0%})", f"{self.rate:,.0f}/s"]
+        if self.crossings:
+            parts.append(f"{self.crossings:,.0f} crossings/s")
+        parts.append(f"{self.left:.0f} s left")
+        for name, counts in self.statuses.items():
+            parts.append(f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
+        return "; ".join(parts)
+
+
+def run(
+    job: Job,
+    store: Any = None,
+    *,
+    executor: Any = None,
+    threads: int | None = None,
+    memory: float | None = None,
+    overwrite: bool = False,
+    report: Callable[[float], Any] | None = None,
+    watch: Callable[[Progress, Unit], Any] | None = None,
+) -> JobResults:
+    """Run a job and return its results: in memory, or in a store, which goes on where it was stopped.
+
+    Parameters: job; store: path of a Zarr hierarchy, new or of the same job (None: all in memory); executor: whatever
+    has `submit`, as pools of threads and of processes that are spawned, loky, `dask.distributed.Client.get_executor()`,
+    mpi4py.futures or submitit have: each worker writes its own chunks into the store, which all of them must reach by
+    its path; threads: of a unit (default: all cores, in an executor 1); memory: bytes that a unit may take (default: a
+    quarter of what is free), which bounds its size where the job leaves it open; overwrite: replace a store of another
+    job; report: called with the fraction that is done; watch: called with `Progress` and the `Unit` after each of
+    these.
+    Raises TypeError or ValueError for a job that does not fit together and for a store of another job, naming the
+    field; OSError where the store cannot be written; Interrupted at Ctrl-C, whose partial is what the store holds.
+
+    A store is bit for bit the same for any threads, executor, order and interruption; the values of an orbit are so for
+    any size of units too. What is finished when a process is killed stays: a unit counts when its last chunk is on the
+    disk.
+    Cost: that of the analyses, and of writing their numbers.
+    Source: the Zarr storage specification, version 3.
+    """
+    if not isinstance(job, Job):
+        raise TypeError(f"job must be a Job, got {shown(job)} ({type(job).__name__})")
+    reporter(report)
+    if executor is not None:
+        _checked_executor(executor)
+    if store is None:
+        if executor is not None:
+            raise Wrong("executor needs a store: workers hand over their results there")
+        return _in_memory(job, threads, report)
+    path = as_path(store)
+    there = path.exists()
+    if not (there and is_store(path)):
+        try:
+            begin(job, path, memory=memory, overwrite=overwrite and there, threads=threads)
+        except FileExistsError:
+            if not is_store(path):
+                raise  # else another process made it in this moment: it is a store like any other
+    with alone(path):
+        change = _change(path, job, overwrite)
+        if change is not None and not overwrite:
+            raise Wrong(f"{path} holds another job: {change}. Take another store, or overwrite this one")
+        if change is not None:
+            begin(job, path, memory=memory, overwrite=True, threads=threads)
+    return _finished(path, _own(job), executor, threads, report, watch)
+
+
+def resume(
+    store: Any,
+    *,
+    executor: Any = None,
+    threads: int | None = None,
+    report: Callable[[float], Any] | None = None,
+    watch: Callable[[Progress, Unit], Any] | None = None,
+    model: Any = None,
+) -> JobResults:
+    """Go on with the job of a store where it was stopped, and return its results.
+
+    Parameters: store: its path; executor, threads, report and watch as in `run`; model: that of the job,
+    where no text describes it. Raises FileNotFoundError, ValueError for what is no store of this version, Interrupted
+    as `run`.
+    Cost: that of the units that are waiting.
+    Source: as `run`.
+    """
+    reporter(report)
+    if executor is not None:
+        _checked_executor(executor)
+    return _finished(as_path(store), {} if model is None else {"model": model}, executor, threads, report, watch)
+
+
+def rerun(
+    store: Any,
+    *,
+    status: Any,
+    scheme: Any = None,
+    step: float | None = None,
+    accuracy: float | None = None,
+    analyses: Any = None,
+    executor: Any = None,
+    threads: int | None = None,
+    report: Callable[[float], Any] | None = None,
+    watch: Callable[[Progress, Unit], Any] | None = None,
+    model: Any = None,
+) -> JobResults:
+    """Run the orbits of a store again whose status is one of these, another way; return its results.
+
+    Parameters: store: path of a store, finished or not: orbits that are still to come are run again too where they
+    fail; status: a `Status`, its name, or several; scheme, step, accuracy: what is to be different, one at least, a
+    scheme by value or name; analyses: names of those to run again (default: all that have statuses); executor, threads,
+    report, watch and model as in `resume`.
+    The new numbers take the place of the old ones; `JobResults.attempts` says which orbits they are, the store keeps
+    what was changed. Raises as `resume`; ValueError for a name that is none.
+    Cost: that of these orbits. Source: as `run`.
+    """
+    path, given = as_path(store), {} if model is None else {"model": model}
+    with alone(path):
+        begun = running(path, **given)
+        names = (
+            tuple(begun.plan.analyses) if analyses is None else (analyses,) if isinstance(analyses, str) else analyses
+        )
+        if isinstance(begun.plan.launch, Cases):
+            raise Wrong("rerun is for orbits; cases of a scan have their second scheme already")
+        for name in names:
+            named("analyses", name, tuple(begun.plan.analyses))
+        name_of = None if scheme is None else str(getattr(scheme, "name", scheme))
+        asked = {"scheme": name_of, "step": step, "accuracy": accuracy}
+        changed: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
+        if not changed:
+            raise Wrong("rerun needs scheme, step or accuracy: with the same ones the numbers stay")
+        options = replace(begun.job.run, **changed)
+        few = begun.plan.few()
+        few = few._replace(z0=few.z0[:, :1])
+        for name in names:  # what does not fit is refused before anything is changed
+            begun.plan.analyses[name].compute(few, begun.store.facts["settled"][name], options)
+        entry = {
+            "status": sorted({int(_status(one)) for one in _several(status)}),
+            "run": changed,
+            "analyses": list(names),
+            "date": provenance()["date"],
+        }
+        begun.store.tell(reruns=[*begun.store.facts["reruns"], entry])
+    return _finished(path, given, executor, threads, report, watch)
+
+
+def _several(status: Any) -> list[Any]:
+    found = [status] if isinstance(status, (str, int)) else list(status)
+    if not found:
+        raise ValueError("status must be one status or several, got none")
+    return found
+
+
+def _status(one: Any) -> Status:
+    if isinstance(one, str):
+        return Status[named("status", one.upper().replace("-", "_"), tuple(entry.name for entry in Status))]
+    try:
+        return Status(one)
+    except ValueError:
+        raise ValueError(f"status must be of {', '.join(entry.name for entry in Status)}, got {shown(one)}") from None
+
+
+def begin(
+    job: Job, path: Any, *, memory: float | None = None, overwrite: bool = False, threads: int | None = None
+) -> Store:
+    """Make the store of a job with no unit finished: what is left open is settled by a few orbits."""
+    plan = job.plan()
+    run = job.run.on(threads)
+    few = plan.few()
+    settled = {name: analysis.settled(few, run) for name, analysis in plan.analyses.items()}
+
+    template = dict(computed(plan, few.z0[:, :1], settled, run))
+    free = free_memory()
+    room = free * SHARE if memory is None else positive("memory", memory)
+    each = WORKING * (_bytes_of(template) + 8 * few.z0.shape[0])
+    most = int(room // each)
+    if most < 1:
+        raise Wrong(f"memory must be at least {each:.0f} bytes, what one orbit of this job takes, got {room:.0f}")
+    size = job.unit
+    if size is None:
+        size = _unit_size(plan, settled, run, most)
+    elif min(size, plan.launch.size) > (most := int((free if memory is None else room) // each)):
+        raise Wrong(f"unit must be at most {most} orbits to take {most * each:.0f} bytes of memory, got {size}")
+    own_starts = isinstance(plan.launch, Points)
+    facts = {
+        "job": job.text(),
+        "settled": settled,
+        "orbits": plan.launch.size,
+        "unit": min(size, plan.launch.size),
+        "source": package_hash(),
+        "own_starts": own_starts,
+        "reruns": [],
+        "provenance": provenance(),
+    }
+
+    def prepared(store: Store) -> None:
+        for number in range(store.units if own_starts else 0):
+            points = store.points(number)
+            store.root["launch/z0"][:, points] = between(plan.launch, points.start, points.stop)[0]
+
+    try:
+        return create(path, facts, template, plan.rows, overwrite=overwrite, prepared=prepared)
+    except OSError as problem:
+        if Path(path).exists() and not isinstance(problem, FileExistsError) and not overwrite and is_store(path):
+            raise FileExistsError(f"{path} was made by another process in this moment") from None
+        raise
+
+
+def _unit_size(plan: Plan, settled: dict[str, Any], options: Any, most: int) -> int:
+    """Return how many orbits take some seconds, a multiple of the smallest unit, as far as memory allows."""
+    if isinstance(plan.launch, Cases):
+        return 1
+    if plan.launch.size <= SMALLEST:
+        return min(most, SMALLEST)
+    z0 = some(plan.launch, min(PROBE, most))
+    start = clock.perf_counter()
+    dict(computed(plan, z0, settled, options))
+    each = (clock.perf_counter() - start) / z0.shape[1]
+    size = max(1, round(SECONDS / each / SMALLEST)) * SMALLEST
+    return min(size, max(1, most // SMALLEST) * SMALLEST if most >= SMALLEST else most)
+
+
+def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
+    plan, options = job.plan(), job.run.on(threads)
+    few = plan.few()
+    settled = {name: analysis.settled(few, options) for name, analysis in plan.analyses.items()}
+    _fits(plan, settled, options, few)
+    z0, place = between(plan.launch, 0, plan.launch.size)
+    found: dict[str, Any] = {}
+    start = clock.perf_counter()
+    try:
+        for name, result in computed(plan, z0, settled, options, report):
+            found[name] = result
+    except Interrupted as stopped:
+        found[list(plan.analyses)[len(found)]] = stopped.partial
+        raise _stopped(JobResults(job, found, place, None)) from None
+    units = [summed(0, place.size, clock.perf_counter() - start, found)]
+    if isinstance(plan.launch, Cases):
+        found = {name: assembled(result, plan.launch) for name, result in found.items()}
+    return JobResults(job, found, place, None, units)
+
+
+def _fits(plan: Plan, settled: dict[str, Any], options: Any, few: Orbits) -> None:
+    """Refuse results that memory has no room for."""
+    size = plan.launch.size
+    if size <= SMALLEST:
+        return
+    each = _bytes_of(dict(computed(plan, few.z0[:, :1], settled, options)))
+    if WORKING * each * size > (free := free_memory()):
+        raise Wrong(
+            f"{size} orbits in memory take {WORKING * each * size:.3g} bytes, {free:.3g} are free: give store, which "
+            "takes them unit by unit"
+        )
+
+
+def _bytes_of(results: dict[str, Any]) -> int:
+    """Return the bytes of the arrays of results."""
+    return sum(column.value.nbytes for result in results.values() for column in columns(result))
+
+
+def _stopped(results: JobResults) -> Interrupted:
+    stopped = Interrupted("run")
+    stopped.partial = results
+    return stopped
+
+
+def _own(job: Job) -> dict[str, Any]:
+    return {} if isinstance(job.model, Model) else {"model": job.model}
+
+
+def _change(path: Path, job: Job, overwrite: bool) -> str | None:
+    """Return in what a job is not that of a store; None where it is."""
+    try:
+        store = Store(path)
+        own = stated(store)
+        for name, kind in (("model", Model), ("starts", Starts)):
+            mine = getattr(job, name)
+            if (name in own) == isinstance(mine, kind):
+                return f"[{name}] was {own.get(name, 'described by a text')}, is {shown(mine)}"
+            if name in own:
+                own[name] = mine
+        old = Job.parsed(store.facts["job"], str(path), **own)
+    except ValueError:
+        if overwrite:
+            return "it is damaged"
+        raise
+    if "model" in own and (told := stated(store)["model"]) != distinct(job.model):
+        return f"[model] was {told}, is {distinct(job.model)}"
+    change = difference(old, job)
+    if change is None and store.facts["own_starts"] and not _same_starts(store, job.plan().launch):
+        return "[starts] are other points"
+    if change is None and overwrite and store.facts["source"] != package_hash():
+        return "it was begun by another version"
+    return change
+
+
+def _same_starts(store: Store, launch: Any) -> bool:
+    if launch.size != store.orbits:
+        return False
+    parts = (store.points(number) for number in range(store.units))
+    return all(
+        np.array_equal(store.root["launch/z0"][:, part], between(launch, part.start, part.stop)[0], equal_nan=True)
+        for part in parts
+    )
+
+
+def _finished(path: Path, own: dict[str, Any], executor: Any, threads: int | None, report, watch) -> JobResults:
+    """Compute the units of a store that are waiting."""
+    with alone(path):
+        begun = running(path, **own)
+        todo = waiting(begun.store)
+        if not len(todo):
+            return JobResults.stored(path, job=begun.job)
+        state = _Watched(begun.store, len(todo), report, watch)
+        try:
+            with state.log():
+                if executor is None:
+                    for number in todo:
+                        state.add(unit(begun, int(number), threads, state.within))
+                else:
+                    _submitted(executor, path, todo, 1 if threads is None else threads, own, state)
+        except KeyboardInterrupt:
+            raise _stopped(JobResults.stored(path, job=begun.job)) from None
+    return JobResults.stored(path, job=begun.job)
+
+
+class _Watched:
+    """What is told of a job while it runs, and kept of its units."""
+
+    def __init__(self, store: Store, units: int, report: Any, watch: Any):
+        self.store, self.report, self.watch = store, report, watch
+        self.units, self.done = units, 0
+        self.before = int(np.count_nonzero(store.finished() >= 0))
+        self.start, self.points, self.crossings = clock.perf_counter(), 0, 0
+        self.statuses: dict[str, dict[str, int]] = {}
+        self.file: Any = None
+
+    @contextlib.contextmanager
+    def log(self) -> Iterator[None]:
+        with open(self.store.path / LOG, "a", encoding="utf-8") as self.file:
+            yield
+
+    def within(self, fraction: float) -> None:
+        if self.report is not None:
+            self.report((self.done + fraction) / max(self.units, 1))
+
+    def add(self, found: Unit) -> None:
+        self.file.write(json.dumps(found._asdict()) + "\n")
+        self.file.flush()
+        self.done += 1
+        points = self.store.points(found.number)
+        self.points += points.stop - points.start
+        self.crossings += found.crossings
+        for name, counts in found.statuses.items():
+            mine = self.statuses.setdefault(name, {})
+            for status, count in counts.items():
+                mine[status] = mine.get(status, 0) + count
+        seconds = clock.perf_counter() - self.start
+        rate = self.points / max(seconds, 1e-9)
+        finished, all_ = self.before + self.points, self.store.orbits
+        left = (all_ - finished) / rate
+        if self.watch is not None:
+            crossings = self.crossings / max(seconds, 1e-9)
+            self.watch(Progress(finished, all_, seconds, rate, crossings, left, self.statuses), found)
+        if self.report is not None:
+            self.report(self.done / self.units)
+
+
+def _submitted(executor: Any, path: Path, todo: np.ndarray, threads: int, own: dict[str, Any], state: _Watched) -> None:
+    """Hand units to an executor, some at a time, and wait for all; the first failure is raised when none is lost."""
+    waiting = [int(number) for number in todo][::-1]
+    pending: list[Any] = []
+    try:
+        while waiting or pending:
+            while waiting and len(pending) < PENDING:
+                number = waiting.pop()
+                pending.append(executor.submit(compute_unit, str(path.absolute()), number, threads, own or None))
+            ready = [future for future in pending if future.done()]
+            for future in ready:
+                pending.remove(future)
+                state.add(Unit(*future.result()))
+            if not ready:
+                clock.sleep(0.02)
+    finally:
+        for future in pending:
+            getattr(future, "cancel", bool)()
+
+
+def _checked_executor(executor: Any) -> None:
+    if not callable(getattr(executor, "submit", None)):
+        raise TypeError(f"executor must have submit, as concurrent.futures' have, got {shown(executor)}")
+    context = getattr(executor, "_mp_context", None)
+    method = getattr(context, "get_start_method", lambda: None)()
+    if method == "fork":
+        raise Wrong(
+            "executor must not fork, which hangs once kernels have run: take "
+            'ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn"))'
+        )
+
+
+def resume_command(path: Any) -> str:
+    """Return the command that goes on with a store."""
+    return shlex.join(["fastaff", "resume", str(path)])

@@ -1,0 +1,205 @@
+"""Parameter scans as jobs: the table [scan], whose points are cases, each with random orbits of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..analysis.chaos.chaotic_fraction import ChaoticFraction, chaotic_fraction
+from ..analysis.chaos.found_cases import FoundCases
+from ..analysis.sections.energy_sample import energy_sample
+from ..base.numbers import portion
+from ..models.contracts import isotropic
+from .analyses import Chaos, Orbits, Run
+from .launch import Starts
+from .system import Surface
+from .wording import Wrong, named
+
+PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
+"""Angular momenta that a body's energy surface has."""
+
+ORBITS = 400
+"""Orbits of a case."""
+
+FORM = "NAME=LOW:HIGH:N with LOW < HIGH and N of at least 2, for example energy=0.5:3:11"
+
+
+class Scanned(NamedTuple):
+    """A parameter and its values."""
+
+    name: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scan:
+    """The share of chaotic orbits for each value of one or two parameters."""
+
+    axes: list[str]
+    """NAME=LOW:HIGH:N, once or twice: energy, p_eta, p_gamma, the spin p_phi = p_gamma + p_eta, the vorticity p_psi =
+    p_gamma - p_eta, or a parameter of the system such as K.
+    """
+
+    def parsed(self, body: Any) -> list[Scanned]:
+        """Return the parameters with their values; refuse names that are none of the body or its energy surface."""
+        axes = scanned(self.axes)
+        planar = isotropic(body)
+        own = getattr(body, "potential", body)._fields
+        names = ("energy", *(PLANES if planar else ()), *own, *(("mu",) if planar else ()))
+        for axis in axes:
+            named("--scan", axis.name, names)
+        return axes
+
+
+def scanned(texts: list[str]) -> list[Scanned]:
+    """Return the parameters of a scan with their values."""
+    if not 1 <= len(texts) <= 2:
+        raise Wrong(f"--scan takes one or two parameters, got {len(texts)}")
+    axes = [_parsed(text) for text in texts]
+    taken = [axis.name for axis in axes]
+    if len(set(taken)) < len(taken):
+        raise Wrong(f"--scan takes two different parameters, got {taken[0]} twice")
+    if set(taken) & {"p_phi", "p_psi"} and set(taken) & {"p_eta", "p_gamma"}:
+        raise Wrong(
+            "--scan takes p_eta and p_gamma, or p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta, not one of each"
+        )
+    return axes
+
+
+def _parsed(text: str) -> Scanned:
+    name, equals, span = text.partition("=")
+    parts = span.split(":")
+    try:
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+        if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
+            raise ValueError
+    except (ValueError, IndexError):
+        raise Wrong(f"--scan must be {FORM}, got {text!r}") from None
+    return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
+
+
+def case(body: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
+    """Return body and surface with some parameters replaced."""
+    spin, vorticity = surface.p_gamma + surface.p_eta, surface.p_gamma - surface.p_eta
+    if "p_phi" in given or "p_psi" in given:
+        spin, vorticity = given.get("p_phi", spin), given.get("p_psi", vorticity)
+        surface = replace(surface, p_eta=(spin - vorticity) / 2, p_gamma=(spin + vorticity) / 2)
+    for name, value in given.items():
+        if name in ("energy", "p_eta", "p_gamma"):
+            surface = replace(surface, **{name: value})
+        elif name == "mu" and hasattr(body, "potential"):
+            body = body._replace(mu=value)
+        elif name not in PLANES:
+            inner = getattr(body, "potential", body)._replace(**{name: value})
+            body = body._replace(potential=inner) if hasattr(body, "potential") else inner
+    return body, surface
+
+
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """Launch set of a scan: the values (parameters, cases) of its cases, the last parameter fastest."""
+
+    axes: list[Scanned]
+    edge: Any = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters."""
+        return tuple(axis.name for axis in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Values of each parameter."""
+        return tuple(axis.values.size for axis in self.axes)
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return math.prod(self.shape)
+
+    @property
+    def block(self) -> int:
+        """All at once."""
+        return self.size
+
+    def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the values of all cases and their numbers."""
+        values = np.array([grid.ravel() for grid in np.meshgrid(*(a.values for a in self.axes), indexing="ij")])
+        return values, np.arange(self.size)
+
+    def placed(self, z0: np.ndarray, place: np.ndarray) -> None:
+        """Return None: cases are on no section."""
+
+
+@dataclass(frozen=True)
+class ScanOfChaos:
+    """The analysis of a scan: random orbits of each case, told regular from chaotic."""
+
+    title: ClassVar[str] = "chaotic fraction"
+    brief: ClassVar[dict[str, Any]] = {"time": 1.0}
+
+    cases: Cases
+    surface: Surface
+    starts: Starts
+    chaos: Chaos
+
+    def check(self, run: Run) -> None:
+        """Refuse what is wrong whatever the orbits are."""
+        self.chaos.check(run)
+
+    def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
+        """Return nothing: each case has its own time."""
+        self.check(run)
+        return {}
+
+    def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> FoundCases:
+        """Return what is found of the cases whose values are the rows of z0."""
+        parts = []
+        for k in range(orbits.z0.shape[1]):
+            part = portion(report, k, orbits.z0.shape[1])
+            parts.append(self._case(orbits, orbits.z0[:, k], settled, run, part))
+        return FoundCases.concat(parts)
+
+    def _case(self, orbits: Orbits, values: np.ndarray, settled: dict[str, Any], run: Run, report: Any) -> FoundCases:
+        at = [int(np.flatnonzero(axis.values == value)[0]) for axis, value in zip(self.cases.axes, values)]
+        number = int(np.ravel_multi_index(at, self.cases.shape))
+
+        def make(*given: float) -> tuple[Any, Any]:
+            body, surface = case(orbits.body, self.surface, dict(zip(self.cases.names, given)))
+            ranges = self.starts.ranges()
+            drawn = energy_sample(
+                body,
+                section=orbits.section,
+                orbits=self.starts.orbits or ORBITS,
+                seed=np.random.SeedSequence(self.starts.seed, spawn_key=(number,)),
+                energy=surface.energy,
+                p_eta=surface.p_eta,
+                p_gamma=surface.p_gamma,
+                axes=ranges if all(ranges) else None,
+            )
+            return body, drawn.z0
+
+        def length(body: Any, z0: np.ndarray) -> float:
+            return (settled or self.chaos.settled(Orbits(body, orbits.section, z0), run))["time"]
+
+        found = chaotic_fraction(
+            make,
+            [np.array([value]) for value in values],
+            names=self.cases.names,
+            time=length,
+            indicators=self.chaos.values(),
+            early_stop=self.chaos.early_stop,
+            scheme=run.scheme_value(),
+            step=run.step,
+            threads=run.threads,
+            report=report,
+        )
+        return FoundCases.of(found)
+
+
+def assembled(found: FoundCases, cases: Cases) -> ChaoticFraction:
+    """Return the ChaoticFraction of the cases that were found: the others are not done."""
+    return found.assembled(tuple(axis.values for axis in cases.axes))

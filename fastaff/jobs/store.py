@@ -1,0 +1,373 @@
+"""Results of a job on disk: a Zarr hierarchy with a chunk of every array for each unit, which xarray opens by itself.
+
+    NAME.zarr           attributes: the job as TOML, what was settled, versions; format
+      launch            z0 (coordinate, orbit), finished (orbit)
+      poincare, ...     the arrays of each analysis's result, orbits last, and attempt (orbit): 0, or which rerun
+
+Points of a grid that the energy does not reach have no orbit: their numbers are NaN, -1 or False, `finished` is 0.
+`finished` is written last: what has none is not there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import tempfile
+import time as clock
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.results import Column, columns
+from ..base.status import Status
+from ..files import opened, umask, unpacked
+from .guard import ITEMS, Hierarchy, checked_store
+from .wording import Wrong
+
+FORMAT = 1
+"""Of the stores that this version writes and reads."""
+
+ATTRIBUTES = "fastaff"
+"""Name of the root's attribute that tells all of the job."""
+
+WAITING, ABSENT, DONE = -1, 0, 1
+"""Values of `finished`: not computed yet, no orbit at this point, computed."""
+
+ATTEMPT = "attempt"
+
+
+class Layout(NamedTuple):
+    """How the points of a store lie: how many, how many in a unit, and what they are."""
+
+    number: int
+    unit: int
+    item: str
+
+
+class Store:
+    """A store of a job, open for reading, or for writing units; `create` makes one, `Store(path)` opens it."""
+
+    def __init__(self, path: Any, *, writing: bool = False):
+        self.path = Path(path)
+        self.facts = facts_of(self.path)
+        self.root = Hierarchy(self.path, _opened(self.path, "r+" if writing else "r"))
+        self.orbits, self.unit = int(self.facts["orbits"]), int(self.facts["unit"])
+
+    @property
+    def units(self) -> int:
+        """Number of units."""
+        return -(-self.orbits // self.unit)
+
+    def points(self, unit: int) -> slice:
+        """Return the points of a unit."""
+        return slice(unit * self.unit, min((unit + 1) * self.unit, self.orbits))
+
+    def finished(self) -> np.ndarray:
+        """Return what is at each point (orbits,): WAITING, ABSENT or DONE."""
+        return np.asarray(self.root["launch/finished"][:])
+
+    def state(self, unit: int) -> np.ndarray:
+        """Return what is at each point of a unit."""
+        return np.asarray(self.root["launch/finished"][self.points(unit)])
+
+    def chunk(self, analysis: str, name: str, unit: int) -> np.ndarray:
+        """Return the numbers of an array that belong to a unit."""
+        return np.asarray(self.root[f"{analysis}/{name}"][..., self.points(unit)])
+
+    def write(self, unit: int, z0: np.ndarray, place: np.ndarray, results: Mapping[str, Any]) -> None:
+        """Write the orbits of a unit: z0 (2n, orbits), their numbers within it, and results by the name of the
+        analysis. Written again they have the same bytes.
+        """
+        points = self.points(unit)
+        count = points.stop - points.start
+        written = [self._put("launch", "z0", unit, _spread(z0, place, count))]
+        for analysis, result in results.items():
+            content, found = laid_out(result)
+            if content != self.facts["contents"][analysis]:
+                raise ValueError(f"unit {unit} of {analysis} does not belong to this store: it has other settings")
+            for column in found:
+                written.append(self._put(analysis, column.name, unit, _spread(column.value, place, count)))
+            first = _spread(np.zeros(place.size, np.int16), place, count)
+            written.append(self._put(analysis, ATTEMPT, unit, first))
+        _on_disk(written)
+
+    def amend(self, unit: int, analysis: str, rows: np.ndarray, result: Any, attempt: int) -> None:
+        """Write the result of some orbits of a unit, by their numbers within it, over that of earlier attempts; what it
+        lacks becomes empty.
+        """
+        found = {column.name: column.value for column in columns(result)}
+        found[ATTEMPT] = np.full(rows.size, attempt, np.int16)
+        written = []
+        for name, array in self.root[analysis].arrays():
+            if _has_items(array):
+                whole = self.chunk(analysis, name, unit)
+                whole[..., rows] = found.get(name, _empty(whole.dtype))
+                written.append(self._put(analysis, name, unit, whole))
+        _on_disk(written)
+
+    def finish(self, unit: int, place: np.ndarray) -> None:
+        """Say that the orbits with these numbers are all there is in a unit: when all else is on the disk."""
+        points = self.points(unit)
+        done = np.full(points.stop - points.start, ABSENT, np.int8)
+        done[place] = DONE
+        _on_disk([self._put("launch", "finished", unit, done)])
+
+    def forget(self, unit: int) -> None:
+        """Say that a unit is not finished: before it is changed."""
+        points = self.points(unit)
+        _on_disk([self._put("launch", "finished", unit, np.full(points.stop - points.start, WAITING, np.int8))])
+
+    def read(self, analysis: str, points: slice | None = None, **given: Any) -> Any:
+        """Return the result of the finished orbits, all or those between some points; given: values of your own
+        classes, by field.
+        """
+        part = points or slice(0, self.orbits)
+        there = self.root["launch/finished"][part] == DONE
+        units, arrays = np.unique((part.start + np.flatnonzero(there)) // self.unit), {}
+        for name, array in self.root[analysis].arrays():
+            if _has_items(array):
+                if absent := array.lacks(units):
+                    raise Wrong(f"{self.path} is damaged: {analysis}/{name} of unit {absent[0]} is not there")
+                arrays[name] = np.ascontiguousarray(array[..., points or slice(None)][..., there])
+            else:
+                arrays[name] = array[...]
+        try:
+            return unpacked("", self.facts["contents"][analysis], arrays, given)
+        except Exception as problem:  # whatever a damaged or forged store leads to
+            raise Wrong(f"{self.path} is damaged: its root tells of {analysis} what does not fit: {problem}") from None
+
+    def tell(self, **facts: Any) -> None:
+        """Change what the root tells of the job, in one move."""
+        self.facts = {**self.facts, **facts}
+        path = self.path / "zarr.json"
+        data = json.loads(path.read_text())
+        data["attributes"][ATTRIBUTES] = json.dumps(self.facts)
+        handle, temporary = tempfile.mkstemp(prefix=".zarr-", dir=self.path)
+        with os.fdopen(handle, "w") as file:
+            json.dump(data, file, indent=1)
+        _on_disk([Path(temporary)])
+        os.chmod(temporary, path.stat().st_mode)
+        os.replace(temporary, path)
+
+    def _put(self, group: str, name: str, unit: int, value: np.ndarray) -> Path:
+        """Write a chunk and return its path."""
+        array = self.root[f"{group}/{name}"]
+        array[..., self.points(unit)] = value
+        return array.file(unit)
+
+
+def create(
+    path: Any,
+    facts: Mapping[str, Any],
+    template: Mapping[str, Any],
+    names: tuple[str, ...],
+    *,
+    overwrite: bool,
+    prepared: Callable[[Store], Any] | None = None,
+) -> Store:
+    """Make a store with no unit finished: complete under another name, then moved to its place.
+
+    facts: what its root tells, with `orbits` and `unit`; template: results of a few orbits by the name of the analysis;
+    names: of the rows of z0; prepared: called with the store before it is at its place. Raises FileExistsError where
+    there is something already; with `overwrite` a store of fastaff is replaced, which stays if that fails.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replacing = path.exists()  # what another process puts there from now on is not replaced
+    if replacing and not (overwrite and is_store(path)):
+        raise FileExistsError(f"{path} exists" + ("" if not overwrite else " and is no store of fastaff"))
+    draft = Path(tempfile.mkdtemp(prefix=f".{path.name}-", dir=path.parent))
+    try:
+        root = _zarr().open_group(str(draft), mode="w", zarr_format=3)
+        items = {entry.axes[-1] for result in template.values() for entry in columns(result)}
+        layout = Layout(facts["orbits"], facts["unit"], items.pop())
+        launch = root.create_group("launch")
+        _array(launch, "z0", np.float64, (len(names),), ("coordinate",), layout)
+        _labels(launch, "coordinate", names)
+        _array(launch, "finished", np.int8, (), (), layout)
+        contents = {}
+        for analysis, result in template.items():
+            group = root.create_group(analysis, attributes={"result": type(result).__name__})
+            contents[analysis], found = laid_out(result)
+            _fill(group, result, found, layout)
+            _array(group, ATTEMPT, np.int16, (), (), layout)
+        told = {"format": FORMAT, **facts, "contents": contents}
+        root.attrs.update({"title": "orbits of fastaff", "job": facts["job"], ATTRIBUTES: json.dumps(told)})
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # consolidated metadata are no part of the format yet; xarray reads them
+            _zarr().consolidate_metadata(str(draft), zarr_format=3)
+        os.chmod(draft, 0o777 & ~umask())
+        if prepared is not None:
+            prepared(Store(draft, writing=True))
+        if replacing:
+            old = Path(tempfile.mkdtemp(prefix=f".{path.name}-old-", dir=path.parent))
+            os.rename(path, old / "store")
+            try:
+                os.rename(draft, path)
+            except BaseException:
+                os.rename(old / "store", path)
+                os.rmdir(old)
+                raise
+            _removed(old)
+        else:
+            os.rename(draft, path)
+    finally:
+        _removed(draft)
+    return Store(path, writing=True)
+
+
+def _removed(folder: Path) -> None:
+    """Remove a folder that this process made; what failed may still be writing into it from other threads."""
+    for _ in range(20):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            return
+        clock.sleep(0.02)
+
+
+def laid_out(result: Any) -> tuple[Any, list[Column]]:
+    """Return what describes a result apart from its orbits, as plain data, and the arrays that have an entry for each
+    orbit.
+    """
+    arrays: dict[str, np.ndarray] = {}
+    found = list(columns(result))
+    content = opened("", result, arrays)
+    return _by_name(content, {column.name for column in found}), found
+
+
+def _by_name(content: Any, names: set[str], prefix: str = "") -> Any:
+    """Return packed data of a result in which the fields of these names are arrays, be they numbers or arrays."""
+    fields = {}
+    for key, entry in content["fields"].items():
+        name = prefix + key
+        nested = isinstance(entry, dict) and "result" in entry and "fields" in entry
+        fields[key] = {"array": name} if name in names else _by_name(entry, names, f"{name}_") if nested else entry
+    return {**content, "fields": fields}
+
+
+def is_store(path: Any) -> bool:
+    """Tell whether there is a store of fastaff, of whatever version."""
+    with contextlib.suppress(OSError, ValueError, TypeError, LookupError, RecursionError):
+        return _told(Path(path)) is not None
+    return False
+
+
+def _told(path: Path) -> Any:
+    """Return what the root tells: text, which other formats hold too, of JSON."""
+    return json.loads(json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"][ATTRIBUTES])
+
+
+def facts_of(path: Path) -> dict[str, Any]:
+    """Return what the root of a store tells; refuse what is none, and one whose arrays would be read by other code."""
+    if not path.exists():
+        raise FileNotFoundError(f"{path} does not exist")
+    if not is_store(path):
+        raise Wrong(f"{path} must be a store of a fastaff job: it has none of its attributes")
+    facts = _told(path)
+    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
+        version = facts.get("format") if isinstance(facts, dict) else None
+        raise Wrong(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT}")
+    checked_store(path, facts)
+    return facts
+
+
+def _opened(path: Path, mode: Any) -> Any:
+    zarr = _zarr()
+    try:
+        return zarr.open_group(str(path), mode=mode, zarr_format=3, use_consolidated=False)
+    except OSError:
+        raise
+    except Exception as problem:  # whatever a damaged or forged store leads to
+        raise Wrong(f"{path} is damaged: {problem}") from None
+
+
+def _zarr() -> Any:
+    try:
+        import zarr
+    except ImportError:
+        raise ImportError("stores need zarr and xarray: pip install 'fastaff[io]'") from None
+    return zarr
+
+
+def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> None:
+    """Make the arrays of a result, with labels, units and what all orbits share."""
+    arrays: dict[str, np.ndarray] = {}
+    opened("", result, arrays)
+    names = set()
+    for column in found:
+        value = column.value
+        axes = [name.replace(" ", "_") for name in column.axes[:-1]]
+        attributes = {"units": column.unit} if column.unit else {}
+        _array(group, column.name, value.dtype, value.shape[:-1], axes, layout, attributes)
+        names.add(column.name)
+        if column.labels and axes and axes[0] not in names and axes[0] not in arrays:
+            names.add(axes[0])
+            _labels(group, axes[0], column.labels)
+    for name, value in arrays.items():
+        if name not in names:
+            axes = [f"{name}_{k + 1}" for k in range(value.ndim)]
+            group.create_array(name, data=value, dimension_names=axes if value.ndim else None)
+    if hasattr(result, "status"):
+        meanings = {
+            "flag_values": [int(entry) for entry in Status],
+            "flag_meanings": " ".join(entry.name for entry in Status),
+        }
+        group["status"].attrs.update(meanings)
+
+
+def _has_items(array: Any) -> bool:
+    """Tell whether an array has an entry for each point."""
+    names = array.metadata.dimension_names
+    return bool(names) and names[-1] in ITEMS
+
+
+def _labels(group: Any, name: str, labels: tuple[str, ...]) -> None:
+    """Name the entries of an axis."""
+    group.create_array(name, shape=(len(labels),), dtype=str, dimension_names=(name,))[:] = np.array(labels, object)
+
+
+def _array(
+    group: Any, name: str, dtype: Any, shape: tuple, axes: Iterable[str], layout: Layout, attributes: Any = None
+) -> None:
+    from zarr.codecs import ZstdCodec
+
+    group.create_array(
+        name,
+        shape=(*shape, layout.number),
+        chunks=(*(max(1, n) for n in shape), layout.unit),
+        dtype=dtype,
+        fill_value=_empty(np.dtype(dtype)),
+        compressors=[ZstdCodec(level=1, checksum=True)],
+        dimension_names=(*axes, layout.item),
+        attributes=attributes or {},
+    )
+
+
+def _empty(dtype: np.dtype) -> Any:
+    """Return what stands where there is no orbit."""
+    return {"f": np.nan, "c": complex(np.nan, np.nan), "i": -1, "b": False, "u": np.iinfo(np.uint8).max}[dtype.kind]
+
+
+def _spread(value: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
+    """Return values of orbits (..., orbits) at their numbers among so many points."""
+    if place.size == count:
+        return np.ascontiguousarray(value)
+    array = np.full((*value.shape[:-1], count), _empty(value.dtype), value.dtype)
+    array[..., place] = value
+    return array
+
+
+def _on_disk(paths: Iterable[Path]) -> None:
+    """Return when files have reached the disk."""
+    for path in paths:
+        with contextlib.suppress(FileNotFoundError):  # a chunk of fill values is no file
+            handle = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)

@@ -1,0 +1,201 @@
+"""Which system, on which energy surface: the tables [model] and [surface] of a job, options of the commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..models.contracts import isotropic
+from .wording import Wrong, named
+
+MODELS = {
+    "harmonic": ("Harmonic", ("C",)),
+    "anharmonic": ("Anharmonic", ("C",)),
+    "hyperelastic": ("Hyperelastic", ("C",)),
+    "heavy-top": ("HeavyTop", ("C", "A")),
+    "neo-hookean": ("NeoHookean", ("G", "K")),
+    "henon-heiles": ("HenonHeiles", ("lam",)),
+}
+SECTIONS = ("alpha-turning", "beta-turning", "alpha=c", "beta=c", "area=c", "x=c", "y=c")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """The body."""
+
+    model: str | None = None
+    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam).
+    [neo-hookean]
+    """
+    C: float | None = None
+    """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
+    A: float | None = None
+    """Strength of the heavy top's cos(vartheta) term [1]."""
+    G: float | None = None
+    """Shear modulus of neo-hookean [1]."""
+    K: float | None = None
+    """Bulk modulus of neo-hookean [2]."""
+    lam: float | None = None
+    """Coupling of henon-heiles [1]."""
+    formula: str | None = None
+    """Potential energy of a body of your own, such as `C/2*(D1**2+D2**2) + C/(D1*D2)`, instead of a model."""
+    hamiltonian: str | None = None
+    """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`."""
+    coordinates: str | None = None
+    """Coordinates of --hamiltonian. ["x y"]"""
+    parameter: list[str] | None = None
+    """NAME=VALUE of a letter in the formula; once for each."""
+    domain: str | None = None
+    """Formula that is positive where the potential lives. [from logarithms, roots and poles]"""
+    mu: float = 1.0
+    """Inertia of a body. [1]"""
+
+    def build(self) -> Any:
+        """Return the model, refusing parameters that it does not have."""
+        import fastaff
+
+        given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
+        if self.formula is not None or self.hamiltonian is not None:
+            return self._own(given)
+        for name in ("coordinates", "parameter", "domain"):
+            if getattr(self, name) is not None:
+                raise Wrong(f"--{name} belongs to --formula or --hamiltonian")
+        key = named("--model", (self.model or "neo-hookean").lower().replace("_", "-"), tuple(MODELS))
+        kind, names = MODELS[key]
+        for name in given:
+            if name not in names:
+                raise Wrong(f"--{name} is not a parameter of {key}, which has {', '.join('--' + n for n in names)}")
+        value = getattr(fastaff, kind)(**given)
+        return value if key == "henon-heiles" else fastaff.Body(value, self.mu)
+
+    def _own(self, given: dict[str, float]) -> Any:
+        """Return the model that a formula describes."""
+        import fastaff
+
+        if given:
+            name = next(iter(given))
+            raise Wrong(f"--{name} belongs to a --model; a formula takes --parameter {name}={given[name]:g}")
+        if self.model is not None or (self.formula is not None and self.hamiltonian is not None):
+            raise Wrong("give one of --model, --formula and --hamiltonian")
+        values: dict[str, float] = {}
+        for name, value in map(_parameter, self.parameter or ()):
+            if name in values:
+                raise Wrong(f"--parameter {name} is given twice")
+            if name in ("mu", "domain", "coordinates", "masses"):
+                raise Wrong(
+                    f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
+                    "another letter"
+                )
+            values[name] = value
+        if self.formula is not None and self.coordinates is not None:
+            raise Wrong(
+                "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
+            )
+        if self.formula is None and self.mu != 1.0:
+            raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
+        maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
+        if maker is None:
+            raise Wrong("this version of fastaff has no formulas")
+        if self.formula is None:
+            return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **values)
+        return maker(self.formula, mu=self.mu, domain=self.domain, **values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface:
+    """Where the orbits live."""
+
+    energy: float | None = None
+    """Energy of every orbit. Required."""
+    p_eta: float = 0.0
+    """Angular momentum in the plane a, |a| = alpha = (D1 + D2)/sqrt(2). [0]"""
+    p_gamma: float = 0.0
+    """Angular momentum in the plane b, |b| = beta = (D1 - D2)/sqrt(2). [0]"""
+    section: str | None = None
+    """alpha-turning (p_alpha = 0), beta-turning, alpha=c, beta=c, area=c (D1 D2 = c); x=c or y=c, or a coordinate of
+    --hamiltonian, with c a number. [alpha-turning; x=0]"""
+    direction: str = "+1"
+    """Crossings where the section function increases (+1), decreases (-1) or both (0). [+1]"""
+
+    def build(self, body: Any) -> Any:
+        """Return the section; refuse an energy that is not given."""
+        if self.energy is None:
+            raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
+        return self.section_of(body)
+
+    def section_of(self, body: Any) -> Any:
+        """Return the section."""
+        import fastaff
+
+        plane = not isotropic(body)
+        if plane and body.degrees_of_freedom != 2:
+            raise Wrong(
+                "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system "
+                "of two "
+                f"coordinates; this one has the {body.degrees_of_freedom} coordinates {', '.join(body.coordinates)}: "
+                "use fastaff.poincare_map or fastaff.chaos_map from Python"
+            )
+        planes = tuple(f"{name}=c" for name in body.coordinates) if plane else ()
+        text = self.section or (f"{body.coordinates[0]}=0" if plane else "alpha-turning")
+        if self.direction not in ("+1", "1", "-1", "0", "+0"):
+            raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
+        direction = int(self.direction)
+        name, equals, constant = (text if plane else text.lower()).partition("=")
+        form = named("--section", name + "=c" if equals else name, (*planes, *(k for k in SECTIONS if k not in planes)))
+        if equals:
+            try:
+                value = float(constant)
+            except ValueError:
+                raise Wrong(f"--section {name}=c needs a number for c, got {constant!r}") from None
+        if plane != (form in planes) or (not plane and form not in SECTIONS[:5]):
+            raise Wrong(
+                f"--section {text} does not suit {type(body).__name__}; it takes {', '.join(planes or SECTIONS[:5])}"
+            )
+        if plane:
+            normal = (1.0, 0.0, 0.0, 0.0) if form == planes[0] else (0.0, 1.0, 0.0, 0.0)
+            return fastaff.Linear(normal, value, direction)
+        if not equals:
+            return (fastaff.AlphaTurning if form == "alpha-turning" else fastaff.BetaTurning)(direction)
+        kinds = {"alpha=c": fastaff.AlphaEquals, "beta=c": fastaff.BetaEquals, "area=c": fastaff.AreaEquals}
+        return kinds[form](value, direction)
+
+
+def _parameter(text: str) -> tuple[str, float]:
+    """Return name and value of NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    try:
+        if not (equals and name.strip()):
+            raise ValueError
+        return name.strip(), float(value)
+    except ValueError:
+        raise Wrong(f"--parameter must be NAME=VALUE with a number, for example C=1.5, got {text!r}") from None
+
+
+def described(value: Any) -> Model | None:
+    """Return the options that build this model, None where none do."""
+    import fastaff
+
+    inner = getattr(value, "potential", value)
+    mu = float(getattr(value, "mu", 1.0)) if inner is not value else 1.0
+    fields: dict[str, Any] = (
+        {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}
+    )
+    text = getattr(inner, "formula", None)
+    found = None
+    if text is not None:
+        parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
+        domain = getattr(inner, "domain", None)
+        if inner is not value:
+            found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
+        else:
+            coordinates = " ".join(value.coordinates)
+            found = Model(hamiltonian=text, coordinates=coordinates, parameter=parameter, domain=domain)
+    else:
+        keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]
+        if keys:
+            found = Model(model=keys[0], mu=mu, **fields)
+    try:
+        same = found is not None and found.build()
+    except (ValueError, TypeError):
+        return None
+    return found if found is not None and type(same) is type(value) and same == value else None

@@ -1,0 +1,164 @@
+"""One unit of a job: a pure function of the job and the unit's number, in whatever process."""
+
+from __future__ import annotations
+
+import functools
+import time as clock
+import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.numbers import portion
+from ..base.status import Status
+from ..compile.jit import package_hash
+from .analyses import Orbits, Run
+from .job import Job, Plan, distinct
+from .launch import Points, between
+from .store import ATTEMPT, DONE, WAITING, Store
+from .wording import Wrong
+
+LOG = "units.jsonl"
+"""File in a store with a line for each unit that was computed, for people."""
+
+
+class Unit(NamedTuple):
+    """What became of a unit: its number, orbits, seconds, counts of statuses by analysis and name, and the worst energy
+    error.
+    """
+
+    number: int
+    orbits: int
+    seconds: float
+    statuses: dict[str, dict[str, int]]
+    energy_error: float
+    crossings: int = 0
+
+
+class Running(NamedTuple):
+    """An open store with its job and plan."""
+
+    store: Store
+    job: Job
+    plan: Plan
+
+
+def running(path: Any, **own: Any) -> Running:
+    """Return an open store with its job; own: model or starts that no text describes."""
+    store = Store(path, writing=True)
+    if store.facts["source"] != package_hash():
+        raise Wrong(
+            f"{path} was begun by another version of fastaff, of Numba or of Python (source {store.facts['source']}, "
+            f"here {package_hash()}): its orbits would not all have the same arithmetic"
+        )
+    if "model" in own and (told := stated(store).get("model")) != distinct(own["model"]):
+        raise Wrong(f"{path} is of the model {told or 'in its job'}, got {distinct(own['model'])}")
+    if not store.facts["own_starts"]:
+        job = Job.parsed(store.facts["job"], str(path), **own)
+        return Running(store, job, job.plan())
+    z0 = store.root["launch/z0"]
+    job = Job.parsed(store.facts["job"], str(path), **{**own, "starts": z0[:, :1]})
+    return Running(store, job, job.plan()._replace(launch=Points(z0)))
+
+
+def stated(store: Store) -> dict[str, str]:
+    """Return what the job of a store says of model and starts that no text describes."""
+    try:
+        tables = tomllib.loads(store.facts["job"])
+        return {name: str(tables[name]["value"]) for name in ("model", "starts") if "value" in tables.get(name, {})}
+    except (ValueError, TypeError, AttributeError, RecursionError) as problem:
+        raise Wrong(f"{store.path} is damaged: its job is no TOML: {problem}") from None
+
+
+@functools.lru_cache(maxsize=2)
+def _opened(path: str, source: str, modified: float, own: tuple) -> Running:
+    return running(path, **dict(own))
+
+
+def compute_unit(path: str, number: int, threads: int | None = None, own: dict[str, Any] | None = None) -> Unit:
+    """Compute a unit of a store in this process and write it; the store, its job and kernels are kept for the next.
+
+    For executors: what is handed over is a path and numbers, what comes back is small.
+    """
+    modified = (Path(path) / "zarr.json").stat().st_mtime
+    return unit(_opened(path, package_hash(), modified, tuple((own or {}).items())), number, threads)
+
+
+def unit(running: Running, number: int, threads: int | None = None, report: Any = None) -> Unit:
+    """Bring a unit up to date: compute it and write it, and what is to be run again of it."""
+    start = clock.perf_counter()
+    store, job, plan = running
+    run = job.run.on(threads)
+    state = store.state(number)
+    results: dict[str, Any] = {}
+    if state[0] == WAITING:
+        points = store.points(number)
+        z0, place = between(plan.launch, points.start, points.stop)
+        if place.size:
+            results = dict(computed(plan, z0, store.facts["settled"], run, report))
+        store.write(number, z0, place, results)
+    else:
+        place = np.flatnonzero(state == DONE)
+        store.forget(number)
+    for attempt, again in enumerate(store.facts["reruns"], 1):
+        for name in again["analyses"]:
+            rows = place[to_run_again(store, name, again, attempt, number)[place]]
+            if rows.size:
+                orbits = Orbits(
+                    plan.body, plan.section, np.ascontiguousarray(store.chunk("launch", "z0", number)[:, rows])
+                )
+                other = replace(run, **again["run"])
+                results[name] = plan.analyses[name].compute(orbits, store.facts["settled"][name], other)
+                store.amend(number, name, rows, results[name], attempt)
+    store.finish(number, place)
+    return summed(number, place.size, clock.perf_counter() - start, results)
+
+
+def computed(
+    plan: Plan, z0: np.ndarray, settled: dict[str, Any], run: Run, report: Any = None
+) -> Iterator[tuple[str, Any]]:
+    """Yield the results of orbits at z0 (2n, orbits), analysis by analysis."""
+    orbits = Orbits(plan.body, plan.section, z0)
+    for k, (name, analysis) in enumerate(plan.analyses.items()):
+        yield name, analysis.compute(orbits, settled[name], run, portion(report, k, len(plan.analyses)))
+
+
+def to_run_again(store: Store, name: str, again: dict[str, Any], attempt: int, number: int | None = None) -> np.ndarray:
+    """Return which orbits of a unit, or of the whole store, a rerun is for that has not reached them."""
+    status, last = (
+        np.asarray(store.root[f"{name}/{field}"][:]) if number is None else store.chunk(name, field, number)
+        for field in ("status", ATTEMPT)
+    )
+    return np.isin(status, again["status"]) & (last >= 0) & (last < attempt)
+
+
+def waiting(store: Store) -> np.ndarray:
+    """Return the numbers of the units that are not finished, or have orbits that are to be run again."""
+    state = store.finished()
+    found = state == WAITING
+    for attempt, again in enumerate(store.facts["reruns"], 1):
+        for name in again["analyses"]:
+            found |= to_run_again(store, name, again, attempt) & (state == DONE)
+    return np.unique(np.flatnonzero(found) // store.unit)
+
+
+def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) -> Unit:
+    """Return what became of a unit."""
+    statuses: dict[str, dict[str, int]] = {}
+    worst, crossings = 0.0, 0
+    for name, result in results.items():
+        statuses[name] = outcomes(result.statuses if hasattr(result, "statuses") else result.status)
+        if hasattr(result, "energy_error"):
+            worst = max(worst, float(np.nanmax(result.energy_error, initial=0.0)))
+        crossings += int(result.counts.sum()) if hasattr(result, "counts") else 0
+    return Unit(number, orbits, seconds, statuses, worst, crossings)
+
+
+def outcomes(values: np.ndarray) -> dict[str, int]:
+    """Count statuses by name: those of orbits (orbits,), or counts of each status (statuses, cases)."""
+    if values.ndim == 1:
+        values = np.bincount(values, minlength=len(Status))[:, None]
+    return {status.name: int(row.sum()) for status, row in zip(Status, values) if row.sum()}

@@ -1,0 +1,333 @@
+"""Jobs on the command line: written by commands, run, stopped, resumed, drawn again."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from fastaff import files
+from fastaff.cli import main as cli
+from fastaff.cli import options
+from fastaff.jobs import Job, JobResults
+from fastaff.jobs.analyses import Chaos, Frequencies, Poincare
+
+pytest.importorskip("cyclopts")
+pytest.importorskip("matplotlib")
+pytest.importorskip("zarr")
+
+SURFACE = ["--energy", "1.5", "--p-eta", "0.3", "--p-gamma", "0.2"]
+TABLES = "[surface]\nenergy = 1.5\np_eta = 0.3\np_gamma = 0.2\n"
+COMMANDS = {
+    "poincare": (["poincare", *SURFACE, "--grid", "4x4", "--crossings", "8"], "poincare"),
+    "frequency-map": (["frequency-map", *SURFACE, "--grid", "5x4", "--time", "100"], "frequency_map"),
+    "chaos-map": (["chaos-map", *SURFACE, "--orbits", "12", "--seed", "4", "--periods", "20"], "chaos_map"),
+}
+
+
+def same(one, other):
+    """Tell whether two results have the same bits in all arrays."""
+    pairs = [(getattr(one, name), getattr(other, name)) for name in (field.name for field in dataclasses.fields(one))]
+    return all(a.tobytes() == b.tobytes() for a, b in pairs if isinstance(a, np.ndarray))
+
+
+def pixels(path):
+    """Bytes of a picture without its metadata."""
+    from matplotlib.image import imread
+
+    return imread(path).tobytes()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_written_job_gives_the_numbers_of_the_command(name, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    flags, analysis = COMMANDS[name]
+    assert cli.main([*flags, "--write-job", "a.toml"]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"], "nothing is computed"
+    assert cli.main([*flags, "--write-job", "a.toml"]) == 2
+    assert "exists; --force replaces it" in capsys.readouterr().err
+    assert cli.main([*flags, "--out", "direct"]) == 0
+    assert cli.main(["run", "a.toml"]) == 0
+    said = capsys.readouterr().out
+    results = JobResults.stored("a.zarr")
+    assert results.complete
+    assert results.table() in said
+    assert files.contents("direct.npz").metadata["job"] == (tmp_path / "a.toml").read_text()
+    assert same(files.load("direct.npz"), results[analysis])
+    if name == "poincare":
+        found = results["frequency_map"]
+        diffusion = np.where(found.status == 0, found.diffusion, np.nan)
+        assert files.contents("direct.npz").arrays["diffusion"].tobytes() == diffusion.tobytes()
+    assert cli.main(["run", "a.toml"]) == cli.main(["resume", "a.zarr", "--quiet"]) == 0, "there is nothing left to do"
+    capsys.readouterr()
+    assert cli.main(["status", "a.zarr"]) == 0
+    assert capsys.readouterr().out.strip() == results.table()
+
+    # The same picture from the command, from its file and, but for what else is in it, from the store.
+    assert cli.main(["plot", "direct.npz"]) == 0
+    assert capsys.readouterr().out == "direct-2.png\n"
+    assert pixels("direct-2.png") == pixels("direct.png")
+    assert cli.main(["plot", "a.zarr", "--out", "b.png"]) == 0
+    drawn = "b-poincare.png" if name == "poincare" else "b.png"
+    assert drawn in capsys.readouterr().out.split()
+    assert pixels(drawn) == pixels("direct.png")
+
+
+def test_figures_of_other_formats_and_of_scans(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scan = ["chaos-map", *SURFACE[2:], "--orbits", "4", "--time", "20", "--scan", "energy=1:1.5:2"]
+    assert cli.main([*scan, "--out", "s"]) == 0
+    for ending in ("png", "pdf", "svg"):
+        assert cli.main(["plot", "s.npz", "--out", f"again.{ending}"]) == 0
+        assert (tmp_path / f"again.{ending}").stat().st_size > 5_000
+    assert pixels("again.png") == pixels("s.png")
+    assert cli.main(["plot", "s.npz", "--force"]) == 0
+    assert not (tmp_path / "s-2.png").exists()
+    assert cli.main([*scan, "--write-job", "s.toml"]) == cli.main(["run", "s.toml", "--quiet"]) == 0
+    found, direct = JobResults.stored("s.zarr")["chaotic_fraction"], files.load("s.npz")
+    assert same(found, direct)
+
+
+def test_failed_orbits_are_run_again(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    long = ["frequency-map", "--model", "henon-heiles", "--energy", "0.12", "--step", "0.7", "--scheme", "LEAPFROG"]
+    assert cli.main([*long, "--grid", "6x6", "--time", "40", "--write-job", "a.toml"]) == 0
+    assert cli.main(["run", "a.toml"]) == 0
+    assert "ENERGY_DRIFT" in capsys.readouterr().out
+    assert cli.main(["rerun", "a.zarr", "--status", "energy-drift", "--scheme", "DOP853"]) == 0
+    said = capsys.readouterr().out
+    assert "run again with scheme DOP853" in said
+    assert "ENERGY_DRIFT" not in said
+    assert cli.main(["rerun", "a.zarr", "--status", "energy-dirft", "--scheme", "DOP853"]) == 2
+    assert "ENERGY_DRIFT?" in capsys.readouterr().err
+    assert cli.main(["rerun", "a.zarr", "--status", "OK"]) == 2
+    assert "scheme, step or accuracy" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ["--levels", "4"],
+        ["--levels", "3", "--m", "0:2", "--l", "0"],
+        ["--levels", "3", "--m", "-1:1", "--l", "-1:1"],
+        ["--levels", "3", "--m", "0", "--l", "0", "--states", "0,2"],
+        ["--levels", "3", "--m", "0", "--l", "0", "--scan", "C=0.5:2:3"],
+    ],
+)
+def test_figures_of_spectra(asked, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["spectrum", "--model", "hyperelastic", *asked, "--out", "levels"]) == 0
+    assert cli.main(["plot", "levels.npz", "--out", "again.png"]) == 0
+    assert pixels("again.png") == pixels("levels.png")
+
+
+def test_starts_of_a_file(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*COMMANDS["frequency-map"][0], "--out", "grid", "--no-figure"]) == 0
+    np.save("z0.npy", files.contents("grid.npz").arrays["z0"][:, :3])
+    own = ["frequency-map", "--file", "z0.npy", "--time", "100"]
+    assert cli.main([*own, "--out", "own"]) == cli.main([*own, "--write-job", "own.toml"]) == 0
+    assert cli.main(["run", "own.toml"]) == cli.main(["plot", "own.zarr"]) == cli.main(["plot", "own.npz"]) == 0
+    assert files.load("own.npz").nu.tobytes() == JobResults.stored("own.zarr")["frequency_map"].nu.tobytes()
+    capsys.readouterr()
+    assert cli.main(["chaos-map", "--file", "z0.npy", "--time", "20", "--out", "c"]) == 0
+    assert "no figure" in capsys.readouterr().err
+
+
+def test_lines_of_json(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(f'unit = 4\n{TABLES}[starts]\ngrid = "4x4"\n[chaos_map]\ntime = 20\n')
+    assert cli.main(["run", "a.toml", "--log", "json", "--memory", "200MB", "--threads", "1"]) == 0
+    *lines, last = map(json.loads, capsys.readouterr().out.splitlines())
+    assert [line["unit"]["number"] for line in lines] == [0, 1, 2, 3]
+    assert [line["so_far"]["orbits"] for line in lines] == [4, 8, 12, 16]
+    assert last["complete"] is True
+    assert last["statuses"] == lines[-1]["so_far"]["statuses"]
+    assert cli.main(["run", "a.toml", "--store", "b.zarr", "--quiet"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == captured.err == ""
+    assert (tmp_path / "b.zarr/chaos_map/values").is_dir()
+
+
+STOPPED = """
+import os, signal, sys
+from fastaff.cli import main
+from fastaff.jobs import running
+add = running._Watched.add
+def added(self, found):
+    add(self, found)
+    if self.done == 2:
+        os.kill(os.getpid(), int(sys.argv[1]))
+running._Watched.add = added
+sys.exit(main.main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_job_is_resumed_by_the_command_that_is_printed(number, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a b.toml").write_text(f'unit = 40\n{TABLES}[starts]\ngrid = "20x20"\n[frequency_map]\ntime = 200\n')
+    process = subprocess.run(
+        [sys.executable, "-c", STOPPED, str(int(number)), "run", "a b.toml", "--threads", "1"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert process.returncode == 130, process.stderr
+    assert "Traceback" not in process.stderr
+    assert not JobResults.stored("a b.zarr").complete
+    assert "points are still to be computed" in process.stderr
+    program, *words = shlex.split(process.stdout.splitlines()[-1])
+    assert [program, *words] == ["fastaff", "resume", "a b.zarr", "--threads", "1"]
+    assert cli.main(["status", "a b.zarr"]) == 0
+    assert "go on with: fastaff resume 'a b.zarr'" in capsys.readouterr().out
+    assert cli.main(["plot", "a b.zarr"]) == 0, "what is finished can be drawn"
+    assert cli.main(words) == 0
+    assert cli.main(["run", "a b.toml", "--store", "whole.zarr", "--quiet"]) == 0
+    assert contents(tmp_path / "a b.zarr") == contents(tmp_path / "whole.zarr")
+
+
+def contents(store):
+    """Bytes of all arrays of a store by path."""
+    chunks = [path for path in store.rglob("*") if path.is_file() and path.parent != store]
+    return {str(path.relative_to(store)): path.read_bytes() for path in chunks}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_workers_leave_with_their_parent(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(f'unit = 20\n{TABLES}[starts]\ngrid = "20x20"\n[frequency_map]\ntime = 500\n')
+    command = [sys.executable, "-c", "from fastaff.cli import main; main.main()", "run", "a.toml", "--workers", "2"]
+    for number in (signal.SIGINT, signal.SIGKILL):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        log, deadline = tmp_path / "a.zarr/units.jsonl", time.monotonic() + 200
+        before = log.read_text() if log.exists() else ""
+        while time.monotonic() < deadline and (log.read_text() if log.exists() else "") == before:
+            time.sleep(0.05)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=30)  # pipes end with the last worker
+        assert process.returncode == (130 if number == signal.SIGINT else -signal.SIGKILL), said
+        assert "Traceback" not in said
+    assert cli.main(["resume", "a.zarr", "--workers", "2", "--quiet"]) == 0
+    assert JobResults.stored("a.zarr").complete
+
+
+@pytest.mark.slow
+def test_workers_of_dask(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(f'unit = 4\n{TABLES}[starts]\ngrid = "4x4"\n[chaos_map]\ntime = 20\n')
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        run = ["run", "a.toml", "--quiet", "--dask", cluster.scheduler_address]
+        assert cli.main(run) == 0
+    assert cli.main(["run", "a.toml", "--store", "b.zarr", "--quiet"]) == 0
+    assert contents(tmp_path / "a.zarr") == contents(tmp_path / "b.zarr")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[surface\n", "a.toml is no TOML"),
+        ("[surfase]\nenergy = 1\n", "[surfase] is no table of a job; did you mean surface?"),
+        (TABLES, "a job must have one of poincare"),
+        (TABLES + "[poincare]\ncrosings = 3\n", "[poincare] has no key crosings; did you mean crossings?"),
+        (TABLES + "[poincare]\ncrossings = 0\n", "[poincare] crossings must be at least 1"),
+        (TABLES + "[poincare]\ncrossings = 'many'\n", "[poincare] crossings must be a whole number, got 'many'"),
+        ("[poincare]\n", "[surface] energy is required"),
+        ("[surface]\nenergy = nan\n[poincare]\n", "energy must be finite"),
+        (TABLES + "[model]\nmodel = 'neohokean'\n[poincare]\n", "[model] model must be one of"),
+        (TABLES + "[chaos_map]\nindicators = ['megno', 'salli']\n", "Did you mean sali?"),
+        (TABLES + "[chaos_map]\n[run]\naccuracy = 1e-8\n", "[run] accuracy does not belong to chaos maps"),
+        (TABLES + "[chaos_map]\ntime = 1\nperiods = 1\n", "give time or periods, not both"),
+        (TABLES + "[frequency_map]\n[run]\nscheme = 'KAHAN'\n", "[run] scheme must be one of"),
+        (TABLES + "[frequency_map]\n[run]\nthreads = 0\n", "[run] threads must be at least 1"),
+        (TABLES + "[frequency_map]\n[starts]\ngrid = [4, 0]\n", "[starts] grid must be N1xN2"),
+        (TABLES + "[frequency_map]\n[starts]\nfile = 'none.npy'\n", "none.npy does not exist"),
+        (TABLES + "[integrate]\n", "[integrate] needs 'time'"),
+        (TABLES + "[action_angles]\n", "body must separate"),
+        (TABLES + "[model]\nformula = '__import__(1)'\n[poincare]\n", "a.toml: "),
+    ],
+)
+def test_wrong_jobs_are_one_line(text, said, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(text)
+    assert cli.main(["run", "a.toml"]) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert captured.err.startswith("fastaff: error: a.toml")
+    assert captured.err.count("\n") == 1
+    assert "--" not in captured.err, "a file has keys, no flags"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "absent.toml"], "absent.toml"),
+        (["run", "."], "irectory"),
+        (["run", "job.toml", "--memory", "2XB"], "--memory must be a number of bytes"),
+        (["run", "job.toml", "--workers", "0"], "--workers must be at least 1"),
+        (["run", "job.toml", "--workers", "2", "--dask", "tcp://a"], "--workers or --dask, not both"),
+        (["run", "job.toml", "--log", "xml"], "--log must be one of json"),
+        (["run", "job.toml", "--log", "json", "--quiet"], "--quiet or --log, not both"),
+        (["run", "job.toml", "--store", "no/where.zarr"], "does not exist"),
+        (["run", "job.toml", "--store", "job.toml"], "job.toml exists"),
+        (["resume", "absent.zarr"], "absent.zarr does not exist"),
+        (["status", "."], "must be a store of a fastaff job"),
+        (["plot", "absent.npz"], "absent.npz"),
+        (["plot", "job.toml"], "must be a file written by fastaff"),
+        (["plot", "job.toml", "--out", "a.gif"], "--out must end with .png, .pdf, .svg"),
+        (["poincare", *SURFACE, "--write-job", "no/where.toml"], "no/where.toml"),
+        (["poincare", *SURFACE, "--crossings", "0", "--write-job", "a.toml"], "crossings must be at least 1"),
+        (["frequency-map", *SURFACE, "--method", "nafff", "--write-job", "a.toml"], "Did you mean naff?"),
+        (["poincare", "--energy", "nan"], "--energy must be finite"),
+        (["poincare", *SURFACE, "--file", "job.toml"], "--file job.toml must be an .npy file"),
+    ],
+)
+def test_wrong_options_are_one_line(arguments, said, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "job.toml").write_text(TABLES + "[chaos_map]\ntime = 1\n")
+    assert cli.main(arguments) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert captured.err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["job.toml"]
+
+
+def test_another_job_in_a_store_is_refused_by_the_field(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = TABLES + '[starts]\ngrid = "3x3"\n[chaos_map]\ntime = '
+    (tmp_path / "a.toml").write_text(f"{text}10\n")
+    assert cli.main(["run", "a.toml", "--quiet"]) == 0
+    (tmp_path / "a.toml").write_text(f"{text}20\n")
+    assert cli.main(["run", "a.toml", "--quiet"]) == 2
+    assert "[chaos_map] time was 10.0, is 20.0" in capsys.readouterr().err
+    assert cli.main(["run", "a.toml", "--quiet", "--overwrite"]) == 0
+    assert JobResults.stored("a.zarr")["chaos_map"].time == 20.0
+
+
+def test_sizes_in_bytes():
+    cases = {"500MB": 5e8, "2GiB": 2**31, "1000": 1e3, "1e9": 1e9, "3 kB": 3e3, "4KiB": 4096, "1.5TB": 1.5e12, "7B": 7}
+    assert {text: options.size_of(text) for text in cases} == cases
+    for wrong in ("", "MB", "-1GB", "1XB", "0", "inf", "nan", "2GiBs"):
+        with pytest.raises(ValueError, match="--memory must be a number of bytes"):
+            options.size_of(wrong)
+
+
+def test_flags_and_keys_are_the_same_fields(capsys):
+    for command, kind in (("poincare", Poincare), ("frequency-map", Frequencies), ("chaos-map", Chaos)):
+        cli.main([command, "--help"])
+        text = capsys.readouterr().out
+        for name in (field.name for field in dataclasses.fields(kind)):
+            assert f"--{name.replace('_', '-')}" in text
+    assert Job.parsed(f"{TABLES}[poincare]\nmax_time = 3\n").poincare == Poincare(max_time=3)

@@ -1,0 +1,496 @@
+"""Ten thousand wrong jobs, as values and as TOML: each is refused in one line that says where and why; a right one
+comes back as it was written.
+"""
+
+import datetime
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fastaff as fa
+from fastaff.jobs import Chaos, Frequencies, Job, Model, Motion, Poincare, Run, Starts, Surface
+from fastaff.jobs.job import TABLES, _hints
+
+GOOD = [
+    """[surface]
+energy = 1.5
+p_eta = 0.3
+[starts]
+grid = "4x4"
+[frequency_map]
+time = 10.0
+""",
+    """unit = 7
+[model]
+model = "henon-heiles"
+lam = 0.9
+[surface]
+energy = 0.1
+section = "x=0.01"
+direction = -1
+[starts]
+orbits = 20
+seed = 3
+[run]
+step = 0.1
+scheme = "KAHAN_LI8"
+threads = 2
+[poincare]
+crossings = 3
+max_time = 100.0
+[chaos_map]
+time = 5.0
+indicators = ["megno", "sali"]
+early_stop = true
+""",
+    """[model]
+hamiltonian = "a*x**2 + b*y**2"
+parameter = {a = 1.0, b = 2}
+coordinates = "x y"
+domain = "9 - x"
+[surface]
+energy = 1
+[starts]
+grid = [3, 4]
+range1 = [-0.1, 0.2]
+range2 = "-0.1:0.1"
+[run]
+accuracy = 1e-9
+[integrate]
+time = 1.0
+samples = 3
+[action_angles]
+""",
+]
+WORDS = [
+    "",
+    "x",
+    "energy",
+    "ENERGY",
+    "energi",
+    "a.b",
+    "ü",
+    "☃",
+    "a\nb",
+    "\x00",
+    "--energy",
+    "None",
+    "nan",
+    "1e400",
+    "../..",
+    "$(x)",
+    "%s",
+    "{0}",
+    "'",
+    '"',
+    "[",
+    "x" * 3000,
+    "\u202e",
+    "\x7f",
+    "😀",
+]
+NUMBERS = [
+    0,
+    -1,
+    1,
+    2**53,
+    2**63,
+    2**64,
+    10**18,
+    10**40,
+    -(10**18),
+    0.0,
+    -0.0,
+    1e-320,
+    1e308,
+    -1e308,
+    float("nan"),
+    float("inf"),
+    -float("inf"),
+    0.5,
+    1e-18,
+]
+OTHERS = [
+    True,
+    False,
+    [],
+    [[]],
+    [1, "a"],
+    [1.0, 2.0],
+    ["a"],
+    {},
+    {"a": {}},
+    {"a": 1},
+    datetime.date(2020, 1, 1),
+    datetime.datetime(2020, 1, 1),
+    [[[1]]],
+    {"a": [{"b": 1}]},
+]
+
+
+class Loud:
+    """What cannot be shown."""
+
+    def __repr__(self):
+        raise ZeroDivisionError
+
+
+WILD = [
+    None,
+    1j,
+    b"x",
+    object(),
+    int,
+    len,
+    np.array([1.0]),
+    np.array(1.0),
+    np.float32(1),
+    np.datetime64("2020"),
+    {1, 2},
+    range(3),
+    (i for i in ()),
+    (1.0, 2.0),
+    np.ma.masked,
+    np.nan,
+    10**400,
+    "\ud800",
+    Ellipsis,
+    lambda: 1,
+    Loud(),
+]
+
+
+def toml(value):
+    """Any plain value as TOML."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        signs = "".join(f"\\u{ord(c):04x}" if ord(c) < 32 or ord(c) == 127 else c for c in value.replace("\\", "\\\\"))
+        return '"' + signs.replace('"', '\\"') + '"'
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{toml(key)} = {toml(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, datetime.date):
+        return value.isoformat()
+    return repr(value)
+
+
+def outcome(text, plan=False):
+    """What becomes of a text: a job, or the sentence that refuses it."""
+    try:
+        job = Job.parsed(text, "job.toml")
+    except (ValueError, TypeError) as problem:
+        said = str(problem)
+        assert said.startswith("job.toml"), said
+        assert "\n" not in said
+        assert said.isprintable()
+        assert len(said) < 1000
+        return said
+    assert Job.parsed(job.text()) == job
+    assert Job.parsed(job.text()).text() == job.text()
+    return job
+
+
+def made(**given):
+    """A job of Python's values, or the sentence that refuses it."""
+    try:
+        return Job(**given), None
+    except (ValueError, TypeError) as problem:
+        return None, str(problem)
+
+
+def mutated(rng, text):
+    """The text with some of its signs, lines or words changed."""
+    for _ in range(rng.randint(1, 4)):
+        at = rng.randrange(len(text) + 1)
+        kind = rng.randrange(8)
+        if kind == 0:
+            text = text[:at] + rng.choice(WORDS) + text[at:]
+        elif kind == 1:
+            text = text[:at] + text[at + rng.randint(1, 9) :]
+        elif kind == 2:
+            lines = text.split("\n")
+            rng.shuffle(lines)
+            text = "\n".join(lines)
+        elif kind == 3:
+            text = text[:at] + chr(rng.choice([*range(32, 127), 0, 7, 10, 13, 0xFEFF, 0x2028, 0x10FFFF])) + text[at:]
+        elif kind == 4:
+            lines = text.split("\n")
+            lines.insert(rng.randrange(len(lines)), rng.choice(lines))
+            text = "\n".join(lines)
+        elif kind == 5:
+            lines = text.split("\n")
+            del lines[rng.randrange(len(lines))]
+            text = "\n".join(lines)
+        elif kind == 6:
+            text = text[:at]
+        else:
+            lines = text.split("\n")
+            k = rng.randrange(len(lines))
+            value = rng.choice([*WORDS, *NUMBERS, *OTHERS])
+            lines[k] = lines[k].partition("=")[0] + "= " + toml(value)
+            text = "\n".join(lines)
+    return text
+
+
+def several(seed, count):
+    rng = random.Random(seed)
+    kinds = [0, 0]
+    for _ in range(count):
+        text = mutated(rng, rng.choice(GOOD))
+        kinds[isinstance(outcome(text), Job)] += 1
+    return kinds
+
+
+def test_changed_texts():
+    wrong, right = several(1, 2500)
+    assert wrong > 5 * right > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 6))
+def test_more_changed_texts(seed):
+    several(seed, 5000)
+
+
+@given(st.text(max_size=300))
+def test_any_text(text):
+    assert isinstance(outcome(text), str)
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes(tmp_path_factory, data):
+    path = tmp_path_factory.getbasetemp() / "job.toml"
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=r"job\.toml") as caught:
+        Job.read(path)
+    assert "\n" not in str(caught.value)
+
+
+FIELDS = [(table, key) for table, kind in TABLES.items() for key in _hints(kind) if table != "scan"]
+
+
+@pytest.mark.parametrize(("table", "key"), FIELDS)
+def test_each_field_takes_what_it_takes(table, key):
+    """Every value of another kind is refused by table and key, in a text and in Python."""
+    taken = 0
+    for value in [*WORDS, *NUMBERS, *OTHERS]:
+        needed = "[integrate]\ntime = 1.0\n" if table != "integrate" else "time = 1.0\n" * (key != "time")
+        head = f"[{table}]\n{needed}" if table == "integrate" else f"{needed}[{table}]\n"
+        text = f"{head}{key} = {toml(value)}\n"
+        found = outcome(text)
+        taken += isinstance(found, Job)
+        assert isinstance(found, Job) or (f"[{table}]" in found and key in found) or "no TOML" in found, found
+    assert taken < 50
+
+
+@pytest.mark.parametrize(("table", "key"), FIELDS)
+def test_each_field_in_python(table, key):
+    for value in WILD:
+        given = {"time": 1.0} if table == "integrate" else {}
+        job, said = made(**{"integrate": Motion(time=1.0), table: TABLES[table](**{**given, key: value})})
+        assert said is None or (f"{table}.{key}" in said and "\n" not in said)
+        assert job is None or Job.parsed(job.text()) == job
+
+
+@pytest.mark.parametrize("name", [*TABLES, "unit"])
+def test_each_table_in_python(name):
+    for value in [*WILD, *WORDS, *NUMBERS, *OTHERS]:
+        _, said = made(**{"frequency_map": Frequencies(), name: value})
+        assert said is None or name in said or "nothing is to be computed" in said or name == "model"
+        assert said is None or len(said) < 600
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[surface]\nenergi = 1.0", "did you mean energy"),
+        ("[surfac]\nenergy = 1.0", "did you mean surface"),
+        ("surface = 1", "must be a table"),
+        ("[[surface]]\nenergy = 1", "must be a table"),
+        ("[integrate]", "needs 'time'"),
+        ("[surface]\nenergy = 1", "nothing is to be computed"),
+        ("", "nothing is to be computed"),
+        ("unit = 0\n[action_angles]", "unit must be at least 1"),
+        ("unit = 1e3\n[action_angles]", "unit must be a whole number"),
+        (f"unit = 1{'0' * 30}\n[action_angles]", "unit must be at most"),
+        ("[surface]\nenergy = nan", "energy must be finite"),
+        (f"[surface]\nenergy = 1{'0' * 400}", "energy must be finite"),
+        (f"[surface]\nenergy = {'9' * 6000}", "job.toml"),
+        ("a = " + "[" * 5000 + "]" * 5000, "within one another"),
+        ("[surface]\nenergy = " + "[" * 900 + "]" * 900, "job.toml"),
+        (f"[model]\nparameter.{'.'.join('a' * 3000)} = 1", "job.toml"),
+        ("[integrate]\ntime = 1\n[integrate]\ntime = 2", "no TOML"),
+        ("[integrate]\ntime = 1\n[run]\nscheme = 3", "scheme"),
+        ("\x00", "no TOML"),
+    ],
+)
+def test_what_is_said(text, said):
+    found = outcome(text)
+    assert isinstance(found, str) or said == "scheme"
+    assert said in str(found)
+
+
+# --- plans --------------------------------------------------------------------------------------------------------
+
+HH = Model(model="henon-heiles")
+LOW = Surface(energy=0.1)
+BOX = {"range1": "-0.1:0.1", "range2": "-0.1:0.1"}
+WRONG = {
+    "grid of a million rows": (Starts(grid="1000000x1000000", **BOX), {}, "--grid asks for|grid asks for"),
+    "grid of one row": (Starts(grid="1x1000000000000", **BOX), {}, "grid asks for"),
+    "grid of one column": (Starts(grid="1000000000000x1", **BOX), {}, "grid asks for"),
+    "grid beyond numbers": (Starts(grid=f"{10**30}x2", **BOX), {}, "grid asks for"),
+    "orbits": (Starts(orbits=10**15), {}, "orbits asks for"),
+    "orbits beyond numbers": (Starts(orbits=10**30), {}, "orbits asks for"),
+    "crossings": (Starts(grid="2x2", **BOX), {"poincare": Poincare(crossings=10**12)}, "crossings asks for|max_time"),
+    "samples": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=1.0, samples=10**12)}, "samples asks for"),
+    "time": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=1e300)}, "no run comes to its end"),
+    "negative time": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=-1.0)}, "time must be"),
+    "no time": (Starts(grid="2x2", **BOX), {"frequency_map": Frequencies(time=0.0)}, "time must be positive"),
+    "method": (Starts(grid="2x2", **BOX), {"frequency_map": Frequencies(method="fft")}, "method must be one of"),
+    "indicators": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(indicators="megno,")}, "indicators must be one of"),
+    "both times": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(time=1.0, periods=2.0)}, "not both"),
+    "accuracy": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(time=1.0), "run": Run(accuracy=1e-9)}, "accuracy"),
+    "step": (Starts(grid="2x2", **BOX), {"run": Run(step=0.0)}, "step must be positive"),
+    "threads": (Starts(grid="2x2", **BOX), {"run": Run(threads=0)}, "threads must be"),
+    "scheme": (Starts(grid="2x2", **BOX), {"run": Run(scheme="EULER")}, "scheme"),
+    "seed": (Starts(orbits=5, seed=-1), {}, "seed must be at least 0"),
+    "no orbits": (Starts(orbits=0), {}, "orbits must be at least 1"),
+    "grid and orbits": (Starts(orbits=5, grid="2x2"), {}, "not both"),
+    "grid of text": (Starts(grid="axb"), {}, "grid must be"),
+    "range": (Starts(grid="2x2", range1="1:0"), {}, "range1 must be LOW:HIGH"),
+    "range of nan": (Starts(grid="2x2", range1="nan:1"), {}, "range1 must be LOW:HIGH"),
+    "range beyond the energy": (Starts(grid="2x2", range1="0.6:0.7", range2="5:6"), {}, "energy reaches no point"),
+    "energy": (Starts(), {"surface": Surface()}, "energy is required"),
+    "energy below": (Starts(), {"surface": Surface(energy=-1.0)}, "bound"),
+    "energy that is huge": (Starts(), {"surface": Surface(energy=1e300)}, "range1"),
+    "momentum": (Starts(), {"surface": Surface(energy=0.1, p_eta=1.0)}, "p_eta"),
+    "section": (Starts(), {"surface": Surface(energy=0.1, section="z=1")}, "section must be one of"),
+    "section of nan": (Starts(), {"surface": Surface(energy=0.1, section="x=nan")}, "finite|nan"),
+    "section of a body": (Starts(), {"surface": Surface(energy=0.1, section="alpha=1")}, "does not suit"),
+    "direction": (Starts(), {"surface": Surface(energy=0.1, direction="++1")}, "direction must be"),
+    "direction 2": (Starts(), {"surface": Surface(energy=0.1, direction="2")}, "direction must be"),
+    "model": (Starts(), {"model": Model(model="henon")}, "Did you mean henon-heiles"),
+    "parameter of a model": (Starts(), {"model": Model(model="harmonic", K=1.0)}, "not a parameter"),
+    "parameter twice": (Starts(), {"model": Model(hamiltonian="a*x", parameter=["a=1", "a=2"])}, "twice"),
+    "parameter of nan": (Starts(), {"model": Model(hamiltonian="a*x", parameter=["a=nan"])}, "finite|nan"),
+    "code": (Starts(), {"model": Model(hamiltonian="__import__('os').system('x')")}, "."),
+    "power tower": (Starts(), {"model": Model(hamiltonian="9**9**9**9**9*x")}, "."),
+    "long formula": (Starts(), {"model": Model(hamiltonian="(" * 3000 + "x" + ")" * 3000)}, "."),
+    "masses": (Starts(), {"model": Model(hamiltonian="x", parameter=["masses=1"])}, "masses"),
+    "file and grid": (Starts(file="a.npy", grid="2x2"), {}, "not both"),
+    "file with a null": (Starts(file="a\x00b"), {}, "file"),
+    "mu": (Starts(), {"model": Model(mu=-1.0)}, "mu"),
+    "actions of a system that has none": (Starts(grid="2x2", **BOX), {"action_angles": fa.jobs.Actions()}, "."),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_jobs_that_do_not_fit(name, tmp_path):
+    """By a sentence, before anything is computed or kept."""
+    starts, given, said = WRONG[name]
+    analysis = (
+        {}
+        if set(given) & {"poincare", "chaos_map", "frequency_map", "integrate", "action_angles"}
+        else {"integrate": Motion(time=0.1)}
+    )
+    job = Job(**{"model": HH, "surface": LOW, "starts": starts, **analysis, **given})
+    for store in (tmp_path / "s", None):
+        with pytest.raises((ValueError, TypeError), match=said) as caught:
+            fa.run(job, store)
+        assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_units_that_are_more_than_all(tmp_path):
+    job = Job(model=HH, surface=LOW, starts=Starts(grid="2x2", **BOX), integrate=Motion(time=0.1), unit=2**53)
+    assert fa.run(job, tmp_path / "s").complete
+    for memory in (1.0, 0.0, -1.0, np.nan, "x", True):
+        with pytest.raises((ValueError, TypeError), match=r"memory|unit must be at most"):
+            fa.run(job, tmp_path / "t", memory=memory)
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.zeros(3),
+        np.zeros((2, 3)),
+        np.zeros((4, 0)),
+        np.zeros((4, 2), object),
+        np.array([["a"]]),
+        np.zeros((4, 3, 2)),
+        np.full((4, 2), 1j),
+    ],
+)
+def test_starts_that_are_none(array, tmp_path):
+    with pytest.raises((ValueError, TypeError), match="starts must be"):
+        Job(model=HH, starts=array, integrate=Motion(time=0.1)).plan()
+    np.save(tmp_path / "z.npy", array, allow_pickle=True)
+    with pytest.raises((ValueError, TypeError), match=r"starts must be|file .* must"):
+        Job(model=HH, starts=Starts(file=str(tmp_path / "z.npy")), integrate=Motion(time=0.1)).plan()
+
+
+@pytest.mark.parametrize("content", [b"", b"\x93NUMPY", b"PK\x03\x04", b"not numbers", b"\x80\x04\x95"])
+def test_files_that_hold_no_starts(content, tmp_path):
+    (tmp_path / "z.npy").write_bytes(content)
+    job = Job(model=HH, starts=Starts(file=str(tmp_path / "z.npy")), integrate=Motion(time=0.1))
+    with pytest.raises(ValueError, match=r"file .*z\.npy must be"):
+        job.plan()
+    with pytest.raises(OSError, match="nowhere"):
+        Job(model=HH, starts=Starts(file="nowhere.npy"), integrate=Motion(time=0.1)).plan()
+
+
+# --- right ones ---------------------------------------------------------------------------------------------------
+
+
+def test_files(tmp_path):
+    with pytest.raises(OSError, match=r"nothing\.toml"):
+        Job.read(tmp_path / "nothing.toml")
+    with pytest.raises(OSError, match=r"."):
+        Job.read(tmp_path)
+    for text in GOOD:
+        (tmp_path / "job.toml").write_text(text)
+        job = Job.read(tmp_path / "job.toml")
+        assert job == Job.parsed(job.text())
+        (tmp_path / "job.toml").write_text("\n" + job.text().replace("\n", "\r\n"))
+        assert Job.read(tmp_path / "job.toml") == job
+
+
+REALS = st.floats(allow_nan=False, allow_infinity=False)
+TEXTS = st.text(st.characters(exclude_categories=("Cs",)), max_size=12)
+
+
+def some(kind):
+    kinds = {float: REALS, int: st.integers(-(2**70), 2**70), bool: st.booleans(), str: TEXTS}
+    fields = {}
+    for name, hint in _hints(kind).items():
+        text = str(hint)
+        one = next((entry for key, entry in kinds.items() if key.__name__ in text), None)
+        fields[name] = st.lists(TEXTS, max_size=3) if "list" in text else one
+        if "None" in text:
+            fields[name] |= st.none()
+    return st.builds(kind, **fields)
+
+
+@given(
+    st.fixed_dictionaries({name: some(kind) for name, kind in TABLES.items() if name != "scan"}),
+    st.none() | st.integers(1, 2**53),
+)
+def test_text_and_back(tables, unit):
+    job = Job(**tables, unit=unit)
+    again = Job.parsed(job.text())
+    assert again == job
+    assert again.text() == job.text()
+    assert repr(again) == repr(job)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, np.int8, int])
+def test_numbers_of_numpy(kind):
+    job = Job(surface=Surface(energy=kind(2)), integrate=Motion(time=kind(3), samples=int(kind(1))), unit=np.int64(5))
+    assert Job.parsed(job.text()) == job
+    assert "np." not in job.text()
