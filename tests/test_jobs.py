@@ -22,7 +22,7 @@ import pytest
 from job_cases import CELLS, JOBS, LARGE, MOTION, ONES, TEXT, bits, chunks
 
 import fastaff as fa
-from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, units
+from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units
 from fastaff.jobs import store as stores
 from fastaff.jobs.launch import BLOCK
 from fastaff.jobs.store import Store
@@ -475,6 +475,20 @@ def test_a_store_that_another_process_writes_is_refused(tmp_path, whole):
         assert code == 1
         assert "is being written by another process" in err
     assert bits(done) == whole("cells")
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_store_that_another_process_makes_meanwhile_is_gone_on_with(tmp_path, whole, monkeypatch, overwrite):
+    job, begin = replace(CELLS, unit=2), running.begin
+
+    def late(*arguments, **options):
+        monkeypatch.undo()
+        begin(job, tmp_path / "s")
+        return begin(*arguments, **options)
+
+    monkeypatch.setattr(running, "begin", late)
+    assert bits(fa.run(job, tmp_path / "s", overwrite=overwrite)) == whole("cells")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["s"]
 
 
 @pytest.mark.slow
