@@ -190,15 +190,6 @@ def test_a_pool_of_processes(tmp_path, whole):
     assert bits(fa.run(replace(CELLS, unit=1), tmp_path / "u")) == whole("cells")
 
 
-def test_executors_that_fork_are_refused(tmp_path):
-    with (
-        ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as pool,
-        pytest.raises(ValueError, match="executor must not fork"),
-    ):
-        fa.run(MODEST, tmp_path / "s", executor=pool)
-    assert not (tmp_path / "s").exists()
-
-
 @pytest.mark.parametrize("executor", [1, "x", [], object(), multiprocessing, len])
 def test_what_is_no_executor(executor, tmp_path):
     with pytest.raises(TypeError, match="executor must have submit"):

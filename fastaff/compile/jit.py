@@ -131,9 +131,7 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def jit(
-    function: Callable | None = None, *, parallel: bool = False, constants: bool = False, inline: bool = False
-) -> Callable:
+def jit(function: Callable | None = None, *, constants: bool = False, inline: bool = False) -> Callable:
     """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
 
     With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes,
@@ -141,14 +139,14 @@ def jit(
     caller, which alone is compiled: for what one function calls, and no other.
     """
     if function is None:
-        return functools.partial(jit, parallel=parallel, constants=constants, inline=inline)
+        return functools.partial(jit, constants=constants, inline=inline)
     if JIT_DISABLED:
         return function
     with _private_cache(cache_directory()) as cache:
         how: Any = "always" if inline else "never"
-        kernel: Any = numba.njit(function, parallel=parallel, cache=cache, nogil=True, error_model="numpy", inline=how)
+        kernel: Any = numba.njit(function, cache=cache, nogil=True, error_model="numpy", inline=how)
     kernel.compile = uncollected()(kernel.compile)
-    if not parallel and not inline:
+    if not inline:
         kernel.part = Callee(function, constants=constants)
         kernel.get_call_template, kernel.get_overload = kernel.part.get_call_template, kernel.part.get_overload
     return kernel

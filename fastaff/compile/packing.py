@@ -1,22 +1,24 @@
-"""Arguments of any types as a row of 64-bit words, so that one parallel loop, compiled once, runs every kernel."""
+"""Kernels of units of work, entered by address, their arguments as a row of 64-bit words; threads share the units."""
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import itertools
 from collections.abc import Callable
 from typing import Any
 
 import numba
 import numpy as np
-from numba import prange, types
+from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.extending import intrinsic, register_model
 
 from .callees import Callee
-from .jit import JIT_DISABLED, BlockFunction, jit
-from .pointers import address, caller
+from .jit import JIT_DISABLED, LANES, BlockFunction
+from .pointers import address
+from .threads import default_threads, pool
 
 QUICK = 0x401
 """Flags of an array that is in one piece (NPY_ARRAY_C_CONTIGUOUS) and may be written to (NPY_ARRAY_WRITEABLE)."""
@@ -104,16 +106,11 @@ def _arguments_in(typingcontext, words):
     return types.Tuple(words.arguments)(words), generate
 
 
-_call_unit = caller("unit")
 _UNIT = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
-"""The same for Python, which lets go of the GIL meanwhile."""
+"""A kernel as Python calls it, which lets go of the GIL meanwhile."""
 
-
-@jit(parallel=True)
-def _run_units(entry, words, units):
-    at = words.ctypes.data
-    for unit in prange(units):
-        _call_unit(entry, np.int64(unit), at)
+POINTS = 32 * LANES
+"""Points of a unit of `run_points`."""
 
 
 def _of_words(work: Any) -> Callable:
@@ -132,10 +129,11 @@ def _entry(work: Callable, arguments: tuple) -> BlockFunction:
 _ENTRIES: dict[tuple, BlockFunction] = {}
 
 
-def run_units(work: Callable, arguments: tuple, units: int, *, parallel: bool = True) -> None:
-    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, in parallel or one after another.
+def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> None:
+    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, by so many threads: the caller's and
+    others, each of which takes the next unit as soon as it is free.
 
-    `work` is compiled for the types of its arguments; the parallel loop, which gets it as an address, once for all.
+    `work` is compiled for the types of its arguments. What interrupts the caller leaves undone what is not begun.
     """
     if JIT_DISABLED:
         for unit in range(units):
@@ -147,10 +145,23 @@ def run_units(work: Callable, arguments: tuple, units: int, *, parallel: bool = 
     key = tuple(kinds)
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, arguments)))
-    at, memory = address(_ENTRIES[key]), np.array(words, np.int64)
-    if parallel:
-        _run_units(at, memory, units)
-        return
-    enter, first = _UNIT(at), _data(memory)
-    for unit in range(units):
-        enter(unit, first)
+    enter, memory = _UNIT(address(_ENTRIES[key])), np.array(words, np.int64)
+    first, following, end = _data(memory), itertools.count(), [units]
+
+    def share() -> None:
+        while (unit := next(following)) < end[0]:
+            enter(unit, first)
+
+    others = [pool().submit(share) for _ in range(min(threads, units) - 1)]
+    try:
+        share()
+    finally:
+        end[0] = 0
+        for other in others:
+            if not other.cancel():  # else its thread is busy with other work, perhaps for long
+                other.result()
+
+
+def run_points(work: Callable, arguments: tuple, points: int) -> None:
+    """Run work(portion, *arguments) for all portions of POINTS points, by the threads that kernels use by default."""
+    run_units(work, arguments, -(-points // POINTS), threads=default_threads())

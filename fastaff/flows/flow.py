@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 import math
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import wait
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
-from ..base.numbers import fits, number_of_steps, whole
+from ..base.numbers import fits, number_of_steps
 from ..base.status import Status
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
+from ..compile.threads import pool
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
@@ -39,26 +37,6 @@ Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
 
 
-def default_threads() -> int:
-    """Return the number of threads that kernels use unless told otherwise: $NUMBA_NUM_THREADS or the cores of this
-    process.
-    """
-    return 1 if JIT_DISABLED else numba.get_num_threads()
-
-
-def available_threads() -> int:
-    """Return the largest number of threads that kernels can use in this process."""
-    return 1 if JIT_DISABLED else int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-
-
-def checked_threads(threads: Any) -> int:
-    """Return the number of threads to use: `threads` if it is one this process can have, the default for None."""
-    count = default_threads() if threads is None else whole("threads", threads, 1)
-    if count > available_threads():
-        raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
-    return count
-
-
 def launch(
     kernel: Callable,
     arguments: tuple,
@@ -76,19 +54,13 @@ def launch(
     when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here.
     """
     if steps <= BRIEF and not JIT_DISABLED:
-        run_units(kernel, (stop, progress, *arguments), progress.size, parallel=False)
+        run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
         if report is not None and work > 0:
             report(min(1.0, float(progress.sum()) / work))
         return
 
-    def run() -> None:
-        if not JIT_DISABLED:
-            numba.set_num_threads(max(1, min(threads, progress.size)))  # a second thread for one unit would only wait
-            numba.set_parallel_chunksize(1)
-        run_units(kernel, (stop, progress, *arguments), progress.size)
-
     interrupted = False
-    future = _worker(os.getpid()).submit(run)
+    future = pool().submit(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
     while not future.done():
         try:
             wait([future], 0.1)
@@ -103,16 +75,6 @@ def launch(
     future.result()
     if interrupted:
         raise KeyboardInterrupt
-
-
-@functools.cache
-def _worker(process: int) -> ThreadPoolExecutor:
-    """Return this process's one kernel thread.
-
-    One, because parallel kernels must take turns (the workqueue threading layer) and a new thread would start new
-    OpenMP threads; of this process, because threads don't survive a fork.
-    """
-    return ThreadPoolExecutor(1, thread_name_prefix="fastaff")
 
 
 class Wear(NamedTuple):

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import numbers, positive, shown
+from ..compile.threads import checked_threads
 from ..models.contracts import quadratic
 from ..schemes.automatic import Automatic, Trial, cheapest
 from ..schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
-from .flow import Flow, Report, checked_threads
+from .flow import Flow, Report
 from .motion import motion
 from .time_transformed import prepared
 from .trials import chosen_steps, on_ladder, trials_in_time

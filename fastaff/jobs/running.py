@@ -451,13 +451,6 @@ def _submitted(executor: Any, path: Path, todo: np.ndarray, threads: int, own: d
 def _checked_executor(executor: Any) -> None:
     if not callable(getattr(executor, "submit", None)):
         raise TypeError(f"executor must have submit, as concurrent.futures' have, got {shown(executor)}")
-    context = getattr(executor, "_mp_context", None)
-    method = getattr(context, "get_start_method", lambda: None)()
-    if method == "fork":
-        raise Wrong(
-            "executor must not fork, which hangs once kernels have run: take "
-            'ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn"))'
-        )
 
 
 def resume_command(path: Any) -> str:

@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
 from ..compile.jit import LANES, jit
+from ..compile.packing import POINTS
 
 CHUNK = 16  # steps between two looks at the size: it changes by less than 2^600 in them, for y below the cut
 BIG, SMALL = 2.0**300, 2.0**-300
@@ -104,15 +104,13 @@ def _log(x, out, work):
         out[i] = finite if x[i] > 0.0 else -np.inf
 
 
-@jit(parallel=True)
-def laguerre_values(u, w, constants, kappa, squared, x, out):
+def laguerre_values(portion, u, w, constants, kappa, squared, x, out):
     """Write (y/y0)^h e^(c - (y - y0)/2) phi_n(y) into out for y = kappa x or kappa x^2, x (points,).
 
     constants (c, h, y0, cut): 0 beyond the cut.
     """
     c, h, y0, cut = constants[0], constants[1], constants[2], constants[3]
-    for block in prange((x.size + LANES - 1) // LANES):
-        start = block * LANES
+    for start in range(portion * POINTS, min(x.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, x.size - start)
         t, phi, d, logarithm = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
         work, inside = np.empty(LANES), np.empty(LANES)
@@ -133,16 +131,14 @@ def laguerre_values(u, w, constants, kappa, squared, x, out):
             out[start + i] = inside[i] * d[i] * phi[i]
 
 
-@jit(parallel=True)
-def jacobi_values(u, w, constants, y, z, out):
+def jacobi_values(portion, u, w, constants, y, z, out):
     """Write (y/y0)^h (z/z0)^g e^c phi_n(y) into out; z = 1 - y. Tables (2, n), constants (2, 6), rows: from the end y =
     0, from z = 0.
 
     constants (c, h, y0, g, z0, sign); the second row is the first with y and z exchanged. Each point goes from its
     nearer end.
     """
-    for block in prange((y.size + LANES - 1) // LANES):
-        start = block * LANES
+    for start in range(portion * POINTS, min(y.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, y.size - start)
         near, phi, d, logarithm, work = (
             np.empty(LANES),
@@ -183,13 +179,11 @@ def jacobi_values(u, w, constants, y, z, out):
                         out[j] = sign * d[i] * phi[i]
 
 
-@jit(parallel=True)
-def polynomial_values(diagonal, off, coefficients, t, out):
+def polynomial_values(portion, diagonal, off, coefficients, t, out):
     """Write sum c_k p_k(t) into out (points,): off_k p_k = (t - diagonal_(k-1)) p_(k-1) - off_(k-1) p_(k-2), off from k
     = 1, p_0 = 1.
     """
-    for block in prange((t.size + LANES - 1) // LANES):
-        start = block * LANES
+    for start in range(portion * POINTS, min(t.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, t.size - start)
         at, p, before, total = np.empty(LANES), np.ones(LANES), np.zeros(LANES), np.empty(LANES)
         for i in range(LANES):
@@ -234,25 +228,20 @@ def _turned(k, x, y, radius, re, im, lanes):
                 cosine[i] = real
 
 
-@jit(parallel=True)
-def plane_radii(planes, radii):
+def plane_radii(portion, planes, radii):
     """Write |a|, |b| of planes (4, points) into radii (2, points)."""
-    points = planes.shape[1]
-    for block in prange((points + LANES - 1) // LANES):
-        for i in range(block * LANES, min(points, (block + 1) * LANES)):
-            a1, a2, b1, b2 = planes[0, i], planes[1, i], planes[2, i], planes[3, i]
-            radii[0, i] = math.sqrt(a1 * a1 + a2 * a2)
-            radii[1, i] = math.sqrt(b1 * b1 + b2 * b2)
+    for i in range(portion * POINTS, min(planes.shape[1], (portion + 1) * POINTS)):
+        a1, a2, b1, b2 = planes[0, i], planes[1, i], planes[2, i], planes[3, i]
+        radii[0, i] = math.sqrt(a1 * a1 + a2 * a2)
+        radii[1, i] = math.sqrt(b1 * b1 + b2 * b2)
 
 
-@jit(parallel=True)
-def turn_planes(k, g, planes, radii, amplitude, out):
+def turn_planes(portion, k, g, planes, radii, amplitude, out):
     """Write amplitude*e^(i k eta + i g gamma) into out (points,), complex, for planes (4, points) of radii (2,
     points).
     """
     points = amplitude.size
-    for block in prange((points + LANES - 1) // LANES):
-        start = block * LANES
+    for start in range(portion * POINTS, min(points, (portion + 1) * POINTS), LANES):
         lanes = min(LANES, points - start)
         re, im = np.empty(LANES), np.zeros(LANES)
         for i in range(lanes):

@@ -16,7 +16,8 @@ import numpy as np
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.results import Result, along
-from ...flows.flow import Report, checked_threads
+from ...compile.threads import checked_threads
+from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
 

@@ -15,7 +15,8 @@ from ...base.numbers import MOST, an_array, fits, numbers, positive, real, repor
 from ...base.results import Result, along
 from ...base.status import Status, describe
 from ...compile.jit import LANES
-from ...flows.flow import Report, checked_threads, launch
+from ...compile.threads import checked_threads
+from ...flows.flow import Report, launch
 from ...kernels.resonance import relations
 
 MAX_ORDER = 50

@@ -14,8 +14,9 @@ from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.status import Status
+from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
-from ...flows.flow import Report, checked_threads, launch
+from ...flows.flow import Report, launch
 from ...kernels import tori_closed, tori_inverse, tori_quadrature
 from ...models import Barriers, Oscillator, Spring, Zero
 from ...models.contracts import Model

@@ -20,7 +20,7 @@ def doctor() -> int:
 
     from ...base.provenance import provenance
     from ...compile.jit import cache_directory, cache_root
-    from ...flows.flow import default_threads
+    from ...compile.threads import default_threads
 
     facts = provenance()
     folder = cache_directory()

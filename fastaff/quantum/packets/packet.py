@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from ...base.numbers import an_array, positive
 from ...base.numbers import function as a_function
 from ...charts import ALPHA_BETA, TWO_POLAR, Chart
+from ...compile.packing import run_points
 from ...kernels.phases import phase_sums
 from ..states.quadrature import resolved
 from ..states.state import Product, State, checked_invariants, invariants_of
@@ -99,7 +100,8 @@ class Packet:
         moments, mean = _moments(time), self.energy
         flat = np.ascontiguousarray(moments).reshape(-1)
         out = np.empty(flat.size, complex)
-        phase_sums((self.energies - mean) / (2 * np.pi * self.hbar), self.weights, flat, out)
+        rates = (self.energies - mean) / (2 * np.pi * self.hbar)
+        run_points(phase_sums, (rates, self.weights, flat, out), flat.size)
         return (out * np.exp(-1j * mean / self.hbar * flat)).reshape(moments.shape)[()]
 
     def __call__(self, phi: ArrayLike, time: ArrayLike = 0.0) -> np.ndarray:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compile.packing import run_points
 from ...kernels.laguerre_jacobi import polynomial_values
 
 
@@ -91,9 +92,8 @@ class IntervalFunction(NamedTuple):
         t = np.clip((low - high) / (self.hi - self.lo), -1, 1)
         diagonal, off = recurrence(self.coefficients.size, np.array([2 * self.e_hi]), np.array([2 * self.e_lo]))
         polynomial = np.empty(t.shape)
-        polynomial_values(
-            diagonal[0], off[0], self.coefficients, np.ascontiguousarray(t).reshape(-1), polynomial.reshape(-1)
-        )
+        points = np.ascontiguousarray(t).reshape(-1), polynomial.reshape(-1)
+        run_points(polynomial_values, (diagonal[0], off[0], self.coefficients, *points), t.size)
         return np.where(inside, weight * np.where(inside, polynomial, 0.0), 0.0)
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import fits, nonnegative, positive
+from ...compile.packing import run_points
 from ...kernels.laguerre_jacobi import jacobi_values, laguerre_values
 from .symmetry import whole_quantum
 
@@ -108,7 +109,7 @@ def _laguerre_values(
     tables: tuple[np.ndarray, np.ndarray, np.ndarray], kappa: float, squared: bool, x: np.ndarray
 ) -> np.ndarray:
     out = np.empty(x.shape)
-    laguerre_values(*tables, float(kappa), squared, x.reshape(-1), out.reshape(-1))
+    run_points(laguerre_values, (*tables, float(kappa), squared, x.reshape(-1), out.reshape(-1)), x.size)
     return out
 
 
@@ -243,7 +244,7 @@ class AngleFactor:
     def of_squares(self, sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
         """Return f of sin^2(vartheta/2) and cos^2(vartheta/2), each accurate where it is small."""
         out = np.empty(np.shape(sine))
-        jacobi_values(*self._tables, np.ravel(sine), np.ravel(cosine), out.reshape(-1))
+        run_points(jacobi_values, (*self._tables, np.ravel(sine), np.ravel(cosine), out.reshape(-1)), out.size)
         return out
 
     @property

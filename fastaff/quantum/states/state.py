@@ -24,6 +24,7 @@ from ...base.display import screen
 from ...base.numbers import fits, whole
 from ...base.numbers import function as a_function
 from ...charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
+from ...compile.packing import run_points
 from ...flows.checks import checked_chart
 from ...kernels.laguerre_jacobi import plane_radii, turn_planes
 from .factors import Factor
@@ -228,10 +229,9 @@ class State:
         for start in range(0, out.size, CHUNK):
             some = flat[:, start : start + CHUNK]
             radii = np.empty((2, some.shape[1]))
-            plane_radii(some, radii)
-            turn_planes(
-                (m - l) // 2, (m + l) // 2, some, radii, self._of_radii(radii[0], radii[1]), out[start : start + CHUNK]
-            )
+            run_points(plane_radii, (some, radii), some.shape[1])
+            turned = some, radii, self._of_radii(radii[0], radii[1]), out[start : start + CHUNK]
+            run_points(turn_planes, ((m - l) // 2, (m + l) // 2, *turned), some.shape[1])
         return out.reshape(rows.shape[1:])[()]
 
     def at(self, q: ArrayLike, chart: Chart = ALPHA_BETA) -> np.ndarray:
