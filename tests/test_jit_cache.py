@@ -4,7 +4,8 @@ Numba stamps a cached function with the content of its own file only; an edit an
 without a word. The folders start as copies of this process's cache, so the engine itself is not compiled again.
 """
 
-import hashlib
+import errno
+import itertools
 import os
 import re
 import shutil
@@ -30,6 +31,7 @@ from fastaff import (
     poincare_map,
 )
 from fastaff.analysis import NaffLines
+from fastaff.compile import cache as files
 from fastaff.compile import jit as _jit
 from fastaff.compile import source
 from fastaff.compile.texts import TEXTS
@@ -412,7 +414,7 @@ def test_the_source_is_what_is_compiled(seed):
         text = source(value, kind, n)
         assert text.startswith(f"# {kind} of {type(value).__name__}\ndef {kind}(params, ")
         compile(text, "block", "exec")
-    kept = {path.read_text() for path in seed.glob("blocks/*.py")}
+    kept = {path.read_text().partition("\n")[2] for path in seed.glob("blocks/*.py")}  # below the checksum
     assert {source(model, "splitting"), source(model, "check"), source(Linear((1, 0, 0, 0)), "value", 2)} <= kept
     assert source(HenonHeiles(0.3), "splitting") == source(model, "splitting")
     assert "tangent_force" in source(model, "splitting", vectors=1)
@@ -594,15 +596,124 @@ def test_a_refused_folder_costs_one_warning_and_no_code_is_run_from_it(cache, tm
     """A planted formula raises when executed: a process whose folder others can write must not see it."""
     code = "from fastaff import hamiltonian; print(hamiltonian('k*x**2/2', coordinates='x', k=2.0).force(3.0))"
     expected, _ = python(code, cache)
-    body = "raise SystemExit('planted')\n"
-    digest = hashlib.sha256(body.encode()).hexdigest()
     planted = list(cache.rglob("formulas/*.py"))
     for path in planted:
-        path.write_text(f"# {path.stem} {digest}\n{body}")
+        assert files.write(path, b"raise SystemExit('planted')\n")
     planted[0].parent.parent.chmod(0o777)
     out, err = python(code, cache)
     assert out == expected
     assert err.count("RuntimeWarning") == 1
+
+
+# --- files that are damaged or cannot be written -------------------------------------------------------------------
+
+
+@pytest.fixture
+def unwarned(monkeypatch):
+    """As in a process that has not warned of its cache yet."""
+    monkeypatch.setattr(files, "_SAID", set())
+
+
+def damaged(whole):
+    """Versions of a file: a bit flipped, an end missing, more or something else in it."""
+    for at, bit in itertools.product(range(len(whole)), range(8)):
+        version = bytearray(whole)
+        version[at] ^= 1 << bit
+        yield bytes(version)
+    yield from (whole[:end] for end in range(len(whole)))
+    yield from [whole + b"\0", b"\n" + whole, b"\n", whole[::-1]]
+
+
+def test_no_flipped_bit_and_no_missing_end_is_read(tmp_path, unwarned):
+    path, content = tmp_path / "some.code", np.random.default_rng(1).bytes(40)
+    assert files.read(path) is None
+    assert files.write(path, content)
+    assert files.read(path) == content
+    whole = path.read_bytes()
+
+    def read():
+        found = []
+        for version in damaged(whole):
+            path.write_bytes(version)
+            found.append(files.read(path))
+        other = path.with_name("other.code")
+        other.write_bytes(whole)  # what another name held
+        return [*found, files.read(other)]
+
+    with pytest.warns(RuntimeWarning, match=r"damaged files, .*some.code for one: .* is compiled again") as said:
+        assert read() == [None] * (9 * len(whole) + 5)
+    assert len(said) == 1
+    assert files.write(path, content)
+    assert files.read(path) == content
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES])
+@pytest.mark.parametrize("broken", ["open", "replace"])
+def test_a_file_that_cannot_be_written_costs_one_warning(tmp_path, unwarned, monkeypatch, broken, code):
+    def fail(*arguments):
+        raise OSError(code, os.strerror(code))
+
+    assert files.write(tmp_path / "before", b"kept")
+    monkeypatch.setattr(files.os, broken, fail)
+    with pytest.warns(RuntimeWarning, match="cannot write its compile cache .*anew.*FASTAFF_CACHE_DIR") as said:
+        assert [files.write(tmp_path / name, b"new") for name in ("before", "after")] == [False, False]
+    assert len(said) == 1
+    monkeypatch.undo()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["before"]
+    assert files.read(tmp_path / "before") == b"kept"
+
+
+def flipped(path, rng):
+    content = bytearray(path.read_bytes())
+    content[rng.integers(len(content))] ^= 1 << rng.integers(8)
+    path.write_bytes(content)
+
+
+FULL = """
+import resource, signal
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+"""
+
+
+@pytest.mark.slow
+def test_a_damaged_cache_gives_no_other_numbers_and_is_mended(cache):
+    """A bit flipped in each of 40 files; a file of each kind cut off."""
+    rng = np.random.default_rng(2)
+    code = BUILTIN.replace("LAM", "0.9") + "print(hamiltonian('k*x**2/2', coordinates='x', k=2.0).force(3.0))\n"
+    expected, said = python(code, cache)
+    assert said == ""
+    before = contents(cache)
+    paths = sorted(path for path in before if path.suffix == ".code")
+    for _ in range(-(-40 // len(paths))):
+        for path in paths:
+            flipped(path, rng)
+        for path in cache.rglob("formulas/*.py"):
+            flipped(path, rng)
+        out, said = python(code, cache)
+        assert out == expected
+        assert said.count("RuntimeWarning") == 1
+    for path in paths:
+        os.truncate(path, path.stat().st_size // 2)
+    assert python(code, cache)[0] == expected
+    assert python(code, cache) == (expected, "")
+    assert set(contents(cache)) == set(before)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="no limit of the size of files")
+def test_a_full_disk_costs_one_warning_and_what_is_there_is_read(cache, tmp_path):
+    code = BUILTIN.replace("LAM", "0.9")
+    expected, _ = python(code, cache)
+    before = contents(cache)
+    assert python(FULL + code, cache) == (expected, "")
+    empty = tmp_path / "empty"
+    out, said = python(FULL + code, empty)
+    assert out == expected
+    assert said.count("RuntimeWarning") == 1
+    assert "cannot write its compile cache" in said
+    assert contents(empty) == {}
+    assert contents(cache) == before
 
 
 def test_the_folder_is_the_users(tmp_path, monkeypatch):
@@ -616,6 +727,7 @@ def test_the_folder_is_the_users(tmp_path, monkeypatch):
 
 KERNEL = """
 import numpy as np
+from fastaff.compile import cache as files
 from fastaff.compile import jit as _jit
 from fastaff.kernels import birkhoff, stepping
 block = np.zeros(4000)

@@ -11,7 +11,6 @@ import functools
 import hashlib
 import inspect
 import itertools
-import os
 import sys
 import types as python_types
 from collections import namedtuple
@@ -25,7 +24,7 @@ from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
 from numba.extending import lower_builtin
 
-from . import jit
+from . import cache, jit
 from .callees import Callee
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
@@ -213,25 +212,19 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     filename, module = "<fastaff block>", f"fastaff_block_{kind}_{next(_NUMBERS)}"
     if folder is not None:
         key = hashlib.sha256(f"{identity}\n{text}".encode()).hexdigest()[:20]
-        filename = str(_write_once(folder / "blocks" / f"{kind}_{key}.py", text))
+        path = folder / "blocks" / f"{kind}_{key}.py"
+        if not path.exists():
+            cache.write(path, text.encode())
+        filename = str(path)
         module = f"fastaff_block_{kind}_{key}"
     # Numba looks cached code's module up by name, so the text gets a real module.
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
     names.update({name: _compilable(cls) for cls, name in classes}, fma=fma, **dict(namespace))
-    exec(compile(text, filename, "exec"), names)
+    exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
     if not JIT_DISABLED:
         for cls, _ in classes:
             _register_methods(cls)
     return jit.block_function(names[kind], SIGNATURES[kind], cache=folder is not None)
-
-
-def _write_once(path: Path, text: str) -> Path:
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        draft = path.with_suffix(f".{os.getpid()}.tmp")
-        draft.write_text(text)
-        os.replace(draft, path)
-    return path
 
 
 def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ()) -> str | None:

@@ -10,7 +10,6 @@ import os
 import platform
 import stat
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,8 +19,11 @@ import numba
 from numba import types
 from numba.core import cgutils
 from numba.core import config as _config
+from numba.core.ccallback import CFunc
+from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
+from .cache import CodeCache
 from .callees import Callee
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
@@ -29,6 +31,9 @@ config: Any = _config  # its options are set at run time, unknown to type checke
 LANES = 128
 """Orbits in a lane block. A constant of the compiled code: a state block is a flat array whose row r
 starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
+
+POINTS = 32 * LANES
+"""Points that a thread takes at once of a function of many points."""
 
 GENERATED = ("blocks", "formulas")
 """Folders of generated source text in the cache."""
@@ -59,9 +64,10 @@ def cache_root() -> Path:
 
 @functools.cache
 def cache_directory() -> Path | None:
-    """Private, writable cache folder of exactly these sources; None, after one warning, where there is none.
+    """Private cache folder of exactly these sources; None, after one warning, where there is none and none can be made.
 
-    What lies in it is executed, so it must be the user's, and neither it nor its parts may be writable by others.
+    What lies in it is executed, so it must be the user's, and neither it nor its parts may be writable by others. One
+    that this process can only read will do.
     """
     folder = cache_root() / package_hash()
     parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
@@ -70,10 +76,6 @@ def cache_directory() -> Path | None:
         for part in parts:
             part.mkdir(mode=0o700, exist_ok=True)
         refused = next(filter(None, map(who_else_writes, parts)), None)
-        probe = folder / f".probe-{os.getpid()}-{threading.get_ident()}"
-        if refused is None:
-            probe.touch()
-            probe.unlink()
     except OSError as problem:
         refused = f"fastaff cannot write its compile cache ({problem})", "Set FASTAFF_CACHE_DIR to a writable folder."
     if refused is not None:
@@ -106,20 +108,6 @@ def who_else_writes(folder: Path) -> tuple[str, str] | None:
 
 
 @contextlib.contextmanager
-def _private_cache(folder: Path | None) -> Iterator[bool]:
-    """Point Numba's cache at `folder` while a function is decorated; yields whether to cache at all."""
-    if folder is None:
-        yield False
-        return
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
-    try:
-        yield True
-    finally:
-        config.CACHE_DIR = before
-
-
-@contextlib.contextmanager
 def uncollected() -> Iterator[None]:
     """Put garbage collection off: it takes a fifth of the time of a compilation, which leaves little garbage."""
     before = gc.isenabled()
@@ -142,9 +130,10 @@ def jit(function: Callable | None = None, *, constants: bool = False, inline: bo
         return functools.partial(jit, constants=constants, inline=inline)
     if JIT_DISABLED:
         return function
-    with _private_cache(cache_directory()) as cache:
-        how: Any = "always" if inline else "never"
-        kernel: Any = numba.njit(function, cache=cache, nogil=True, error_model="numpy", inline=how)
+    how: Any = "always" if inline else "never"
+    kernel: Any = numba.njit(function, nogil=True, error_model="numpy", inline=how)
+    if (folder := cache_directory()) is not None:
+        kernel._cache = CodeCache(function, folder)
     kernel.compile = uncollected()(kernel.compile)
     if not inline:
         kernel.part = Callee(function, constants=constants)
@@ -208,10 +197,14 @@ class BlockFunction(types.WrapperAddressProtocol):
     """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
 
     def __init__(self, function: Callable, signature: Any, *, cache: bool):
-        with uncollected(), _private_cache(cache_directory() if cache else None) as enabled:
-            self._compiled = numba.cfunc(signature, cache=enabled, error_model="numpy")(function)
+        compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
+        if cache and (folder := cache_directory()) is not None:
+            compiled._cache = CodeCache(function, folder)
+        with uncollected():
+            compiled.compile()
+        self._compiled = compiled
         self._signature, self.shown = signature, str(signature)  # whose hash is quick
-        self._address: Any = self._compiled.address
+        self._address: Any = compiled.address
 
     def __wrapper_address__(self) -> int:
         return self._address

@@ -16,7 +16,7 @@ from numba.core.datamodel import models
 from numba.extending import intrinsic, register_model
 
 from .callees import Callee
-from .jit import JIT_DISABLED, LANES, BlockFunction
+from .jit import JIT_DISABLED, POINTS, BlockFunction
 from .pointers import address
 from .threads import default_threads, pool
 
@@ -108,9 +108,6 @@ def _arguments_in(typingcontext, words):
 
 _UNIT = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
 """A kernel as Python calls it, which lets go of the GIL meanwhile."""
-
-POINTS = 32 * LANES
-"""Points of a unit of `run_points`."""
 
 
 def _of_words(work: Any) -> Callable:

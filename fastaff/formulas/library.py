@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..compile import jit
-from ..compile.blocks import _write_once
+from ..compile import cache, jit
 from .ceiling import ceiling
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
@@ -96,20 +95,12 @@ def _load(request: Request, key: str, derive: Any) -> type:
     """Execute the text of a class in a module of its own, which Numba's cache finds by name."""
     folder = jit.cache_directory()
     path = None if folder is None else folder / "formulas" / f"{key}.py"
-    text = None
-    if path is not None and path.is_file():
-        text = path.read_text()
-        if not _sound(text, key):
-            text = None
-            path.unlink(missing_ok=True)
-    if text is None:
-        body = derive()
-        text = f"# {key} {hashlib.sha256(body.encode()).hexdigest()}\n{body}"
-        if path is not None:
-            try:
-                _write_once(path, text)
-            except OSError:
-                path = None
+    written = None if path is None else cache.read(path)
+    if written is None:
+        written = derive().encode()
+        if path is not None and not cache.write(path, written):
+            path = None
+    text = "\n" + written.decode()  # below the line of the checksum
     module = types.ModuleType(f"fastaff_formula_{key}")
     if path is not None:
         module.__file__ = str(path)
@@ -122,11 +113,6 @@ def _load(request: Request, key: str, derive: Any) -> type:
     cls.__reduce__ = functools.partialmethod(_reduce, request)
     cls._request = tuple(request)
     return cls
-
-
-def _sound(text: str, key: str) -> bool:
-    head, _, body = text.partition("\n")
-    return head == f"# {key} {hashlib.sha256(body.encode()).hexdigest()}"
 
 
 def _repr(self: Any) -> str:

@@ -15,8 +15,7 @@ import math
 
 import numpy as np
 
-from ..compile.jit import LANES, jit
-from ..compile.packing import POINTS
+from ..compile.jit import LANES, POINTS, jit
 
 CHUNK = 16  # steps between two looks at the size: it changes by less than 2^600 in them, for y below the cut
 BIG, SMALL = 2.0**300, 2.0**-300

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from ..compile.jit import LANES
-from ..compile.packing import POINTS
+from ..compile.jit import LANES, POINTS
 
 TURN = 2 * math.pi
 
