@@ -158,7 +158,7 @@ def test_modules_import_one_another_without_circles():
 def test_only_jit_configures_numba():
     for path in FILES:
         text = path.read_text()
-        if module_of(path) in ("compile.jit", "compile.blocks", "flows.flow"):
+        if module_of(path) in ("compile.jit", "compile.blocks", "compile.threads"):
             continue
         names = {
             node.attr
