@@ -112,6 +112,8 @@ def test_load_refuses_other_files(tmp_path):
         (["poincare", *SURFACE, "--section", "alpha=wide"], "needs a number"),
         (["poincare", *SURFACE, "--section", "x=0"], "does not suit"),
         (["poincare", *SURFACE, "--direction", "2"], "--direction must be"),
+        (["poincare", *SURFACE, "--grid", "100000x100000"], "--grid asks for 1.164 TiB of memory"),
+        (["poincare", *SURFACE, "--orbits", "100000000000"], "--orbits asks for 93.13 GiB of memory"),
         (["poincare", *SURFACE, "--grid", "0x3"], "--grid must be"),
         (["poincare", *SURFACE, "--grid", "3x3", "--orbits", "4"], "not both"),
         (["poincare", *SURFACE, "--range1", "2:1"], "LOW:HIGH"),

@@ -196,7 +196,7 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
 
 
 def _leave_the_compiler(*_: Any) -> None:
-    # A thread inside the compiler cannot be stopped; Numba moves finished cache files into place, so none is left half
+    # A thread inside the compiler cannot be stopped; finished cache files are moved into place, so none is left half
     # written.
     say("stopped by Ctrl-C before any orbit was finished (compiling); nothing is kept")
     sys.stderr.flush()
@@ -205,10 +205,11 @@ def _leave_the_compiler(*_: Any) -> None:
 
 def is_cold() -> bool:
     """Return whether the kernels of this version are still to be compiled."""
+    from ..compile.cache import SUFFIX
     from ..compile.jit import cache_directory
 
     folder = cache_directory()
-    return folder is None or sum(1 for _ in folder.rglob("*.nbi")) < 10
+    return folder is None or sum(1 for _ in folder.glob(f"*{SUFFIX}")) < 10
 
 
 def counted(status: np.ndarray) -> str:

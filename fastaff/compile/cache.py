@@ -21,6 +21,9 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
+SUFFIX = ".code"
+"""Of the files of machine code."""
+
 _SAID: set[str] = set()
 
 
@@ -114,4 +117,4 @@ class CodeCache(NullCache):
         """Return the file of a key: others may have the same, of classes of the same name, and lose their turn."""
         (_, name, _), sig, *rest = key
         digest = hashlib.sha256(repr((key[0], str(sig), rest)).encode()).hexdigest()[:24]
-        return self._folder / f"{re.sub('[^A-Za-z0-9_]+', '_', name)[:60]}-{digest}.code"
+        return self._folder / f"{re.sub('[^A-Za-z0-9_]+', '_', name)[:60]}-{digest}{SUFFIX}"

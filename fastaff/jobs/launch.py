@@ -248,7 +248,9 @@ def _points(launch: Any, block: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def whole(launch: Launch) -> tuple[np.ndarray, np.ndarray]:
-    """Return all phase points of a launch set and the numbers of their points."""
+    """Return all phase points of a launch set and the numbers of their points; ValueError where memory has no room."""
+    rows = launch.points(0)[0].shape[0]
+    fits("--orbits" if isinstance(launch, RandomPoints) else "--grid", 2 * rows, launch.size)
     return between(launch, 0, launch.size)
 
 
