@@ -155,8 +155,10 @@ def halved(
     run: Callable[[np.ndarray, np.ndarray, Wear | None], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
+    orbits: np.ndarray | None = None,
 ) -> None:
-    """Run all orbits with twice their steps and with these, then those that need it with steps halved again.
+    """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with steps
+    halved again.
 
     run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear; compare(fine,
     coarse, orbits) returns distances of states and phases (moments, orbits), and how many times the error of a state
@@ -165,7 +167,7 @@ def halved(
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's.
     """
-    orbits, order = np.arange(len(plan.step)), flow.scheme.order
+    orbits, order = np.arange(len(plan.step)) if orbits is None else orbits, flow.scheme.order
     wear = wear_of(flow, plan)
     coarse, fine = run(orbits, 2 * plan.step, wear), run(orbits, plan.step, None)
     apart, phase, weight = compare(fine, coarse, orbits)

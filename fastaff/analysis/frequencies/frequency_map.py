@@ -154,7 +154,8 @@ def frequency_map(
     Cost: a run, a half-step run over a sixteenth of the time, an FFT of each loop, whose lines, about n + 4, are fitted
     to their own bins, and a pass over the samples of each loop for its averages; where these leave more than `fallback`
     five fits more, unless the orbit is seen to be chaotic. Altogether some 10 to 20 runs (bench/test_frequency.py).
-    Memory: the samples of some orbits at a time, 128 MiB or one orbit.
+    Memory: samples of some orbits at a time, 128 MiB or one orbit, and twice as much for what is made of them
+    (bench/memory.py: 435 MiB at 24,000 orbits).
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
     Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.

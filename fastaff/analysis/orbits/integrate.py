@@ -107,7 +107,7 @@ def integrate(
     Cost: stages forces per step, and half as much again for the second run, twice where rounding exceeds the accuracy;
     an orbit of an adaptive scheme takes steps
     of its own and its lane is refilled when it ends.
-    Memory: that of z0 and the samples.
+    Memory at its peak: six times z0, twelve with an accuracy, and the samples (bench/memory.py).
     Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
     """
     time = positive("time", time)

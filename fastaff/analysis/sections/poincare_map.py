@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ...base.interruption import Interrupted, keeping
-from ...base.numbers import fits, positive, whole
+from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along, put
 from ...base.status import Status
@@ -29,6 +30,9 @@ from ...models.contracts import Model, Section
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting
 from ...schemes.time_transformed import TimeTransformed
+
+PORTION, COMPARED = 2**27, 16
+"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
 
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
@@ -126,7 +130,8 @@ def poincare_map(
     more than once between steps. A crossing is the root of the section function along fractional steps of the same
     scheme, so it has the scheme's order and section error at the level of rounding; nothing is interpolated.
     Cost: the steps, and about eight steps for each crossing, located in full lane blocks.
-    Memory: (2n + 4) numbers for each crossing and orbit, whatever max_time is.
+    Memory at its peak, whatever max_time is: three times 2n + 1 numbers for each crossing and eight more, of each
+    orbit; with an accuracy the result, 4n + 2 numbers, and some 130 MiB (bench/memory.py).
     Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
     """
     wanted = whole("crossings", crossings, 1)
@@ -233,7 +238,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         np.zeros(orbits),
     )
 
-    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Crossings:
+    def run(report: Report | None, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Crossings:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
         asked = section, wanted, max_time, tolerance, report, steps.motion.radius[orbits], wear
@@ -275,8 +280,12 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         until = np.where(holds.all(axis=0), part.reached, before)
         put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
 
+    # Runs that are compared take several times the memory of their result: of some orbits at a time.
+    parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
     with keeping("poincare_map", lambda: result):
-        halved(flow, steps, accuracy, run, compare, keep)
+        for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
+            asked = partial(run, portion(report, number, parts))
+            halved(flow, steps.of(part), accuracy, asked, compare, keep, part)
     return result
 
 
@@ -404,8 +413,11 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
     drift = np.full(times.shape, -1.0)
-    start, scale = np.repeat(ensemble.energy, counts), np.repeat(ensemble.scale, counts)
-    drift[kept] = energy_drift(flow.model, points.transpose(2, 0, 1)[:, kept], start, scale)
+    some = max(1, PORTION // (8 * COMPARED * wanted * rows))
+    for part in (slice(first, first + some) for first in range(0, orbits, some)):
+        there, count = kept[part], counts[part]
+        start, scale = (np.repeat(entry[part], count) for entry in (ensemble.energy, ensemble.scale))
+        drift[part][there] = energy_drift(flow.model, points[part].transpose(2, 0, 1)[:, there], start, scale)
     beyond = drift > tolerance
     first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
     error = drift.max(axis=1)
