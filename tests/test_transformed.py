@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fastaff import (
+    AUTO,
     BLANES_MOAN6,
     DOP853,
     KAHAN_LI8,
@@ -29,6 +30,7 @@ from fastaff import (
     tangent_map,
 )
 from fastaff.compile.elementary import branch_free
+from fastaff.flows import flow
 from fastaff.schemes import Algebraic, Exponential, Logistic
 from fastaff.schemes.time_transformed import lifted, lowered, transformed_model
 
@@ -248,6 +250,25 @@ def test_steep_body_agrees_with_adaptive_steps():
     assert np.array_equal(found.samples[-1], found.z)
     assert np.all(found.t == 1.0)
     assert found.energy_error.max() < 1e-9
+
+
+@pytest.mark.parametrize("scheme", [TimeTransformed(), AUTO], ids=["TimeTransformed", "AUTO"])
+def test_ctrl_c_in_any_trial_ends_the_call(scheme, monkeypatch):
+    """An interrupted trial must not choose the rate or the scheme."""
+    z0, own, count = steep()[:, :6], flow.launch, [0, 0]
+
+    def launch(*arguments):
+        count[0] += 1
+        if count[0] == count[1]:
+            raise KeyboardInterrupt
+        own(*arguments)
+
+    monkeypatch.setattr(flow, "launch", launch)
+    integrate(NEO, z0, time=1.0, scheme=scheme)
+    for at in np.unique(np.geomspace(1, count[0], 12).astype(int)):
+        count[:] = 0, at
+        with pytest.raises(KeyboardInterrupt):
+            integrate(NEO, z0, time=1.0, scheme=scheme)
 
 
 @pytest.mark.slow

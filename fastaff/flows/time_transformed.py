@@ -265,7 +265,9 @@ def _tried(
     """
     flow = _flow(span * rounds, model, scheme, step, 1.0, threads, 100)
     ensemble = flow.ensemble(sample)
-    states, _ = flow.trajectory(ensemble, span * rounds, rounds, None)
+    states, interrupted = flow.trajectory(ensemble, span * rounds, rounds, None)
+    if interrupted:
+        raise KeyboardInterrupt
     if np.any(ensemble.status != Status.OK):
         return flow, math.inf, math.inf
     worst = max(float(energy_drift(flow.model.model, state, ensemble.energy, ensemble.scale).max()) for state in states)
