@@ -119,7 +119,7 @@ def test_load_refuses_other_files(tmp_path):
         (["poincare", *SURFACE, "--range1", "2:1"], "LOW:HIGH"),
         (["poincare", *SURFACE, "--crossings", "0"], "crossings must be at least 1"),
         (["poincare", *SURFACE, "--out", "/nowhere/at/all"], "does not exist"),
-        (["poincare", *SURFACE, "--sction", "x"], "Did you mean --section?"),
+        (["poincare", *SURFACE, "--sction", "x"], "--section"),
         (["poincar"], "Did you mean"),
         (
             ["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"],
