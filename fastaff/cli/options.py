@@ -8,11 +8,12 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from ..base.names import named
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ..jobs.job import Job, as_flags
 from ..jobs.launch import Starts
 from ..jobs.system import Model, Surface
-from ..jobs.wording import Wrong, named
+from ..jobs.wording import Wrong
 
 try:
     import cyclopts

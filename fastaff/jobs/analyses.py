@@ -8,46 +8,20 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ..analysis.chaos.chaos_map import chaos_map
-from ..analysis.chaos.indicators import (
-    FLI,
-    GALI,
-    MEGNO,
-    OFLI,
-    SALI,
-    BirkhoffDigits,
-    FrequencyDiffusion,
-    Lyapunov,
-    LyapunovSpectrum,
-    ReversibilityError,
-    ZeroOne,
-)
+from ..analysis.chaos.named_indicators import INDICATORS, indicator_names
 from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.frequencies.methods import BirkhoffAverages, NaffLines
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.tori.action_angles import action_angles
+from ..base.names import named
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
-from ..schemes.catalogue import VERNER9, scheme_named
-from .wording import Wrong, named
+from ..schemes.catalogue import SCHEMES, VERNER9
+from .wording import Wrong
 
 METHODS = {"birkhoff": BirkhoffAverages(), "naff": NaffLines()}
 """Values of --method."""
-
-_KNOWN: tuple[Any, ...] = (
-    MEGNO(),
-    SALI(),
-    *(GALI(k) for k in range(2, 9)),
-    FLI(),
-    OFLI(),
-    Lyapunov(),
-    BirkhoffDigits(),
-    FrequencyDiffusion(),
-    ZeroOne(),
-    ReversibilityError(),
-)
-INDICATORS: dict[str, Any] = {**{entry.name: entry for entry in _KNOWN}, "spectrum": LyapunovSpectrum()}
-"""Values of --indicators."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,12 +42,11 @@ class Run:
 
     def scheme_value(self) -> Any:
         """Return the scheme, None where it is left open."""
-        if self.scheme is None:
-            return None
-        try:
-            return scheme_named(self.scheme.replace("-", "_"))
-        except ValueError as problem:
-            raise Wrong(str(problem).replace("name of a scheme", "--scheme", 1)) from None
+        return None if self.scheme is None else SCHEMES[named("--scheme", self.scheme, SCHEMES)]
+
+    def canonical(self) -> Run:
+        """Return the same with the scheme's name as it is written here."""
+        return self if self.scheme is None else replace(self, scheme=named("--scheme", self.scheme, SCHEMES))
 
     def on(self, threads: int | None) -> Run:
         """Return the same with so many threads, where they are given."""
@@ -161,7 +134,7 @@ class Frequencies:
 
     def check(self, run: Run) -> None:
         """Refuse what is wrong whatever the orbits are."""
-        named("--method", self.method.lower(), tuple(METHODS))
+        named("--method", self.method, METHODS)
         _one_time(self.time, self.periods)
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
@@ -173,7 +146,7 @@ class Frequencies:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        method = METHODS[self.method.lower()]
+        method = METHODS[named("--method", self.method, METHODS)]
         return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build())
 
 
@@ -199,8 +172,11 @@ class Chaos:
 
     def values(self) -> tuple[Any, ...]:
         """Return the indicators."""
-        names = [name.strip().lower().replace("-", "_") for name in self.indicators.split(",")]
-        return tuple(INDICATORS[named("--indicators", name, tuple(INDICATORS))] for name in names)
+        return tuple(INDICATORS[name] for name in indicator_names(self.indicators, "--indicators"))
+
+    def canonical(self) -> Chaos:
+        """Return the same with the indicators' names as they are written here."""
+        return replace(self, indicators=",".join(indicator_names(self.indicators, "--indicators")))
 
     def returns(self) -> float | None:
         """Return how many times of return an orbit takes, None where its time is given."""

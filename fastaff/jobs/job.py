@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 import tomllib
@@ -13,9 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
 from ..flows.checks import checked_model
 from ..flows.coordinates import row_names
+from ..formulas.number import number
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -68,11 +69,14 @@ class Job:
     def __post_init__(self) -> None:
         for name, kind in TABLES.items():
             value = getattr(self, name)
+            if name == "model" and isinstance(value, str):
+                value = Model(model=value)
+            elif isinstance(value, dict):
+                value = _table(name, value)
             if isinstance(value, kind):
-                taken = {
-                    key: _checked(f"{name}.{key}", getattr(value, key), hint) for key, hint in _hints(kind).items()
-                }
-                object.__setattr__(self, name, replace(value, **taken))
+                taken = {key: _taken(f"{name}.{key}", getattr(value, key), hint) for key, hint in _hints(kind).items()}
+                value = replace(value, **taken)
+                object.__setattr__(self, name, value.canonical() if hasattr(value, "canonical") else value)
             elif name == "model":
                 checked_model(value, "model")
                 object.__setattr__(self, name, described(value) or value)
@@ -262,36 +266,44 @@ def _parsed(text: str, own: dict[str, Any]) -> dict[str, Any]:
             raise Wrong(f"[{name}] is no table of a job{_near(name, [*TABLES, 'unit'])}")
         if not isinstance(value, dict):
             raise TypeError(f"{name} must be a table, [{name}] with keys below it, got {shown(value)}")
-        hints = _hints(kind)
         if "value" in value and name in ("model", "starts"):
             raise Wrong(f"[{name}] is one of your own, {value['value']}, that no text describes: give {name}=...")
-        for key in value:
-            if key not in hints:
-                raise Wrong(f"[{name}] has no key {key}{_near(key, list(hints))}")
-        try:
-            found[name] = kind(**{key: _taken(f"[{name}] {key}", entry, hints[key]) for key, entry in value.items()})
-        except TypeError as problem:
-            if "missing" in str(problem):
-                absent = str(problem).rpartition(": ")[2]
-                raise Wrong(f"[{name}] needs {absent}") from None
-            raise
+        found[name] = _table(name, value)
     return found
 
 
+def _table(name: str, value: dict[str, Any]) -> Any:
+    """Return a table of a job from plain values by key."""
+    hints = _hints(TABLES[name])
+    for key in value:
+        if key not in hints:
+            raise Wrong(f"[{name}] has no key {key}{_near(key, list(hints))}")
+    try:
+        return TABLES[name](**{key: _taken(f"[{name}] {key}", entry, hints[key]) for key, entry in value.items()})
+    except TypeError as problem:
+        if "missing" in str(problem):
+            absent = str(problem).rpartition(": ")[2]
+            raise Wrong(f"[{name}] needs {absent}") from None
+        raise
+
+
 def _near(name: str, names: list[str]) -> str:
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return (f"; did you mean {near[0]}?" if near else ".") + f" It takes {', '.join(names)}."
+    return f".{did_you_mean(name, names)} It takes {', '.join(names)}."
 
 
 def _taken(name: str, value: Any, hint: Any) -> Any:
-    """Return a value of a TOML file as the field takes it: lists and tables stand for texts with colons and commas."""
+    """Return a value as the field takes it: lists and tables stand for texts with colons and commas, texts such as 1/6
+    for numbers.
+    """
     kinds = _kinds(hint)
+    if float in kinds and isinstance(value, str):
+        return number(name, value)
     if str in kinds and not isinstance(value, str):
         if isinstance(value, int) and not isinstance(value, bool):
             return f"{value:+d}" if name.endswith("direction") else str(value)
-        if isinstance(value, list) and value and all(isinstance(entry, str) for entry in value):
+        if isinstance(value, (list, tuple)) and value and all(isinstance(entry, str) for entry in value):
             return ",".join(value)
-        if isinstance(value, list) and value and all(type(entry) in (int, float) for entry in value):
+        if isinstance(value, (list, tuple)) and value and all(type(entry) in (int, float) for entry in value):
             return ("x" if name.endswith("grid") else ":").join(map(repr, value))
     if list[str] in kinds and isinstance(value, dict):
         return [f"{key}={entry!r}" for key, entry in value.items()]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -12,6 +11,7 @@ import numpy as np
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, lift
 from ..analysis.sections.energy_sample import EnergySample, drawn
 from ..base.numbers import fits
+from ..formulas.number import number
 from .system import Surface
 from .wording import Wrong
 
@@ -277,8 +277,8 @@ def _range(option: str, text: str | None) -> tuple[float, float] | None:
         return None
     low, colon, high = text.partition(":")
     try:
-        ends = (float(low), float(high))
-        if not (colon and math.isfinite(ends[0]) and math.isfinite(ends[1]) and ends[0] < ends[1]):
+        ends = number("LOW", low), number("HIGH", high)
+        if not (colon and ends[0] < ends[1]):
             raise ValueError
     except ValueError:
         raise Wrong(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None

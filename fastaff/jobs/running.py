@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.interruption import Interrupted
+from ..base.names import named
 from ..base.numbers import free_memory, positive, reporter, shown
 from ..base.provenance import provenance
 from ..base.results import columns
@@ -28,7 +29,7 @@ from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
 from .units import LOG, Unit, compute_unit, computed, running, stated, summed, unit, waiting
-from .wording import Wrong, named
+from .wording import Wrong
 
 SECONDS = 2.0
 """Of work in a unit whose size is left open."""

@@ -11,12 +11,14 @@ import numpy as np
 from ..analysis.chaos.chaotic_fraction import ChaoticFraction, chaotic_fraction
 from ..analysis.chaos.found_cases import FoundCases
 from ..analysis.sections.energy_sample import energy_sample
+from ..base.names import named
 from ..base.numbers import portion
+from ..formulas.number import number
 from ..models.contracts import isotropic
 from .analyses import Chaos, Orbits, Run
 from .launch import Starts
 from .system import Surface
-from .wording import Wrong, named
+from .wording import Wrong
 
 PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
 """Angular momenta that a body's energy surface has."""
@@ -73,7 +75,7 @@ def _parsed(text: str) -> Scanned:
     name, equals, span = text.partition("=")
     parts = span.split(":")
     try:
-        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+        low, high, count = number("LOW", parts[0]), number("HIGH", parts[1]), int(parts[2])
         if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
             raise ValueError
     except (ValueError, IndexError):

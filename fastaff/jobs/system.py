@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from ..base.names import named
+from ..formulas.number import number
+from ..formulas.section_text import section_forms, section_named
 from ..models.contracts import isotropic
-from .wording import Wrong, named
+from .wording import Wrong
 
 MODELS = {
     "harmonic": ("Harmonic", ("C",)),
@@ -16,7 +19,6 @@ MODELS = {
     "neo-hookean": ("NeoHookean", ("G", "K")),
     "henon-heiles": ("HenonHeiles", ("lam",)),
 }
-SECTIONS = ("alpha-turning", "beta-turning", "alpha=c", "beta=c", "area=c", "x=c", "y=c")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,13 +62,17 @@ class Model:
         for name in ("coordinates", "parameter", "domain"):
             if getattr(self, name) is not None:
                 raise Wrong(f"--{name} belongs to --formula or --hamiltonian")
-        key = named("--model", (self.model or "neo-hookean").lower().replace("_", "-"), tuple(MODELS))
+        key = named("--model", self.model or "neo-hookean", MODELS)
         kind, names = MODELS[key]
         for name in given:
             if name not in names:
                 raise Wrong(f"--{name} is not a parameter of {key}, which has {', '.join('--' + n for n in names)}")
         value = getattr(fastaff, kind)(**given)
         return value if key == "henon-heiles" else fastaff.Body(value, self.mu)
+
+    def canonical(self) -> Model:
+        """Return the same with the model's name as it is written here."""
+        return self if self.model is None else replace(self, model=named("--model", self.model, MODELS))
 
     def _own(self, given: dict[str, float]) -> Any:
         """Return the model that a formula describes."""
@@ -125,8 +131,6 @@ class Surface:
 
     def section_of(self, body: Any) -> Any:
         """Return the section."""
-        import fastaff
-
         plane = not isotropic(body)
         if plane and body.degrees_of_freedom != 2:
             raise Wrong(
@@ -135,40 +139,27 @@ class Surface:
                 f"coordinates; this one has the {body.degrees_of_freedom} coordinates {', '.join(body.coordinates)}: "
                 "use fastaff.poincare_map or fastaff.chaos_map from Python"
             )
-        planes = tuple(f"{name}=c" for name in body.coordinates) if plane else ()
-        text = self.section or (f"{body.coordinates[0]}=0" if plane else "alpha-turning")
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
-        direction = int(self.direction)
-        name, equals, constant = (text if plane else text.lower()).partition("=")
-        form = named("--section", name + "=c" if equals else name, (*planes, *(k for k in SECTIONS if k not in planes)))
-        if equals:
-            try:
-                value = float(constant)
-            except ValueError:
-                raise Wrong(f"--section {name}=c needs a number for c, got {constant!r}") from None
-        if plane != (form in planes) or (not plane and form not in SECTIONS[:5]):
-            raise Wrong(
-                f"--section {text} does not suit {type(body).__name__}; it takes {', '.join(planes or SECTIONS[:5])}"
-            )
-        if plane:
-            normal = (1.0, 0.0, 0.0, 0.0) if form == planes[0] else (0.0, 1.0, 0.0, 0.0)
-            return fastaff.Linear(normal, value, direction)
-        if not equals:
-            return (fastaff.AlphaTurning if form == "alpha-turning" else fastaff.BetaTurning)(direction)
-        kinds = {"alpha=c": fastaff.AlphaEquals, "beta=c": fastaff.BetaEquals, "area=c": fastaff.AreaEquals}
-        return kinds[form](value, direction)
+        text = self.section or section_forms(body)[0].replace("=c", "=0")
+        return section_named(text, body, int(self.direction), argument="--section")
+
+    def canonical(self) -> Surface:
+        """Return the same with the number of the section as floats are written."""
+        name, _, constant = (self.section or "").partition("=")
+        if not constant.strip():
+            return self
+        value = number("--section", constant)
+        short = f"{value:g}"
+        return replace(self, section=f"{name.strip()}={short if float(short) == value else repr(value)}")
 
 
 def _parameter(text: str) -> tuple[str, float]:
     """Return name and value of NAME=VALUE."""
     name, equals, value = text.partition("=")
-    try:
-        if not (equals and name.strip()):
-            raise ValueError
-        return name.strip(), float(value)
-    except ValueError:
-        raise Wrong(f"--parameter must be NAME=VALUE with a number, for example C=1.5, got {text!r}") from None
+    if not (equals and name.strip() and value.strip()):
+        raise Wrong(f"--parameter must be NAME=VALUE with a number, for example C=1.5, got {text!r}")
+    return name.strip(), number(f"--parameter {name.strip()}", value)
 
 
 def described(value: Any) -> Model | None:

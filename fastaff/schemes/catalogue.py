@@ -15,7 +15,6 @@ The race on seven systems is in docs/SCHEMES.md: BLANES_MOAN6 leads down to erro
 from there to 1e-13, SOFRONIOU_SPALETTA10 below; for T not quadratic KAHAN_LI8 and SOFRONIOU_SPALETTA8 down to 1e-9.
 """
 
-import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -23,9 +22,11 @@ from fractions import Fraction
 from itertools import chain
 from math import isfinite
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
+from ..base.names import named
 from ..base.numbers import flag, reals, text, whole
 from . import _dop853, _splittings, _verner98
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
@@ -428,15 +429,16 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
 
 
 def scheme_named(name: str) -> Scheme:
-    """Return the scheme of that name, in capitals or not. Raises ValueError that lists the names, TypeError for what is
-    no name.
+    """Return the scheme of that name, in capitals or not, with spaces or hyphens too. Raises ValueError that lists the
+    names, TypeError for what is no name.
     """
     if not isinstance(name, str):
         raise TypeError(
             f"name must be the name of a scheme, one of {', '.join(SCHEMES)}, got {name!r} ({type(name).__name__})"
         )
-    if (scheme := SCHEMES.get(name.upper())) is not None:
-        return scheme
-    near = difflib.get_close_matches(name.upper(), SCHEMES, n=1)
-    hint = f" Did you mean {near[0]}?" if near else ""
-    raise ValueError(f"name of a scheme must be one of {', '.join(SCHEMES)}, got {name!r}.{hint}")
+    return SCHEMES[named("name of a scheme", name, SCHEMES)]
+
+
+def scheme_of(value: Any, _: Any = None) -> Any:
+    """Return the scheme that a name stands for; anything else as it is."""
+    return SCHEMES[named("scheme", value, SCHEMES)] if isinstance(value, str) else value

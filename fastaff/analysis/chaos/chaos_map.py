@@ -15,13 +15,14 @@ from ...base.interruption import keeping
 from ...base.numbers import flag, portion, positive, real, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
 from .indicators import (
@@ -38,6 +39,7 @@ from .indicators import (
     ZeroOne,
     judged,
 )
+from .named_indicators import indicators_of
 from .own_passes import frequency_diffusion, reversibility_error, zero_one
 from .streamed import ChaosRun
 
@@ -117,6 +119,7 @@ class ChaosMap(Result):
         return f"{counts}; {describe(self.status)}"
 
 
+@takes(scheme=scheme_of, indicators=indicators_of)
 @recorded
 def chaos_map(
     body: Model,

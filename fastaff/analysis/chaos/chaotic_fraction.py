@@ -15,12 +15,14 @@ from ...base.interruption import keeping
 from ...base.numbers import entries, function, numbers, portion, positive, shown, texts
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.flow import Report
-from ...schemes.catalogue import VERNER9, RungeKutta, Splitting
+from ...schemes.catalogue import VERNER9, RungeKutta, Splitting, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
 from .indicators import MEGNO, SALI, Indicator
+from .named_indicators import indicators_of
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
 """What becomes of an orbit whose fixed step is too long for a steep wall."""
@@ -121,6 +123,7 @@ def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 
 
+@takes(scheme=scheme_of, second=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
 @recorded
 def chaotic_fraction(
     make: Callable[..., tuple[Any, Any]],

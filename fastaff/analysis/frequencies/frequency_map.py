@@ -13,6 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows.accuracy import HALVINGS
@@ -22,7 +23,7 @@ from ...flows.motion import fastest_rates, natural_rates
 from ...flows.options import Options, plan
 from ...flows.trials import on_ladder
 from ...models.contracts import Angles, Model, coordinate_names, isotropic
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .angle_loops import Layout, Plain, Room
 from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method
@@ -110,6 +111,7 @@ class FrequencyMap(Result):
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
 
 
+@takes(scheme=scheme_of)
 @recorded
 def frequency_map(
     body: Model,

@@ -12,6 +12,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energies, energy_drift, kinetic_energies
@@ -23,7 +24,7 @@ from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Model
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 
 CHUNK = 16384
@@ -67,6 +68,7 @@ class Orbits(Result):
         return chart_row(self.z, name)
 
 
+@takes(scheme=scheme_of)
 @recorded
 def integrate(
     body: Model,

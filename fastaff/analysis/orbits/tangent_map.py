@@ -11,6 +11,7 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, positive
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
@@ -20,7 +21,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, plan
 from ...models.contracts import Model
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class TangentMap(Result):
         return chart_row(self.z, name)
 
 
+@takes(scheme=scheme_of)
 @recorded
 def tangent_map(
     body: Model,

@@ -13,12 +13,14 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, real, shown, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status
 from ...flows.checks import checked_section, checked_tangent_model, energies
 from ...flows.flow import Flow
 from ...flows.options import Options, plan
+from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations, residue_products
 from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, packed, periodic_orbits
 from .return_map import (
@@ -79,6 +81,7 @@ class Branch(Result, axis="point"):
     status: Status
 
 
+@takes(section=section_of, scheme=scheme_of)
 @recorded
 def continuation(
     model: Model,

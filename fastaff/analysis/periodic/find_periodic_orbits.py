@@ -9,11 +9,13 @@ import numpy as np
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
+from ...base.short_forms import takes
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.motion import typical_rate
 from ...flows.options import Options
+from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
 from ..sections.poincare_map import SectionMap, poincare_map
 from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, periodic_orbits
 from .return_map import checked_guesses
@@ -61,6 +63,7 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     return candidates[chosen].T
 
 
+@takes(section=section_of, scheme=scheme_of)
 @recorded
 def find_periodic_orbits(
     model: Model,

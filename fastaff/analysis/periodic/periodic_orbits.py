@@ -12,13 +12,15 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
 from ...flows.flow import Flow
 from ...flows.options import Options
+from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
 from .return_map import (
     FINER,
     Returns,
@@ -183,6 +185,7 @@ class PeriodicOrbits(Result):
         )
 
 
+@takes(section=section_of, scheme=scheme_of)
 @recorded
 def periodic_orbits(
     model: Model,

@@ -12,7 +12,9 @@ import numpy as np
 from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section, energies
+from ...formulas.section_text import section_of
 from ...models.contracts import isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
@@ -61,6 +63,7 @@ class EnergyGrid(Result):
         return array.reshape(self.forbidden.shape)
 
 
+@takes(section=section_of)
 @recorded
 def energy_grid(
     body: Any, *, energy: float, section: Any, axes: Sequence[Any], p_eta: float = 0.0, p_gamma: float = 0.0

@@ -10,6 +10,8 @@ import numpy as np
 from ...base.numbers import entries, fits, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
+from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section, isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
@@ -43,6 +45,7 @@ class EnergySample(Result):
     energy: float
 
 
+@takes(section=section_of)
 @recorded
 def energy_sample(
     body: Model,

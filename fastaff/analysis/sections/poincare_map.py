@@ -12,6 +12,7 @@ from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along, put
+from ...base.short_forms import takes
 from ...base.status import Status
 from ...charts import Chart
 from ...flows import observers
@@ -23,12 +24,13 @@ from ...flows.flow import Flow, Report, Wear, energy_error
 from ...flows.motion import Motion, motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
+from ...formulas.section_text import section_of
 from ...kernels import crossings as kernels
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
 from ...models.contracts import Model, Section
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 
 PORTION, COMPARED = 2**27, 16
@@ -97,6 +99,7 @@ class SectionMap(Result):
         return chart_row(self.points, name)
 
 
+@takes(section=section_of, scheme=scheme_of)
 @recorded
 def poincare_map(
     body: Model,

@@ -16,13 +16,14 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, shown, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import takes
 from ...base.status import Status
 from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points
 from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...models.contracts import Model, coordinate_names
-from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting
+from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, inverse, quotient, relations
 from .fit_series import Samples, Series, fit, grow, weights, window
@@ -165,6 +166,7 @@ class TorusFit(Result, axis=None):
         return text
 
 
+@takes(scheme=scheme_of)
 @recorded
 def fit_torus(
     body: Model,

@@ -10,9 +10,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.interruption import keeping
+from ...base.names import named
 from ...base.numbers import whole
 from ...jobs.system import Model
-from ...jobs.wording import Wrong, named
+from ...jobs.wording import Wrong
 from ..options import HOW, WRITTEN, Output, Parameter
 from ..progress import Progress, drawing, say, watched
 from . import scans

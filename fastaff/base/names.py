@@ -1,0 +1,31 @@
+"""Names that users give: found in any spelling of their letters, refused with the nearest one."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+
+
+def named(option: str, given: str, names: Iterable[str]) -> str:
+    """Return the one of the names that is given, in capitals or not, with or without spaces, hyphens and underscores;
+    refuse another, with the nearest one.
+    """
+    known = tuple(names)
+    if given in known:
+        return given
+    alike = [name for name in known if _letters(name) == _letters(given)]
+    if len(alike) == 1:
+        return alike[0]
+    raise ValueError(f"{option} must be one of {', '.join(known)}, got {given!r}.{did_you_mean(given, known)}")
+
+
+def did_you_mean(given: str, names: Iterable[str]) -> str:
+    """Return the question for the nearest name, empty where none is near."""
+    known = {name.lower(): name for name in names}
+    near = difflib.get_close_matches(given.lower(), known, n=1, cutoff=0.5)
+    return f" Did you mean {known[near[0]]}?" if near else ""
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[\s_-]", "", name).lower()

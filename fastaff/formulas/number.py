@@ -1,0 +1,29 @@
+"""Numbers as text: 1/6, pi/2, 1e-3, by the grammar of formulas."""
+
+from __future__ import annotations
+
+import math
+
+from .grammar import CONSTANTS, FUNCTIONS, parse
+
+
+def number(name: str, text: str) -> float:
+    """Return the finite number that a text stands for: a plain one, or a formula of numbers and pi, in the arithmetic
+    of floats. Raises ValueError naming the argument.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        try:
+            value = parse(text, (), (), argument=name, length=200).run(
+                float, CONSTANTS, {entry: getattr(math, entry) for entry in FUNCTIONS}, pow
+            )
+        except (ValueError, ArithmeticError) as problem:
+            what = str(problem).removeprefix(f"{name}: ").partition("; allowed")[0]
+            hint = " (angles are in radians: 45*pi/180)" if text.rstrip().endswith(("deg", "°", "degrees")) else ""
+            raise ValueError(
+                f"{name} must be a number such as 1.5, 1/6, pi/2 or 1e-3, got {text!r}: {what}{hint}"
+            ) from None
+    if isinstance(value, complex) or not math.isfinite(value):
+        raise ValueError(f"{name} must be finite, got {text!r}")
+    return value
