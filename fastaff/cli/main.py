@@ -6,10 +6,12 @@ a module of `fastaff.cli.commands`.
 
 from __future__ import annotations
 
+import inspect
 import signal
 import sys
 from typing import Any
 
+from ..jobs.job import as_flags
 from .commands.chaos_map import chaos_map
 from .commands.demo import demo
 from .commands.doctor import doctor
@@ -19,7 +21,7 @@ from .commands.plot import plot
 from .commands.poincare import poincare
 from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
-from .options import HELP, Parameter, cyclopts
+from .options import HELP, Parameter, converted, cyclopts
 from .progress import EXIT_INTERRUPTED, on_stop, say
 
 EXIT_WRONG_INPUT = 2
@@ -59,19 +61,28 @@ def _run(arguments: list[str]) -> int:
         return EXIT_WRONG_INPUT
     try:
         return int(_app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
+    except cyclopts.UnusedCliTokensError as problem:
+        word = (problem.unused_tokens or ("",))[0]
+        _refuse(f"{word!r} belongs to no option: each takes one value after its name, as in --energy 1.5", arguments)
     except cyclopts.CycloptsError as problem:
-        command = [word for word in arguments[:1] if word in COMMANDS]
-        say(f"error: {_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
+        _refuse(problem, arguments)
     except ModuleNotFoundError as problem:
         if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
             raise
         print(NO_EXTRAS, file=sys.stderr)
     except (ValueError, TypeError, OSError, ImportError) as problem:
-        say(f"error: {_one_line(problem)}")
+        own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
+        say(f"error: {_one_line(as_flags(str(problem), own))}")
     return EXIT_WRONG_INPUT
 
 
-def _one_line(problem: BaseException) -> str:
+def _refuse(problem: Any, arguments: list[str]) -> None:
+    """Say what is wrong with the words of a command, and how to see those it takes."""
+    command = [word for word in arguments[:1] if word in COMMANDS]
+    say(f"error: {_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
+
+
+def _one_line(problem: Any) -> str:
     return " ".join(str(problem).split())
 
 
@@ -84,7 +95,7 @@ def _app() -> Any:
         help_format="markdown",
         suppress_keyboard_interrupt=False,
         help=HELP,
-        default_parameter=Parameter(negative="", show_default=False),
+        default_parameter=Parameter(negative="", show_default=False, converter=converted),
     )
     for name, command in COMMANDS.items():
         app.command(command, name=name)

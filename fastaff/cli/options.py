@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import typing
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from ..base.names import named
+from ..formulas.number import number
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ..jobs.job import Job, as_flags
 from ..jobs.launch import Starts
@@ -163,6 +165,11 @@ class Told:
             named("--log", self.log, ("json",))
             if self.quiet:
                 raise Wrong("give --quiet or --log, not both")
+
+
+def converted(kind: Any, tokens: Any) -> Any:
+    """Return the value of an option: numbers such as 1/6 and pi/2 too."""
+    return number("it", tokens[-1].value) if float in (kind, *typing.get_args(kind)) else cyclopts.convert(kind, tokens)
 
 
 def given(options: Any) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from ..base.names import named
@@ -10,6 +11,7 @@ from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals,
 from .number import number
 
 TURNING = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
+VANISHING = {"p_alpha=0": "alpha-turning", "p_beta=0": "beta-turning"}
 EQUALS = {"alpha": AlphaEquals, "beta": BetaEquals, "area": AreaEquals}
 
 
@@ -24,6 +26,7 @@ def section_forms(model: Any) -> tuple[str, ...]:
 def section_named(text: str, model: Any, direction: int = 1, *, argument: str = "section") -> Any:
     """Return the section of a model that a text stands for. Raises ValueError with the forms that there are."""
     forms = section_forms(model)
+    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if planar(model) else text
     name, equals, constant = text.partition("=")
     form = named(argument, f"{name.strip()}=c" if equals else name.strip(), forms)
     if not equals:
@@ -36,6 +39,29 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
         return EQUALS[name](value, direction)
     row = coordinate_names(model).index(name)
     return Linear(tuple(float(k == row) for k in range(2 * model.degrees_of_freedom)), value, direction)
+
+
+def canonical(text: str, argument: str = "section") -> str:
+    """Return the text of a section with its number as floats are written, and turning points by their name."""
+    name, _, constant = text.partition("=")
+    if not constant.strip():
+        return text
+    value = number(f"{argument} {name.strip()}=c: c", constant)
+    short = f"{value:g}"
+    text = f"{name.strip()}={short if float(short) == value else repr(value)}"
+    return VANISHING.get(text, text)
+
+
+def section_in_words(section: Any, model: Any) -> str:
+    """Return the text that stands for a section, its repr where none does."""
+    for kinds in (TURNING, EQUALS):
+        for name, kind in kinds.items():
+            if type(section) is kind:
+                return name if kinds is TURNING else f"{name}={section.constant:g}"
+    rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
+    if type(section) is Linear and len(rows) == 1 and rows[0] < model.degrees_of_freedom:
+        return f"{coordinate_names(model)[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
+    return repr(section)
 
 
 def section_of(value: Any, model: Any) -> Any:

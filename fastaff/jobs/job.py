@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 import typing
+from collections.abc import Iterable
 from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -206,10 +207,22 @@ def as_keys(text: str) -> str:
     return re.sub(r"(?:--|^)([A-Za-z][\w-]*)", key, text)
 
 
-def as_flags(text: str) -> str:
-    """Return a sentence of a job with flags in place of keys: --energy for surface.energy."""
+def as_flags(text: str, more: Iterable[str] = ()) -> str:
+    """Return a sentence with flags in place of keys: --energy for surface.energy, and for energy where it begins; more:
+    names of options that are no keys.
+    """
     tables = "|".join(TABLES)
-    return re.sub(rf"\b(?:{tables})\.(\w+)", lambda key: "--" + key[1].replace("_", "-"), text)
+    text = re.sub(rf"\b(?:{tables})\.(\w+)", lambda key: _as_flag(key[1]), text)
+    known = {entry.name for kind in TABLES.values() for entry in fields(kind)}.union(more)
+    begins = re.match(r"(\w+)(?: and (\w+))?(?= )", text)
+    if begins is None or begins[1] not in known:
+        return text
+    found = [_as_flag(name) if name in known else name for name in begins.groups() if name]
+    return " and ".join(found) + text[begins.end() :]
+
+
+def _as_flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
 
 
 def in_one_line(text: str, length: int = 600) -> str:

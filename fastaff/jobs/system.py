@@ -7,7 +7,7 @@ from typing import Any
 
 from ..base.names import named
 from ..formulas.number import number
-from ..formulas.section_text import section_forms, section_named
+from ..formulas.section_text import canonical, section_forms, section_named
 from ..models.contracts import isotropic
 from .wording import Wrong
 
@@ -76,7 +76,6 @@ class Model:
 
     def _own(self, given: dict[str, float]) -> Any:
         """Return the model that a formula describes."""
-        import fastaff
 
         if given:
             name = next(iter(given))
@@ -99,6 +98,21 @@ class Model:
             )
         if self.formula is None and self.mu != 1.0:
             raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
+        try:
+            return self._made(values)
+        except ValueError as problem:
+            option = "--formula" if self.formula is not None else "--hamiltonian"
+            more = (
+                "; --coordinates names the coordinates"
+                if self.formula is None and "unknown name" in str(problem)
+                else ""
+            )
+            raise Wrong(str(problem).replace("text: ", f"{option}: ", 1) + more) from None
+
+    def _made(self, values: dict[str, float]) -> Any:
+        """Return the model of the formula with its parameters."""
+        import fastaff
+
         maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
         if maker is None:
             raise Wrong("this version of fastaff has no formulas")
@@ -145,13 +159,8 @@ class Surface:
         return section_named(text, body, int(self.direction), argument="--section")
 
     def canonical(self) -> Surface:
-        """Return the same with the number of the section as floats are written."""
-        name, _, constant = (self.section or "").partition("=")
-        if not constant.strip():
-            return self
-        value = number("--section", constant)
-        short = f"{value:g}"
-        return replace(self, section=f"{name.strip()}={short if float(short) == value else repr(value)}")
+        """Return the same with the section as it is written here."""
+        return self if self.section is None else replace(self, section=canonical(self.section, "--section"))
 
 
 def _parameter(text: str) -> tuple[str, float]:

@@ -14,10 +14,11 @@ from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section, energies
-from ...formulas.section_text import section_of
+from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
+from .energy_limits import too_low
 
 
 class NotReached(ValueError):
@@ -94,10 +95,10 @@ def energy_grid(
     z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
     if not found.any():
         raise NotReached(
-            f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], "
-            f"{names[1]} in "
-            f"[{second.min():.6g}, {second.max():.6g}] on {section!r}: it is below the minimum there, or the section "
-            "is elsewhere"
+            too_low(body, energy, p_eta, p_gamma)
+            or f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], "
+            f"{names[1]} in [{second.min():.6g}, {second.max():.6g}] on {section_in_words(section, body)}: it is below "
+            "the minimum there, or the section is elsewhere"
         )
     return EnergyGrid(
         np.ascontiguousarray(z[:, found]),
@@ -117,7 +118,9 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
         raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
     if not isotropic(body) and (p_eta or p_gamma):
-        raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}")
+        raise ValueError(
+            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}, which has none"
+        )
     return energy, p_eta, p_gamma
 
 

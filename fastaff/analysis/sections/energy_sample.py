@@ -11,11 +11,12 @@ from ...base.numbers import entries, fits, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
 from ...base.short_forms import takes
-from ...formulas.section_text import section_of
+from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Model, Section, isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, NotReached, checked_surface, lift_sheets, planes, radial, room
+from .energy_limits import may_escape, too_low
 
 
 @dataclass(frozen=True)
@@ -231,17 +232,32 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     rest = _rest(body, section, energy, p_eta, p_gamma)
     nodes = radii() if isotropic(body) else line()
-    found = intervals(rest, nodes)
+    found, name = intervals(rest, nodes), section_in_words(section, body)
     if not found:
-        raise NotReached(f"energy {energy} does not reach {section!r}: it is below the minimum there")
+        raise NotReached(
+            too_low(body, energy, p_eta, p_gamma)
+            or f"energy {energy:g} does not reach the section {name}: the least energy there is "
+            f"{_least(body, section, energy, rest, nodes):.6g}"
+        )
     parts = []
     for low, high in found:
         if np.isfinite([low, high]).all():
             inside = extrema(rest, 1, np.linspace(low, high, 65)) if high > low else extrema(rest, 1, np.full(3, low))
             parts.append(_Part(low, high, float(np.sqrt(max(0.0, inside.f.max())))))
     if not parts or not all(np.isfinite(part.top) for part in parts):
-        raise ValueError(f"energy {energy} does not bound the motion on {section!r}: give the ranges of the axes")
+        low = too_low(body, energy, p_eta, p_gamma)
+        why = low or may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
+        raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
     return parts
+
+
+def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.ndarray) -> float:
+    """Return the least energy on a section: from there on some momentum is left."""
+    if isotropic(body):
+        mass = body.mu
+    else:
+        mass = 0.5 / body.kinetic_energy(*np.eye(2)[1 - int(np.flatnonzero(section.normal)[0])])
+    return energy - float(highest(rest, 1, nodes)[0]) / (2 * mass)
 
 
 def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> Function:
