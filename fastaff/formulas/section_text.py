@@ -10,9 +10,9 @@ from ..models.contracts import coordinate_names, isotropic, planar
 from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .number import number
 
-TURNING = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
+TURNING: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
 VANISHING = {"p_alpha=0": "alpha-turning", "p_beta=0": "beta-turning"}
-EQUALS = {"alpha": AlphaEquals, "beta": BetaEquals, "area": AreaEquals}
+EQUALS: dict[str, Any] = {"alpha": AlphaEquals, "beta": BetaEquals, "area": AreaEquals}
 
 
 def section_forms(model: Any) -> tuple[str, ...]:
@@ -54,10 +54,9 @@ def canonical(text: str, argument: str = "section") -> str:
 
 def section_in_words(section: Any, model: Any) -> str:
     """Return the text that stands for a section, its repr where none does."""
-    for kinds in (TURNING, EQUALS):
-        for name, kind in kinds.items():
-            if type(section) is kind:
-                return name if kinds is TURNING else f"{name}={section.constant:g}"
+    for name, kind in {**TURNING, **EQUALS}.items():
+        if type(section) is kind:
+            return f"{name}={section.constant:g}" if hasattr(section, "constant") else name
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
     if type(section) is Linear and len(rows) == 1 and rows[0] < model.degrees_of_freedom:
         return f"{coordinate_names(model)[rows[0]]}={section.offset / section.normal[rows[0]]:g}"

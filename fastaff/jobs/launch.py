@@ -80,7 +80,7 @@ class Starts:
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:
-                raise Wrong(f"{problem}; or give --range1 and --range2") from None
+                raise Wrong(str(problem).replace("the ranges of the axes", "--range1 and --range2")) from None
         if self.orbits is not None:
             boxes = energy_sample.ranges_to_draw(*where, ranges if any(given) else None)
             sheets = energy_sample.drawn(*where, boxes, BLOCK, self.seed)[1]

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from ..analysis.sections.energy_limits import may_escape
 from ..base.names import named
+from ..base.status import Status
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
 from ..models.contracts import isotropic
@@ -142,6 +146,11 @@ class Surface:
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
         return self.section_of(body)
+
+    def escape(self, body: Any, status: np.ndarray) -> str | None:
+        """Return what there is to say of the energy where orbits escaped; None where there is nothing."""
+        gone = np.isin(status, (Status.ESCAPED, Status.NONFINITE)).any()
+        return may_escape(body, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
 
     def section_of(self, body: Any) -> Any:
         """Return the section."""

@@ -245,8 +245,9 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
             inside = extrema(rest, 1, np.linspace(low, high, 65)) if high > low else extrema(rest, 1, np.full(3, low))
             parts.append(_Part(low, high, float(np.sqrt(max(0.0, inside.f.max())))))
     if not parts or not all(np.isfinite(part.top) for part in parts):
-        low = too_low(body, energy, p_eta, p_gamma)
-        why = low or may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
+        if below := too_low(body, energy, p_eta, p_gamma):
+            raise NotReached(below)
+        why = may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
     return parts
 

@@ -81,11 +81,14 @@ class Work:
     def compute(self, name: str, keep: Callable[[Any], Any], share: float = 1.0) -> Any:
         """Return the result of an analysis; what Ctrl-C leaves of it is handed to `keep`."""
         orbits, analysis = Orbits(self.plan.body, self.plan.section, self.z0), self.plan.analyses[name]
-        return watched(
+        result = watched(
             Progress(analysis.title, self.z0.shape[1], share),
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
             keep,
         )
+        if note := self.job.surface.escape(self.plan.body, result.status):
+            say(f"note: {note}")
+        return result
 
     def save(self, result: Any, start: float, interrupted: bool = True, **extra: Any) -> Path:
         """Write a result with what is known of it; start: when its computation began."""
