@@ -40,6 +40,7 @@ from .analysis.tori.action_angles import action_angles, energy_of_actions, from_
 from .analysis.tori.fit_torus import fit_torus
 from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
+from .base.names import did_you_mean
 from .base.status import OrbitError, Status
 from .files import load, save
 from .formulas.formula import formula, hamiltonian
@@ -190,7 +191,7 @@ def __getattr__(name: str) -> Any:
     for folder in () if name.startswith("_") else ("analysis", "charts", "models", "quantum", "schemes"):
         if new in import_module(f".{folder}", __name__).__all__:
             raise ImportError(f"fastaff.{name} is fastaff.{folder}.{new} since version 0.2")
-    raise AttributeError(f"fastaff has no {name!r}; dir(fastaff) lists what it has")
+    raise AttributeError(f"fastaff has no {name!r}.{did_you_mean(name, __dir__())} dir(fastaff) lists what it has")
 
 
 def __dir__() -> list[str]:

@@ -12,9 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .names import did_you_mean
 from .numbers import reporter
 
 OWN = "fastaff"
+
+
+ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_time"), "dt": ("step",), "h": ("step",)}
+"""What usual letters stand for among the names of arguments."""
 
 
 class Call(NamedTuple):
@@ -44,7 +49,7 @@ def recorded(function: Callable) -> Callable:
         try:
             bound = signature.bind(*given, **named)
         except TypeError:
-            return function(*given, **named)  # which says what is wrong
+            return _misfit(function, signature, given, named)
         bound.apply_defaults()
         reporter(bound.arguments.get("report"))
         call = _call(function.__name__, bound.arguments)
@@ -57,6 +62,24 @@ def recorded(function: Callable) -> Callable:
         return keep(result, call)
 
     return wrapped
+
+
+def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:
+    """Call a function with arguments that do not suit it; its TypeError says what does."""
+    names = [*signature.parameters]
+    strange = [name for name in named if name not in names]
+    listed = f"; it takes {', '.join(names)}"
+    if strange:
+        other = [name for name in ABBREVIATED.get(strange[0], ()) if name in names]
+        listed = (
+            f". Did you mean {other[0]}?" if other else "." + did_you_mean(strange[0], names)
+        ) + f" It{listed[4:]}"
+    try:
+        return function(*given, **named)
+    except TypeError as problem:
+        first = [p.name for p in signature.parameters.values() if p.kind is not p.KEYWORD_ONLY]
+        by_name = f" (by position {', '.join(first)}; all else by name)" if len(given) > len(first) else ""
+        raise TypeError(f"{problem}{by_name}{listed}") from None
 
 
 def keep(result: Any, call: Call | None) -> Any:

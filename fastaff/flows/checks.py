@@ -10,6 +10,7 @@ import numpy as np
 from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
+from ..formulas.section_text import section_forms
 from ..kernels import escape
 from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, planar, quadratic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
@@ -24,22 +25,28 @@ def checked_model(model: Any, name: str = "body") -> Any:
     if not is_value(model):
         raise TypeError(
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
-            f"({type(model).__name__})"
+            f"({type(model).__name__}){_instead(model)}"
         )
     missing = lacking(model, Model)
+    if isinstance(model, Potential) and missing:
+        raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
-        hint = " (a potential? wrap it: Body(potential))" if isinstance(model, Potential) else ""
-        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{hint}")
+        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}")
     kind = getattr(model, "kind", Kind.SEPARABLE)
     if kind is not Kind.SEPARABLE:
         what = kind.value if isinstance(kind, Kind) else shown(kind)
         raise TypeError(f"{name} {type(model).__name__} is {what}; what runs is {Kind.SEPARABLE.value}")
     body = planar(model)
     if body and not is_value(model.potential):
-        raise TypeError(f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}")
+        raise TypeError(
+            f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}"
+            f"{_instead(model.potential)}"
+        )
     if body and lacking(model.potential, Potential):
+        alone = f": {type(model.potential).__name__} is a model itself, without Body"
         raise TypeError(
             f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}"
+            f"{'' if lacking(model.potential, Model) else alone}"
         )
     flat = _parameters(name, model)
     if not np.all(np.isfinite(flat)):
@@ -50,6 +57,15 @@ def checked_model(model: Any, name: str = "body") -> Any:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
     _evaluated(name, model)
     return model
+
+
+def _instead(given: Any) -> str:
+    """Return what to write instead of a class, or of a name."""
+    if isinstance(given, type) and lacking(given, Potential) == []:
+        return f": a class; write Body({given.__name__}()), with its parameters"
+    if isinstance(given, type) and given.__name__.isidentifier():
+        return f": a class; write {given.__name__}(), with its parameters"
+    return ": write a model as a value; names are for jobs and the command line" if isinstance(given, str) else ""
 
 
 def lacking(value: Any, contract: Any) -> list[str]:
@@ -125,7 +141,7 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     if not isinstance(scheme, (Splitting, RungeKutta)):
         raise TypeError(
             f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
-            f"by name: scheme_named(...) of {', '.join(SCHEMES)}"
+            f"or a name of {', '.join(SCHEMES)}"
         )
     return scheme
 
@@ -173,8 +189,10 @@ def checked_chart(chart: Any) -> Chart:
 def checked_section(section: Any, model: Any) -> Any:
     """Return `section` if it is a section that suits the model."""
     if not is_value(section) or lacking(section, Section):
+        instead = f": a class; write {section.__name__}()" if isinstance(section, type) else ""
         raise TypeError(
-            f"section must be a section such as AlphaTurning(direction=+1), got {section!r} ({type(section).__name__})"
+            f"section must be a section such as AlphaTurning(direction=+1), or its text, here one of "
+            f"{', '.join(section_forms(model))}, got {section!r} ({type(section).__name__}){instead}"
         )
     if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
@@ -190,7 +208,7 @@ def checked_section(section: Any, model: Any) -> Any:
     except (TypeError, ValueError):
         raise ValueError(
             f"section {section!r} does not suit a {type(model).__name__}: it must take {rows} numbers, "
-            "the rows of z, and depend on one of them"
+            f"the rows of z, and depend on one of them, such as {', '.join(section_forms(model))}"
         ) from None
     return section
 
@@ -206,6 +224,7 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
             f"{', '.join(coordinate_names(model))} and their momenta; got shape {z.shape}"
+            f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
         )
     z = z.reshape(rows, -1)
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))

@@ -10,7 +10,7 @@ import numpy as np
 from ..analysis.chaos.chaos_map import chaos_map
 from ..analysis.chaos.named_indicators import INDICATORS, indicator_names
 from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.frequencies.methods import BirkhoffAverages, NaffLines
+from ..analysis.frequencies.methods import BY_NAME
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.tori.action_angles import action_angles
@@ -19,9 +19,6 @@ from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
 from ..schemes.catalogue import SCHEMES, VERNER9
 from .wording import Wrong
-
-METHODS = {"birkhoff": BirkhoffAverages(), "naff": NaffLines()}
-"""Values of --method."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,9 +129,13 @@ class Frequencies:
     method: str = "birkhoff"
     """birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff]"""
 
+    def canonical(self) -> Frequencies:
+        """Return the same with the method's name as it is written here."""
+        return replace(self, method=named("--method", self.method, BY_NAME))
+
     def check(self, run: Run) -> None:
         """Refuse what is wrong whatever the orbits are."""
-        named("--method", self.method, METHODS)
+        self.canonical()
         _one_time(self.time, self.periods)
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
@@ -146,7 +147,7 @@ class Frequencies:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        method = METHODS[named("--method", self.method, METHODS)]
+        method = BY_NAME[self.canonical().method]
         return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build())
 
 

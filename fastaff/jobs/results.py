@@ -98,6 +98,8 @@ class JobResults:
             shares = ", ".join(f"{count} {status} ({count / total:.2%})" for status, count in counts.items())
             error = f"; largest energy error {worst[name]:.1e}" if name in worst else ""
             lines.append(f"{name}: {total} orbits: {shares or 'none'}{error}")
+        if note := self._escape():
+            lines.append(note)
         if self.path is not None:
             state = Store(self.path).finished()
             absent, waiting = np.count_nonzero(state == 0), np.count_nonzero(state == WAITING)
@@ -113,6 +115,14 @@ class JobResults:
             slow = max(self.units, key=lambda unit: unit.seconds)
             lines.append(f"slowest unit {slow.number}: {slow.orbits} orbits in {slow.seconds:.1f} s")
         return "\n".join(lines)
+
+    def _escape(self) -> str | None:
+        """Return what there is to say of the energy where orbits escaped."""
+        found = [self._column(name, "status") for name in self.names]
+        gone = [status for status in found if status is not None]
+        if self.job.scan is not None or not gone:
+            return None
+        return self.job.surface.escape(self.job.plan().body, np.concatenate(gone))
 
     def __repr__(self) -> str:
         where = "in memory" if self.path is None else f"in {self.path}"

@@ -192,7 +192,10 @@ _OWN_PASS: dict[type, Callable] = {
 def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
     """Return the indicators if they suit the body."""
     if not isinstance(indicators, (tuple, list)) or not indicators:
-        raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}")
+        instead = f": a class; write {indicators.__name__}()" if isinstance(indicators, type) else ""
+        raise TypeError(
+            f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
+        )
     n = body.degrees_of_freedom
     for k, entry in enumerate(indicators):
         if not isinstance(entry, Indicator):

@@ -26,7 +26,7 @@ from ...models.contracts import Angles, Model, coordinate_names, isotropic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .angle_loops import Layout, Plain, Room
 from .fundamental import fastest
-from .methods import BirkhoffAverages, NaffLines, checked_method
+from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import CHANGED, Samples, read
 
 ACCURACY = 1e-11
@@ -111,7 +111,7 @@ class FrequencyMap(Result):
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
 
 
-@takes(scheme=scheme_of)
+@takes(scheme=scheme_of, method=method_of)
 @recorded
 def frequency_map(
     body: Model,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.names import named
 from ...base.numbers import positive
 
 
@@ -45,12 +46,19 @@ METHODS = (BirkhoffAverages, NaffLines)
 """What the numbers in `FrequencyMap.method` mean."""
 
 
+BY_NAME: dict[str, BirkhoffAverages | NaffLines] = {"birkhoff": BirkhoffAverages(), "naff": NaffLines()}
+
+
+def method_of(value: Any, _: Any = None) -> Any:
+    """Return the method that a name stands for; anything else as it is."""
+    return BY_NAME[named("method", value, BY_NAME)] if isinstance(value, str) else value
+
+
 def checked_method(method: Any) -> BirkhoffAverages | NaffLines:
     """Return `method` if it is one."""
     if not isinstance(method, METHODS):
-        named = {"birkhoff": "BirkhoffAverages", "naff": "NaffLines"}.get(method) if isinstance(method, str) else None
         raise TypeError(
-            f"method must be BirkhoffAverages() or NaffLines() of fastaff.analysis, got {method!r}"
-            + (f": pass fastaff.analysis.{named}()" if named else "")
+            f"method must be BirkhoffAverages() or NaffLines() of fastaff.analysis, or a name, {' or '.join(BY_NAME)}; "
+            f"got {method!r}"
         )
     return method

@@ -86,7 +86,8 @@ class Work:
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
             keep,
         )
-        if note := self.job.surface.escape(self.plan.body, result.status):
+        note = self.job.surface.escape(self.plan.body, result.status)
+        if note and name == next(iter(self.settled)):  # once
             say(f"note: {note}")
         return result
 
