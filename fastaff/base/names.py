@@ -6,18 +6,25 @@ import difflib
 import re
 from collections.abc import Iterable
 
+from .numbers import shown
+
 
 def named(option: str, given: str, names: Iterable[str]) -> str:
     """Return the one of the names that is given, in capitals or not, with or without spaces, hyphens and underscores;
     refuse another, with the nearest one.
     """
     known = tuple(names)
-    if given in known:
-        return given
+    found = spelled(given, known)
+    if found in known:
+        return found
+    raise ValueError(f"{option} must be one of {', '.join(known)}, got {shown(given)}.{did_you_mean(given, known)}")
+
+
+def spelled(given: str, names: Iterable[str]) -> str:
+    """Return the one of the names that is given as it is spelled there; any other as it is."""
+    known = tuple(names)
     alike = [name for name in known if _letters(name) == _letters(given)]
-    if len(alike) == 1:
-        return alike[0]
-    raise ValueError(f"{option} must be one of {', '.join(known)}, got {given!r}.{did_you_mean(given, known)}")
+    return alike[0] if len(alike) == 1 and given not in known else given
 
 
 def did_you_mean(given: str, names: Iterable[str]) -> str:

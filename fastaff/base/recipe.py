@@ -67,19 +67,15 @@ def recorded(function: Callable) -> Callable:
 def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:
     """Call a function with arguments that do not suit it; its TypeError says what does."""
     names = [*signature.parameters]
-    strange = [name for name in named if name not in names]
-    listed = f"; it takes {', '.join(names)}"
-    if strange:
-        other = [name for name in ABBREVIATED.get(strange[0], ()) if name in names]
-        listed = (
-            f". Did you mean {other[0]}?" if other else "." + did_you_mean(strange[0], names)
-        ) + f" It{listed[4:]}"
+    first = [name for name, entry in signature.parameters.items() if entry.kind is not entry.KEYWORD_ONLY]
+    hint = f"; by position {', '.join(first)}, all else by name." if len(given) > len(first) else ""
+    for name in [name for name in named if name not in names][:1]:
+        meant = [other for other in ABBREVIATED.get(name, ()) if other in names]
+        hint = f".{f' Did you mean {meant[0]}?' if meant else did_you_mean(name, names)}"
     try:
         return function(*given, **named)
     except TypeError as problem:
-        first = [p.name for p in signature.parameters.values() if p.kind is not p.KEYWORD_ONLY]
-        by_name = f" (by position {', '.join(first)}; all else by name)" if len(given) > len(first) else ""
-        raise TypeError(f"{problem}{by_name}{listed}") from None
+        raise TypeError(f"{problem}{hint or '.'} It takes {', '.join(names)}") from None
 
 
 def keep(result: Any, call: Call | None) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from ..base.names import named
+from ..base.names import named, spelled
 from ..models.contracts import coordinate_names, isotropic, planar
 from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .number import number
@@ -41,12 +41,17 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     return Linear(tuple(float(k == row) for k in range(2 * model.degrees_of_freedom)), value, direction)
 
 
-def canonical(text: str, argument: str = "section") -> str:
-    """Return the text of a section with its number as floats are written, and turning points by their name."""
-    name, _, constant = text.partition("=")
-    if not constant.strip():
+def canonical(text: str) -> str:
+    """Return the text of a section with its number as floats are written, and turning points by their name; any other
+    as it is.
+    """
+    name, _, constant = spelled(text, TURNING).partition("=")
+    if not constant:
+        return name
+    try:
+        value = number("c", constant)
+    except ValueError:
         return text
-    value = number(f"{argument} {name.strip()}=c: c", constant)
     short = f"{value:g}"
     text = f"{name.strip()}={short if float(short) == value else repr(value)}"
     return VANISHING.get(text, text)

@@ -14,7 +14,7 @@ from ..analysis.frequencies.methods import BY_NAME
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.tori.action_angles import action_angles
-from ..base.names import named
+from ..base.names import named, spelled
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
 from ..schemes.catalogue import SCHEMES, VERNER9
@@ -43,7 +43,7 @@ class Run:
 
     def canonical(self) -> Run:
         """Return the same with the scheme's name as it is written here."""
-        return self if self.scheme is None else replace(self, scheme=named("--scheme", self.scheme, SCHEMES))
+        return self if self.scheme is None else replace(self, scheme=spelled(self.scheme, SCHEMES))
 
     def on(self, threads: int | None) -> Run:
         """Return the same with so many threads, where they are given."""
@@ -131,11 +131,11 @@ class Frequencies:
 
     def canonical(self) -> Frequencies:
         """Return the same with the method's name as it is written here."""
-        return replace(self, method=named("--method", self.method, BY_NAME))
+        return replace(self, method=spelled(self.method, BY_NAME))
 
     def check(self, run: Run) -> None:
         """Refuse what is wrong whatever the orbits are."""
-        self.canonical()
+        named("--method", self.method, BY_NAME)
         _one_time(self.time, self.periods)
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
@@ -147,7 +147,7 @@ class Frequencies:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        method = BY_NAME[self.canonical().method]
+        method = BY_NAME[named("--method", self.method, BY_NAME)]
         return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build())
 
 
@@ -177,7 +177,8 @@ class Chaos:
 
     def canonical(self) -> Chaos:
         """Return the same with the indicators' names as they are written here."""
-        return replace(self, indicators=",".join(indicator_names(self.indicators, "--indicators")))
+        names = (spelled(name.strip(), INDICATORS) for name in self.indicators.split(","))
+        return replace(self, indicators=",".join(names))
 
     def returns(self) -> float | None:
         """Return how many times of return an orbit takes, None where its time is given."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sections.energy_limits import may_escape
-from ..base.names import named
+from ..base.names import named, spelled
 from ..base.status import Status
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
@@ -76,7 +76,7 @@ class Model:
 
     def canonical(self) -> Model:
         """Return the same with the model's name as it is written here."""
-        return self if self.model is None else replace(self, model=named("--model", self.model, MODELS))
+        return self if self.model is None else replace(self, model=spelled(self.model, MODELS))
 
     def _own(self, given: dict[str, float]) -> Any:
         """Return the model that a formula describes."""
@@ -169,7 +169,7 @@ class Surface:
 
     def canonical(self) -> Surface:
         """Return the same with the section as it is written here."""
-        return self if self.section is None else replace(self, section=canonical(self.section, "--section"))
+        return self if self.section is None else replace(self, section=canonical(self.section))
 
 
 def _parameter(text: str) -> tuple[str, float]:
