@@ -329,7 +329,7 @@ def test_chaos_map_of_random_orbits_over_periods(tmp_path):
 def test_scans(tmp_path, capsys):
     common = ["chaos-map", *SURFACE[2:], "--orbits", "6", "--time", "30", "--early-stop"]
     assert cli.main([*common, "--scan", "energy=0.1:1.5:3", "--out", str(tmp_path / "one")]) == 0
-    assert "1 cases empty" in capsys.readouterr().err
+    assert "1 empty, where the energy reaches nothing" in capsys.readouterr().err
     arrays, metadata = files.contents(tmp_path / "one.npz")
     assert metadata["names"] == ["energy"]
     np.testing.assert_allclose(arrays["axes_0"], [0.1, 0.8, 1.5])

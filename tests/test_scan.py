@@ -125,7 +125,7 @@ def test_henon_heiles_turns_chaotic_as_henon_and_heiles_found():
     assert found.step[1] == np.median(direct.step)
     assert (found.bounds[0] <= found.fraction).all()
     assert (found.fraction <= found.bounds[1]).all()
-    assert "2 cases of 96 orbits" in found.summary()
+    assert "2 cases: 2 of 96 orbits; 192 orbits: " in found.summary()
 
 
 def test_integrable_bodies_have_none():
@@ -159,7 +159,7 @@ def test_an_energy_below_the_minimum_is_an_empty_case():
     assert np.isnan(found.interval()[:, 0]).all()
     assert found.fraction[1] == 0
     assert found.done.all()
-    assert "1 cases empty" in found.summary()
+    assert "1 empty, where the energy reaches nothing" in found.summary()
     nothing = fastaff.chaotic_fraction(lambda energy: (NEO, np.zeros((8, 0))), ([1.0],), time=40.0)
     assert nothing.orbits[0] == 0
 
@@ -194,7 +194,7 @@ def test_ctrl_c_keeps_finished_cases():
     partial = stopped.value.partial
     assert partial.done.tolist() == [True, False, False]
     assert np.isfinite(partial.fraction).tolist() == [True, False, False]
-    assert "2 cases not done" in partial.summary()
+    assert "2 not done" in partial.summary()
 
 
 def test_report_rises_to_one():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import platform
 import subprocess
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,6 +11,8 @@ from pathlib import Path
 from textwrap import fill
 
 import numpy as np
+
+from fastaff.base.machine import machine
 
 from .contest import Row, Timed, best, version
 
@@ -34,14 +35,9 @@ MARKERS = dict(zip(COLOURS, "osv^Dh"))
 
 def stamp() -> dict:
     """Return what the numbers depend on: processor, cores, versions, commit, date."""
-    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
-    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
     commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
     return {
-        "processor": names[0] if names else platform.processor(),
-        "cores": len(names) or None,
-        "avx512": any("avx512f" in line for line in lines),
-        "python": platform.python_version(),
+        **machine(),
         "versions": {name: version(name) for name in PROGRAMS},
         "commit": commit.stdout.strip(),
         "date": date.today().isoformat(),
@@ -173,24 +169,24 @@ def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: P
 def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, folder: Path) -> None:
     """Write race.json, race.md and the figures to a folder, and the summary to README."""
     folder.mkdir(parents=True, exist_ok=True)
-    machine = stamp()
+    made_on = stamp()
     rows = [
         {"title": row.title, "error": row.error, "asked": row.asked, "note": row.note, "runs": [*map(asdict, timed)]}
         for row, timed in results
     ]
-    whole = {"machine": machine, "rows": rows, "starts": starts, "frequency_map": grid}
+    whole = {"machine": made_on, "rows": rows, "starts": starts, "frequency_map": grid}
     (folder / "race.json").write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
     figures = {"end_states.png": "End states", "sections.png": "Section"}
     for name, begin in figures.items():
         chosen = [(row, timed) for row, timed in results if row.title.startswith(begin)]
         if chosen:
             figure(chosen, 2 if len(chosen) == 4 else len(chosen), folder / name)
-    versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items() if number)
-    where = f"{machine['processor']}, {machine['cores']} cores; Python {machine['python']}, {versions}"
+    versions = ", ".join(f"{name} {number}" for name, number in made_on["versions"].items() if number)
+    where = f"{made_on['cpu']}, {made_on['cores']} cores; Python {made_on['python']}, {versions}"
     text = [
         "# The race",
         "",
-        f"Written by `make bench-peers` on {machine['date']}, commit {machine['commit']}: {where}.",
+        f"Written by `make bench-peers` on {made_on['date']}, commit {made_on['commit']}: {where}.",
         "",
         "Processor time (all threads), the shortest of runs in turns, everything compiled before. For each accuracy",
         "the cheapest run of each program with a measured error at or below it: time, ratio to fastaff's, error, how.",
@@ -206,5 +202,5 @@ def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, 
     readme = ROOT / "README.md"
     before, rest = readme.read_text().split(MARKS[0])
     _, after = rest.split(MARKS[1])
-    block = f"\n{summary(results)}\n\n{where}; commit {machine['commit']}, {machine['date']}.\n"
+    block = f"\n{summary(results)}\n\n{where}; commit {made_on['commit']}, {made_on['date']}.\n"
     readme.write_text(before + MARKS[0] + "\n" + block + "\n" + MARKS[1] + after)

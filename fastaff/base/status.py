@@ -69,9 +69,12 @@ def summary(status: np.ndarray) -> dict[Status, int]:
     return {Status(int(codes[i])): int(counts[i]) for i in order}
 
 
-def describe(status: np.ndarray) -> str:
-    """Say in one line what became of the orbits."""
-    return "; ".join(f"{count} {outcome.name} ({outcome.sentence})" for outcome, count in summary(status).items())
+def describe(status: np.ndarray, of_which: str = "") -> str:
+    """Say in one line what became of the orbits, and of those that are OK what there is more to say."""
+    return "; ".join(
+        f"{count} {outcome.name} ({outcome.sentence})" + (f", of which {of_which}" if outcome == 0 and of_which else "")
+        for outcome, count in summary(status).items()
+    )
 
 
 class OrbitError(RuntimeError):

@@ -15,7 +15,8 @@ from .. import files, plot
 from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
 from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
 from ..analysis.sections.poincare_map import SectionMap, poincare_map
-from ..base.provenance import cores, provenance
+from ..base.machine import cores
+from ..base.provenance import provenance
 from ..base.status import describe
 from ..models import Body, Hyperelastic, NeoHookean
 from ..models.sections import AlphaTurning

@@ -7,6 +7,7 @@ a module of `fastaff.cli.commands`.
 from __future__ import annotations
 
 import inspect
+import os
 import signal
 import sys
 from typing import Any
@@ -25,6 +26,7 @@ from .options import HELP, Parameter, converted, cyclopts
 from .progress import EXIT_INTERRUPTED, on_stop, say
 
 EXIT_WRONG_INPUT = 2
+NARROWEST = 40
 COMMANDS: dict[str, Any] = {
     "demo": demo,
     "poincare": poincare,
@@ -59,6 +61,8 @@ def _run(arguments: list[str]) -> int:
     if cyclopts is None:
         print(NO_EXTRAS, file=sys.stderr)
         return EXIT_WRONG_INPUT
+    if (width := os.environ.get("COLUMNS", "")) and not (width.isdecimal() and int(width) >= NARROWEST):
+        os.environ["COLUMNS"] = str(NARROWEST)  # help and progress bars in no columns at all never end
     try:
         return int(_app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
     except cyclopts.UnusedCliTokensError as problem:
@@ -99,4 +103,5 @@ def _app() -> Any:
     )
     for name, command in COMMANDS.items():
         app.command(command, name=name)
+    app.register_install_completion_command(help="Install completion of commands and options in this shell.")
     return app

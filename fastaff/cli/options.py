@@ -51,6 +51,9 @@ Start with one of
 - `fastaff chaos-map --p-eta 0.3 --p-gamma 0.2 --scan energy=0.5:3:11`
 - `fastaff spectrum --model hyperelastic`
 - `fastaff frequency-map --energy 1.5 --grid 400x400 --write-job map.toml`, then `fastaff run map.toml`
+
+Numbers may be fractions and formulas: `--energy 1/6`, `--p-eta pi/10`. `fastaff --install-completion` teaches bash, zsh
+or fish to complete commands and options; `fastaff doctor` checks the installation.
 """
 WHAT, WHERE, STARTS, HOW, WRITTEN = (
     Group(name, sort_key=k)

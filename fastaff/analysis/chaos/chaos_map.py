@@ -111,12 +111,12 @@ class ChaosMap(Result):
         return float(self.chaotic[fine].mean()) if fine.any() else math.nan
 
     def summary(self) -> str:
-        """Say in one line what became of the orbits."""
+        """Say in one line what became of the orbits, and which of those that finished are chaotic."""
         fine = self.status == Status.OK
         counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
         if self.undecided.any():
             counts += f" (time {np.nanmedian(self.longer[self.undecided]):.3g} may decide)"
-        return f"{counts}; {describe(self.status)}"
+        return describe(self.status, counts)
 
 
 @takes(scheme=scheme_of, indicators=indicators_of)

@@ -96,22 +96,22 @@ class ChaoticFraction(Result, axis=None):
     def summary(self) -> str:
         """Say in one line what became of the cases."""
         found, empty = self.fraction[self.orbits > 0], int(np.count_nonzero(self.done & (self.orbits == 0)))
-        parts = [f"{self.orbits.size} cases of {self.orbits.max(initial=0)} orbits"]
+        late = int(np.count_nonzero(~self.done))
+        cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
+        cases += [f"{empty} empty, where the energy reaches nothing"] if empty else []
+        cases += [f"{late} not done"] if late else []
+        kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
+        orbits = [f"{int(count.sum())} {name}" for name, count in kinds.items()]
+        lost = self.statuses.reshape(len(Status), -1).sum(axis=1)
+        orbits += [f"{n} {s.name} ({s.sentence})" for s, n in zip(Status, lost) if n and s != Status.OK]
+        parts = [
+            f"{self.orbits.size} cases: {', '.join(cases)}",
+            f"{int(self.orbits.sum())} orbits: {', '.join(orbits)}",
+        ]
+        if self.rescued.any():
+            parts.append(f"{int(self.rescued.sum())} of them done again with the second scheme")
         if np.isfinite(found).any():
             parts.append(f"chaotic fraction {np.nanmin(found):.3f} ... {np.nanmax(found):.3f}")
-        parts.append(f"{int(self.undecided.sum())} of {int(self.orbits.sum())} orbits undecided")
-        if self.rescued.any():
-            parts.append(f"{int(self.rescued.sum())} done again with the second scheme")
-        lost = self.statuses.reshape(len(Status), -1).sum(axis=1)
-        parts += [
-            f"{count} {outcome.name} ({outcome.sentence})"
-            for outcome, count in zip(Status, lost)
-            if count and outcome != Status.OK
-        ]
-        if empty:
-            parts.append(f"{empty} cases empty: the energy reaches nothing there")
-        if not self.done.all():
-            parts.append(f"{int(np.count_nonzero(~self.done))} cases not done")
         return "; ".join(parts)
 
 

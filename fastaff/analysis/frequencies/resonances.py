@@ -83,8 +83,7 @@ class Resonances(Result):
     def summary(self) -> str:
         """Say in one line how many orbits have which rank."""
         ranks, counts = np.unique(self.rank[self.status == Status.OK], return_counts=True)
-        each = "; ".join(f"{count} of rank {rank}" for rank, count in zip(ranks, counts, strict=True))
-        return "; ".join(filter(None, (each, describe(self.status[self.status != Status.OK]))))
+        return describe(self.status, ", ".join(f"{c} of rank {rank}" for rank, c in zip(ranks, counts, strict=True)))
 
 
 def equation(k: Sequence[int], names: Sequence[str]) -> str:

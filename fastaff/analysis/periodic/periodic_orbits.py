@@ -180,9 +180,7 @@ class PeriodicOrbits(Result):
     def summary(self) -> str:
         """Say in one line what became of the guesses, and of which kind the orbits are."""
         kinds, counts = np.unique(self.stability[self.status == Status.OK], return_counts=True)
-        return "; ".join(
-            [describe(self.status), *(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True))]
-        )
+        return describe(self.status, ", ".join(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)))
 
 
 @takes(section=section_of, scheme=scheme_of)

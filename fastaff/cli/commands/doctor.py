@@ -1,60 +1,133 @@
-"""`fastaff doctor`: what is installed, and a check."""
+"""`fastaff doctor`: what is installed, what the machine is, and a check with its speed."""
 
 from __future__ import annotations
 
-import platform
-import sys
+import json
 import time as clock
+import warnings
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 
-from ..progress import compiled
+from ..options import WRITTEN, Parameter
+from ..progress import compiled, say
+
+ORBITS, PERIODS, STEPS = 2048, 4, 200
+"""Orbits of the check, periods that they run over, steps of a period."""
+TOLERANCE = 1e-11
+LITTLE = 256 * 2**20
+"""Bytes of free memory below which sections of thousands of orbits do not fit."""
 
 
-def doctor() -> int:
-    """Say what is installed and where, and integrate one harmonic orbit as a check. Exit code 1 where the check
-    fails.
+def doctor(*, as_json: Annotated[bool, Parameter(name="--json", group=WRITTEN)] = False) -> int:
+    """Say what is installed, what the machine is, and check a small computation with a known answer and its speed.
+
+    The last line is a stamp of the machine for reports. Exit code 1, with a sentence for each, where something is
+    wrong: a dependency that is too old, a cache that cannot be written, little memory, a wrong result.
+
+    Parameters
+    ----------
+    as_json
+        Print all as JSON instead.
     """
+    facts, wrong = examined()
+    if as_json:
+        print(json.dumps({**facts, "wrong": wrong}))
+    else:
+        print("\n".join(f"{name:<14}{text}" for name, text in _rows(facts)))
+    for sentence in wrong:
+        say(sentence)
+    return 1 if wrong else 0
+
+
+def examined() -> tuple[dict[str, Any], list[str]]:
+    """Return what is known of installation and machine, and sentences for what is wrong."""
     import fastaff
 
-    from ...base.provenance import provenance
+    from ...base.machine import dependencies, machine, stamp
+
+    needed = dependencies()
+    cache = _cache()
+    check = _check()
+    facts = machine()  # after the check, which starts the threads
+    wrong = [sentence for entry in needed if (sentence := entry.wrong)]
+    if cache["problem"]:
+        wrong.append(cache["problem"])
+    if facts["free_memory"] < LITTLE:
+        wrong.append(f"only {facts['free_memory'] / 2**20:.0f} MiB of memory are free")
+    if not check["error"] < TOLERANCE:
+        wrong.append(
+            f"the check failed: harmonic orbits return to {check['error']:.1e} after {PERIODS} periods, not to "
+            f"{TOLERANCE:.0e}; please report it with this output"
+        )
+    installed = {entry.name: entry.version for entry in needed}
+    extras = {entry.name: entry.extra for entry in needed}
+    place = str(Path(fastaff.__file__).parent)
+    found = {**facts, "folder": place, "versions": installed, "extras": extras, "cache": cache, "check": check}
+    return {**found, "stamp": stamp(facts)}, wrong
+
+
+def _cache() -> dict[str, Any]:
+    """Return folder and size of the compile cache, and what is wrong with it."""
     from ...compile.jit import cache_directory, cache_root
-    from ...compile.threads import default_threads
 
-    facts = provenance()
-    folder = cache_directory()
-    size = sum(f.stat().st_size for f in cache_root().rglob("*") if f.is_file()) / 2**20 if folder else 0.0
-    writable = "writable" if folder else "NOT USED: not writable, or writable by others (set FASTAFF_CACHE_DIR)"
-    rows = [
-        ("fastaff", f"{facts['fastaff']}, {Path(fastaff.__file__).parent}"),
-        ("Python", f"{facts['python']}, {sys.executable}"),
-        *((name, _version(name)) for name in ("numba", "numpy", "scipy", "matplotlib", "cyclopts", "rich")),
-        ("machine", f"{platform.platform()}, {facts['cpu']}"),
-        ("cores", f"{facts['cores']} for this process; {default_threads()} threads unless told otherwise"),
-        ("cache", f"{folder or cache_root()}: {writable}, {size:.0f} MiB with older versions"),
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        cache_directory.cache_clear()
+        folder = cache_directory()
+    size = sum(file.stat().st_size for file in cache_root().rglob("*") if file.is_file()) if folder else 0
+    problem = str(said[0].message) if said else None
+    return {"folder": str(folder or cache_root()), "bytes": size, "writable": folder is not None, "problem": problem}
+
+
+def _check() -> dict[str, Any]:
+    """Integrate harmonic orbits over whole periods; return the error, seconds until the first result and steps/s."""
+    import fastaff
+
+    from ..progress import is_cold
+
+    body, start = fastaff.Body(fastaff.Harmonic(C=1.0)), np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.0, 0.2])
+    z0 = start[:, None] * np.linspace(0.5, 1.5, ORBITS)
+    period, cold, seconds, error = 2 * np.pi, is_cold(), [], []
+
+    def run() -> None:
+        for _ in range(3):
+            begin = clock.perf_counter()
+            end = fastaff.integrate(body, z0, time=PERIODS * period, step=period / STEPS, scheme=fastaff.KAHAN_LI8).z
+            seconds.append(clock.perf_counter() - begin)
+            error.append(float(np.abs(end - z0).max()))
+
+    compiled("poincare", run)
+    steps = ORBITS * PERIODS * STEPS
+    rate = steps / min(seconds[1:])
+    return {"error": max(error), "first_result": seconds[0], "was_cached": not cold, "orbit_steps_per_second": rate}
+
+
+def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    cache, check = facts["cache"], facts["check"]
+    rows = [("fastaff", f"{facts['fastaff']}, {facts['folder']}"), ("Python", facts["python"])]
+    for name, version in facts["versions"].items():
+        extra = facts["extras"][name]
+        missing = f'missing, optional: pip install "fastaff[{extra}]"' if extra else "MISSING: pip install fastaff"
+        rows.append((name, missing if version is None else f"{version}{f'  ({extra})' if extra else ''}"))
+    verdict = "passed" if check["error"] < TOLERANCE else "FAILED"
+    ready = "from the cache" if check["was_cached"] else "compiling"
+    return [
+        *rows,
+        ("machine", f"{facts['platform']}, {facts['cpu']}, vectors of {facts['vector_bits']} bit"),
+        ("cores", f"{facts['cores']} for this process; {facts['threads']} threads ({facts['threading_layer']})"),
+        ("memory", f"{facts['free_memory'] / 2**30:.1f} GiB free"),
+        (
+            "cache",
+            f"{cache['folder']}: {'writable' if cache['writable'] else 'NOT USED'}, {cache['bytes'] / 2**20:.0f} MiB "
+            "with older versions",
+        ),
+        (
+            "self-check",
+            f"{verdict}: {ORBITS} harmonic orbits return after {PERIODS} periods to {check['error']:.1e}; first result "
+            f"after {check['first_result']:.1f} s ({ready}), then {check['orbit_steps_per_second'] / 1e6:.0f} million "
+            "orbit-steps/s",
+        ),
+        ("stamp", facts["stamp"]),
     ]
-    for name, text in rows:
-        print(f"{name:<12}{text}")
-    error: list[float] = []
-
-    def check() -> None:
-        z0 = np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.0, 0.2])
-        end = fastaff.integrate(fastaff.Body(fastaff.Harmonic(C=1.0)), z0, time=2 * np.pi, step=0.02).z[:, 0]
-        error.append(float(np.abs(end - z0).max()))
-
-    start = clock.perf_counter()
-    compiled("poincare", check)
-    fine = error[0] < 1e-11
-    verdict, seconds = "passed" if fine else "FAILED", clock.perf_counter() - start
-    print(f"{'self-check':<12}{verdict}: a harmonic orbit returns after 2 pi to {error[0]:.1e}, in {seconds:.1f} s")
-    return 0 if fine else 1
-
-
-def _version(name: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return 'missing: pip install "fastaff[demo]"'

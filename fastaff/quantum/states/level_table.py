@@ -62,10 +62,12 @@ class LevelTable(Result, axis="level"):
 
     def summary(self) -> str:
         """Say in one line how many levels there are, between which energies, and whether they are to be trusted."""
-        E = self.E[np.isfinite(self.E)]
+        known = np.isfinite(self.E)
+        E, failed = self.E[known], int(np.count_nonzero(self.status))
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
-        failed = int(np.count_nonzero(self.status))
-        return f"{self.E.size} levels{span}{f', {failed} of them not OK' if failed else ''}; {self.method}"
+        less = f", {self.E.size - E.size} of them without an energy" if E.size < self.E.size else ""
+        doubt = f", {failed} of them not OK" if failed else ""
+        return f"{self.E.size} levels{span}{less}{doubt}; {self.method}"
 
     @property
     def converged(self) -> np.ndarray:

@@ -1,0 +1,123 @@
+"""The machine and its programs: what speed and bits of numbers depend on."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+import os
+import platform
+import re
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+from llvmlite import binding
+
+from .numbers import free_memory
+
+WIDTHS = {"avx512f": 512, "avx2": 256, "avx": 256, "sve": 256, "neon": 128, "sse2": 128}
+"""Bits of a vector register of instruction sets, the widest first."""
+USERS = ("plot", "cli", "symbolic", "io", "dask", "notebook")
+"""Extras that serve users; others serve who works on the package."""
+
+
+class Dependency(NamedTuple):
+    """A package that fastaff uses: its version, None where it is missing; the least that will do; the extra that
+    installs it, None where it always is.
+    """
+
+    name: str
+    version: str | None
+    least: str
+    extra: str | None
+
+    @property
+    def wrong(self) -> str | None:
+        """What is wrong with it; None for nothing, or where it is optional and missing."""
+        if self.version is None:
+            return None if self.extra else f"{self.name} is missing: pip install fastaff"
+        if _numbers(self.version) < _numbers(self.least):
+            return f"{self.name} {self.version} is too old: pip install '{self.name}>={self.least}'"
+        return None
+
+
+def machine() -> dict[str, Any]:
+    """Return processor, width of its vectors in bits, cores, threads and their layer, memory, versions."""
+    return {
+        "fastaff": sys.modules[__name__.partition(".")[0]].__version__,
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "numpy": importlib.metadata.version("numpy"),
+        "platform": platform.platform(),
+        "cpu": cpu_name(),
+        "llvm_cpu": binding.get_host_cpu_name(),
+        "vector_bits": vector_bits(),
+        "cores": cores(),
+        "threads": numba.get_num_threads(),
+        "threading_layer": threading_layer(),
+        "free_memory": free_memory(),
+    }
+
+
+def stamp(facts: dict[str, Any]) -> str:
+    """Return the facts of a machine in one line."""
+    return (
+        f"fastaff {facts['fastaff']}, Python {facts['python']}, numba {facts['numba']}, numpy {facts['numpy']}; "
+        f"{facts['cpu']} ({facts['llvm_cpu']}, {facts['vector_bits']} bit), {facts['cores']} cores, "
+        f"{facts['threads']} threads ({facts['threading_layer']}); {facts['platform']}"
+    )
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def cpu_name() -> str:
+    """Return the name of the processor, as far as the system tells it."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def vector_bits() -> int:
+    """Return the width of the widest vector registers that kernels may use; 64 where none is known."""
+    features = binding.get_host_cpu_features()
+    return next((bits for name, bits in WIDTHS.items() if features.get(name)), 64)
+
+
+def threading_layer() -> str:
+    """Return what runs Numba's threads; where none has run yet, that none has."""
+    try:
+        return str(numba.threading_layer())
+    except ValueError:
+        return "not started"
+
+
+def dependencies() -> list[Dependency]:
+    """Return the packages that fastaff and its extras for users need, as its metadata tells; none without metadata."""
+    try:
+        wanted = importlib.metadata.requires("fastaff") or []
+    except importlib.metadata.PackageNotFoundError:
+        return []
+    found = []
+    for line in wanted:
+        name, least = re.match(r"([\w-]+)[^>;]*(?:>=([\d.]+))?", line).groups()  # type: ignore[union-attr]
+        extra = re.search(r"extra == ['\"](\w+)['\"]", line)
+        if name != "fastaff" and (extra is None or extra[1] in USERS):
+            found.append(Dependency(name, _version(name), least or "0", extra and extra[1]))
+    return found
+
+
+def _version(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _numbers(version: str) -> list[int]:
+    return [int(part) for part in re.findall(r"\d+", version)][:3]
