@@ -97,10 +97,8 @@ class Result:
         return f"<table><caption>{html.escape(repr(self))}</caption>{head}{''.join(rows)}</table>"
 
     def __array__(self, *_: Any, **__: Any) -> np.ndarray:
-        instead = (
-            " (take its .z0)" if hasattr(self, "z0") else " (take result.points)" if hasattr(self, "points") else ""
-        )
-        raise TypeError(f"a {type(self).__name__} is no array{instead}; its arrays are {', '.join(_names(self))}")
+        hint = ", give its .z0" if hasattr(self, "z0") else ""
+        raise TypeError(f"a {type(self).__name__} is no array{hint}; its arrays are {', '.join(_names(self))}")
 
     def __bool__(self) -> bool:
         return True

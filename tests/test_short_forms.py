@@ -1,0 +1,259 @@
+"""Short forms of arguments give the bits and the recipe of the full ones; wrong ones say what there is."""
+
+import inspect
+import math
+import re
+
+import battery
+import numpy as np
+import pytest
+from comparison import same
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fastaff as fa
+from fastaff.analysis.chaos.named_indicators import INDICATORS, indicators_of
+from fastaff.base.names import named, spelled
+from fastaff.formulas.number import number
+from fastaff.formulas.section_text import section_forms, section_in_words, section_named
+from fastaff.jobs.system import MODELS
+from fastaff.models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from fastaff.schemes.catalogue import SCHEMES
+
+HH, BODY = battery.HH, battery.BODY
+
+# --- numbers --------------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(-(10**6), 10**6), st.integers(1, 10**6), st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_are_those_of_floats(a, b, x):
+    assert number("n", f"{a}/{b}") == a / b
+    assert number("n", repr(x)) == x
+    assert number("n", f" {b}*pi/7 ") == b * math.pi / 7
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("pi/2", math.pi / 2), ("1e-3", 1e-3), ("-1/6", -1 / 6), ("sqrt(2)/2", math.sqrt(2) / 2), ("2**-3", 0.125)],
+)
+def test_formulas_of_numbers(text, value):
+    assert number("n", text) == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *[
+            "",
+            "x",
+            "1/0",
+            "nan",
+            "inf",
+            "1e999",
+            "sqrt(-1)",
+            "(-8)**(1/3)",
+            "1,5",
+            "1.5.2",
+            "3 4",
+            "1;2",
+            "[1]",
+            "\x00",
+        ],
+        *["__import__('os')", "exit()", "1 if 1 else 2", "9**9**9", "(" * 300 + "1" + ")" * 300, "\ud800"],
+    ],
+)
+def test_what_is_no_number(text):
+    with pytest.raises(ValueError, match=r"^n must be"):
+        number("n", text)
+
+
+def test_degrees():
+    with pytest.raises(ValueError, match=r"angles are in radians: 45\*pi/180"):
+        number("p", "45deg")
+
+
+# --- names ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("names", [SCHEMES, INDICATORS, MODELS], ids=["schemes", "indicators", "models"])
+def test_names_in_any_spelling(names):
+    for name in names:
+        plain = name.replace("_", "").replace("-", "")
+        for text in (name, name.upper(), name.title(), name.replace("_", " "), name.replace("_", "-"), plain):
+            assert named("it", text, names) == spelled(text, names) == name
+    for wrong in ("", "x" * 500, "\n", next(iter(names)) + "q"):
+        assert spelled(wrong, names) == wrong
+        with pytest.raises(ValueError, match=r"^it must be one of ") as caught:
+            named("it", wrong, names)
+        assert len(str(caught.value)) < 600
+    assert f"Did you mean {next(iter(names))}?" in str(caught.value)
+
+
+def test_names_that_differ_in_capitals_alone():
+    assert [named("c", text, ("x", "X")) for text in "xX"] == ["x", "X"]
+
+
+# --- sections -------------------------------------------------------------------------------------------------------
+
+SECTIONS = [
+    (BODY, "alpha-turning", AlphaTurning()),
+    (BODY, "Alpha Turning", AlphaTurning()),
+    (BODY, "p_beta = 0", BetaTurning()),
+    (BODY, "beta_turning", BetaTurning()),
+    (BODY, "alpha=1/4", AlphaEquals(0.25)),
+    (BODY, "beta=0.2", BetaEquals(0.2)),
+    (BODY, "Area = 2", AreaEquals(2.0)),
+    (HH, "x=0", Linear((1.0, 0.0, 0.0, 0.0))),
+    (HH, "y=-1e-3", Linear((0.0, 1.0, 0.0, 0.0), -1e-3)),
+    (fa.reduced(BODY, p_eta=0.3, p_gamma=0.2), "beta=0.5", Linear((0.0, 1.0, 0.0, 0.0), 0.5)),
+]
+
+
+@pytest.mark.parametrize(("model", "text", "section"), SECTIONS)
+def test_sections_of_texts(model, text, section):
+    found = section_named(text, model)
+    assert type(found) is type(section)
+    assert found == section
+    assert section_named(text, model, -1) == section._replace(direction=-1)
+    again = section_in_words(section, model)
+    assert section_named(again, model) == section
+
+
+def test_sections_that_no_text_describes():
+    assert section_in_words(Linear((1.0, 1.0, 0.0, 0.0)), HH).startswith("Linear(")
+    assert section_in_words(Linear((0.0, 0.0, 1.0, 0.0)), HH).startswith("Linear(")
+    assert section_in_words(battery.own_case, HH) == repr(battery.own_case)
+
+
+@pytest.mark.parametrize(
+    ("model", "text", "said"),
+    [
+        (BODY, "x=0", "section must be one of alpha-turning, beta-turning, alpha=c, beta=c, area=c, got 'x=c'"),
+        (HH, "alpha-turning", "section must be one of x=c, y=c, got 'alpha-turning'"),
+        (HH, "x", "section must be one of x=c, y=c, got 'x'. Did you mean x=c?"),
+        (HH, "x=", "section x=c needs a number for c, such as x=0.2, got 'x='"),
+        (HH, "x=y", "section x=c: c must be a number such as 1.5, 1/6, pi/2 or 1e-3, got 'y'"),
+        (BODY, "alfa-turning", "Did you mean alpha-turning?"),
+    ],
+)
+def test_texts_of_no_section(model, text, said):
+    z0 = battery.Z4 if model is HH else battery.Z8
+    with pytest.raises(ValueError, match=re.escape(said)):
+        fa.poincare_map(model, z0, section=text, crossings=1, max_time=1.0)
+    assert all(form.endswith("=c") or "turning" in form for form in section_forms(model))
+
+
+# --- functions ------------------------------------------------------------------------------------------------------
+
+FORMS = {
+    "section": [("x=0", battery.X), ("x = 0/3", battery.X)],
+    "scheme": [("kahan li8", fa.KAHAN_LI8), ("KAHAN_LI8", fa.KAHAN_LI8)],
+    "second": [("dop853", fa.DOP853)],
+    "method": [("naff", fa.analysis.NaffLines()), ("Birkhoff", fa.analysis.BirkhoffAverages())],
+    "indicators": [
+        (fa.SALI(), (fa.SALI(),)),
+        ("sali", (fa.SALI(),)),
+        ("GALI-2, megno", (fa.GALI(2), fa.MEGNO())),
+        (["sali", fa.MEGNO(limit=6.0)], (fa.SALI(), fa.MEGNO(limit=6.0))),
+    ],
+    "names": [("lam", ("lam",))],
+    "axes": [(np.array([1.0]), (np.array([1.0]),)), ([1.0], ([1.0],))],
+}
+TAKEN = [
+    (name, argument)
+    for name in battery.CALLS
+    if hasattr(fa, name) and inspect.isfunction(getattr(fa, name)) and "." not in name
+    for argument in FORMS
+    if argument in inspect.signature(getattr(fa, name)).parameters
+    and (name, argument) not in [("energy_grid", "axes"), ("energy_sample", "axes"), ("resonance_web", "axes")]
+    and (name, argument) not in [("resonances", "names"), ("rerun", "scheme")]
+]
+
+
+def test_all_functions_with_such_an_argument_are_tried():
+    assert len(TAKEN) >= 20
+    assert {name for name, _ in TAKEN} >= {"poincare_map", "energy_grid", "chaos_map", "continuation", "fit_torus"}
+
+
+@pytest.mark.parametrize(("name", "argument"), TAKEN)
+def test_short_forms_are_the_full_ones(name, argument):
+    base = battery.base(name)
+    for short, full in FORMS[argument]:
+        one, other = (battery.CALLS[name][0](**{**base, argument: value}) for value in (short, full))
+        same(one, other)
+        assert repr(one.call) == repr(other.call)
+
+
+def test_indicators_that_are_none():
+    assert indicators_of(3) == 3
+    with pytest.raises(ValueError, match=r"indicators must be one of megno, .*got 'salli'\. Did you mean sali\?"):
+        fa.chaos_map(HH, battery.Z4, time=1.0, indicators="megno,salli")
+    with pytest.raises(TypeError, match=r"a class; write SALI\(\)"):
+        fa.chaos_map(HH, battery.Z4, time=1.0, indicators=fa.SALI)
+
+
+# --- jobs -----------------------------------------------------------------------------------------------------------
+
+
+def test_jobs_of_plain_values():
+    short = fa.Job(
+        model="Neo Hookean",
+        surface={"energy": "3/2", "p_eta": "0.3", "section": "beta=1/5", "direction": -1},
+        starts={"grid": (3, 4), "range1": [0.1, 1]},
+        run={"scheme": "kahan-li8"},
+        chaos_map={"time": "10*pi", "indicators": ("SALI", "gali 3")},
+        frequency_map={"time": 20, "method": "NAFF"},
+    )
+    jobs = fa.jobs
+    full = fa.Job(
+        model=jobs.Model(model="neo-hookean"),
+        surface=jobs.Surface(energy=1.5, p_eta=0.3, section="beta=0.2", direction="-1"),
+        starts=jobs.Starts(grid="3x4", range1="0.1:1"),
+        run=jobs.Run(scheme="KAHAN_LI8"),
+        chaos_map=jobs.Chaos(time=10 * math.pi, indicators="sali,gali_3"),
+        frequency_map=jobs.Frequencies(time=20.0, method="naff"),
+    )
+    assert short == full
+    assert short.text() == full.text()
+    assert fa.Job.parsed(full.text()) == full
+
+
+def test_numbers_as_texts_of_a_job_file():
+    job = fa.Job.parsed('[surface]\nenergy = "1/6"\n[starts]\nrange1 = "0:pi/4"\n[integrate]\ntime = "2*pi"\n')
+    assert (job.surface.energy, job.integrate.time) == (1 / 6, 2 * math.pi)
+    assert job.starts.ranges()[0] == (0.0, math.pi / 4)
+    with pytest.raises(ValueError, match=r"job: \[surface\] energy must be a number such as 1.5, 1/6"):
+        fa.Job.parsed('[surface]\nenergy = "exit()"\n[integrate]\ntime = 1\n')
+
+
+# --- what helps in one reading ---------------------------------------------------------------------------------------
+
+SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: fa.integrate(fa.Body(fa.NeoHookean), battery.Z8, time=1.0), "write Body(NeoHookean())"),
+        (lambda: fa.integrate(fa.NeoHookean, battery.Z8, time=1.0), "write Body(NeoHookean())"),
+        (lambda: fa.integrate(fa.NeoHookean(), battery.Z8, time=1.0), "is a potential, no model: wrap it"),
+        (lambda: fa.integrate(fa.HenonHeiles, battery.Z4, time=1.0), "write HenonHeiles()"),
+        (lambda: fa.integrate(fa.Body(HH), battery.Z8, time=1.0), "HenonHeiles is a model itself, without Body"),
+        (lambda: fa.integrate("neo-hookean", battery.Z8, time=1.0), "write a model as a value"),
+        (lambda: fa.integrate(BODY, battery.Z8.T, time=1.0), "transpose it, z0.T"),
+        (lambda: fa.integrate(BODY, battery.result("grid"), time=1.0), "give its .z0"),
+        (lambda: fa.integrate(HH, battery.Z4, t=1.0), "Did you mean time? It takes body, z0, time,"),
+        (lambda: fa.integrate(HH, battery.Z4, time=1.0, dt=0.1), "Did you mean step?"),
+        (lambda: fa.integrate(HH, battery.Z4, 1.0), "by position body, z0, all else by name"),
+        (lambda: fa.integrate(HH, battery.Z4), "missing 1 required keyword-only argument: 'time'. It takes body"),
+        (lambda: fa.energy_grid(HH, E=0.1), "Did you mean energy?"),
+        (lambda: battery.cut_by(lambda: AlphaTurning), "write AlphaTurning()"),
+        (lambda: battery.cut_by(AlphaTurning, HH, battery.Z4), "such as x=c, y=c"),
+        (lambda: fa.poincare, "Did you mean poincare_map?"),
+        (lambda: fa.NeoHook, "Did you mean NeoHookean?"),
+    ],
+)
+def test_what_to_write_instead(call, said):
+    with pytest.raises((TypeError, ValueError, AttributeError)) as caught:
+        call()
+    assert said in str(caught.value)

@@ -1,0 +1,108 @@
+"""Counts in summaries add up: parts separated by semicolons and commas to their total, or to what they are "of"."""
+
+import re
+from dataclasses import replace
+
+import battery
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.base.status import Status, describe
+
+RNG = np.random.default_rng(7)
+KINDS = [Status.OK, Status.ESCAPED, Status.ENERGY_DRIFT, Status.INTERRUPTED]
+
+
+def counts(text):
+    """Numbers that begin the parts of a list."""
+    return [
+        int(found) for found in re.findall(r"(?:^|[;,:] |of which )(\d+) [A-Za-z]", re.sub(r"\([^()]*\)", "", text))
+    ]
+
+
+def split(summary):
+    """Counts of statuses, and those of the OK ones."""
+    head, found, inner = summary.partition(", of which ")
+    if not found:
+        return counts(summary), None
+    inner, _, rest = inner.partition("; ")
+    return counts(head) + counts(rest), counts(inner)
+
+
+def random_status(n):
+    return RNG.choice([int(kind) for kind in KINDS], n, p=[0.6, 0.2, 0.1, 0.1])
+
+
+def adds_up(result):
+    outer, inner = split(result.summary())
+    assert sum(outer) == result.status.size, result.summary()
+    fine = int((result.status == Status.OK).sum())
+    assert (inner is None and not fine) or sum(inner) == fine, result.summary()
+
+
+def test_the_reader_of_this_test():
+    text = "5 OK (finished, 3 times), of which 2 regular, 3 undecided (time 80 may decide); 2 ESCAPED (1 of, 9)"
+    assert split(text) == ([5, 2], [2, 3])
+    assert split(describe(np.array([0, 3, 3]))) == ([2, 1], None)
+    assert split(describe(np.array([3, 0, 3]), "1 dull")) == ([2, 1], [1])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_chaos_maps(seed):
+    found = fa.chaos_map(battery.HH, battery.Z4, **battery.REAL_TIME).take(RNG.integers(2, size=50))
+    adds_up(replace(found, status=random_status(50), verdict=RNG.integers(3, size=50)))
+    adds_up(replace(found, status=np.zeros(50, np.int64), verdict=RNG.integers(3, size=50)))
+    adds_up(replace(found, status=np.full(50, 3), verdict=RNG.integers(3, size=50)))
+
+
+def test_resonances_and_periodic_orbits():
+    found = battery.result("resonances")
+    n = found.status.size
+    adds_up(replace(found, status=random_status(n).reshape(found.status.shape)))
+    orbits = battery.result("orbits").take(np.zeros(40, np.int64))
+    adds_up(replace(orbits, status=random_status(40), stability=RNG.integers(3, size=40)))
+
+
+def test_scans():
+    scan = battery.result("scan")
+    n, kinds = 12, RNG.integers(0, 9, (4, 12))
+    statuses = np.zeros((len(Status), n), np.int64)
+    done = np.arange(n) > 2
+    kinds[:, ~done] = kinds[:, 5] = 0
+    statuses[Status.OK], statuses[Status.ESCAPED] = kinds[:3].sum(axis=0), kinds[3]
+    whole = {name: np.zeros(n) for name in ("time", "step", "energy_error")}
+    found = replace(
+        scan,
+        axes=(np.arange(float(n)),),
+        orbits=kinds.sum(axis=0),
+        regular=kinds[0],
+        chaotic=kinds[1],
+        undecided=kinds[2],
+        rescued=np.minimum(kinds[0], 1),
+        statuses=statuses,
+        done=done,
+        **whole,
+    )
+    cases, orbits, rescued, *_ = found.summary().split("; ")
+    assert re.match(r"12 cases: (\d+) of \d+ orbits, (\d+) empty, where the energy reaches nothing, 3 not done$", cases)
+    assert sum(map(int, re.findall(r"[:,] (\d+) ", cases))) == 12
+    total, *parts = counts(orbits)
+    assert total == sum(parts) == kinds.sum()
+    assert rescued == f"{found.rescued.sum()} of them done again with the second scheme"
+
+
+def test_levels():
+    """What is said of some is said of all levels."""
+    found = battery.result("levels").take(np.zeros(5, np.int64))
+    E, status = found.E.copy(), np.zeros(5, np.int64)
+    E[3:], status[2:] = np.nan, Status.NOT_CONVERGED
+    assert re.match(
+        r"5 levels from .*, 2 of them without an energy, 3 of them not OK; ",
+        replace(found, E=E, status=status).summary(),
+    )
+
+
+def test_islands():
+    found = fa.islands(np.repeat(battery.POINTS[:, :, None], 5, axis=2), max_period=4)
+    assert sum(counts(found.summary())) == 5
