@@ -162,7 +162,7 @@ FORMS = {
 TAKEN = [
     (name, argument)
     for name in battery.CALLS
-    if hasattr(fa, name) and inspect.isfunction(getattr(fa, name)) and "." not in name
+    if name in fa.__all__ and inspect.isfunction(getattr(fa, name))
     for argument in FORMS
     if argument in inspect.signature(getattr(fa, name)).parameters
     and (name, argument) not in [("energy_grid", "axes"), ("energy_sample", "axes"), ("resonance_web", "axes")]
