@@ -141,12 +141,12 @@ def chaos_map(
     """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
 
     Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values such as (MEGNO(),
-    SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own; history: records of the streamed
-    indicators, equidistant in time (of an adaptive scheme the first steps past such times); early_stop: end an orbit
-    when all indicators have called it chaotic (they must be streamed); deviations: tangent vectors at the start,
-    independent, as in `tangent_map` (their lengths don't matter; default: columns of a fixed random symplectic
-    orthogonal matrix); the other options as in `integrate`. Returns ChaosMap. Raises ValueError or TypeError for wrong
-    input; Interrupted on Ctrl-C, with `.partial`.
+    SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own; one alone, or a name, will do
+    ("sali", "megno,gali_4"); history: records of the streamed indicators, equidistant in time (of an adaptive scheme
+    the first steps past such times); early_stop: end an orbit when all indicators have called it chaotic (they must be
+    streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their lengths don't matter;
+    default: columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`. Returns
+    ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the
     scheme and is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that

@@ -131,14 +131,14 @@ def frequency_map(
 ) -> FrequencyMap:
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an
-    orbit's largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where
-    they leave more; what `time` is too short for stays in `error`; method: `BirkhoffAverages()`, with lines where
-    they have not converged, or `NaffLines()` of `fastaff.analysis`; angles: a value of `fastaff.models.angles`
-    (default: those natural to the potential, or the coordinates and momenta themselves); step: instead of an
-    accuracy, and for an adaptive scheme the interval between the states that are sampled (default: a sixteenth of a
-    typical radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for
-    wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's
+    largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave
+    more; what `time` is too short for stays in `error`; method: `BirkhoffAverages()`, with lines where they have not
+    converged, or `NaffLines()` of `fastaff.analysis`, or "birkhoff", "naff"; angles: a value of `fastaff.models.angles`
+    (default: those natural to the potential, or the coordinates and momenta themselves); step: instead of an accuracy,
+    and for an adaptive scheme the interval between the states that are sampled (default: a sixteenth of a typical
+    radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for wrong input;
+    Interrupted on Ctrl-C, with `.partial`.
 
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
     at every step, or at every 2nd to 12th where a third of a radian of its fastest motion allows. The lines of the

@@ -71,12 +71,12 @@ def energy_grid(
 ) -> EnergyGrid:
     """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
 
-    Parameters: body; energy; section: a value of `fastaff.models.sections`; axes: two arrays of coordinates, (beta,
-    p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and BetaEquals, (q_j, p_j) of
-    the other degree of freedom for Linear sections q_i = offset of a system of two degrees of freedom; p_eta, p_gamma:
-    the angular momenta of the planes (bodies only). Returns Grid; cells that the energy does not reach are in
-    `forbidden` and have no orbit. Raises ValueError where no cell is reached (an energy below the minimum, an
-    unreachable section), TypeError for a section that has no grid.
+    Parameters: body; energy; section: a value of `fastaff.models.sections` or its text, as in `poincare_map`; axes: two
+    arrays of coordinates, (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning
+    and BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two
+    degrees of freedom; p_eta, p_gamma: the angular momenta of the planes (bodies only). Returns Grid; cells that the
+    energy does not reach are in `forbidden` and have no orbit. Raises ValueError where no cell is reached (an energy
+    below the minimum, an unreachable section), TypeError for a section that has no grid.
 
     On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the
     radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the

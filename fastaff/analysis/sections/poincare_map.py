@@ -119,11 +119,12 @@ def poincare_map(
 ) -> SectionMap:
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
 
-    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own); crossings >= 1;
-    max_time > 0 ends every orbit, whatever it does; accuracy: error that times (times the angular frequency) and points
-    (relative to the amplitudes of the motion) may have, 1e-10 where neither it nor a step is given; step, scheme, rtol,
-    atol, energy_tolerance, threads, report as in `integrate`. Returns SectionMap. Raises ValueError or TypeError for
-    wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own), or its text, such as
+    "alpha-turning", "beta=0.2", "x=0" (crossed upwards); crossings >= 1; max_time > 0 ends every orbit, whatever it
+    does; accuracy: error that times (times the angular frequency) and points (relative to the amplitudes of the motion)
+    may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report as
+    in `integrate`. Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
+    `.partial`.
 
     A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the
     section function over a step is always found. Two crossings inside a step, where the sign does not change, are found
