@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numba
 from llvmlite import binding
 
+from ..compile.threads import default_threads
 from .numbers import free_memory
 
 WIDTHS = {"avx512f": 512, "avx2": 256, "avx": 256, "sve": 256, "neon": 128, "sse2": 128}
@@ -43,7 +44,9 @@ class Dependency(NamedTuple):
 
 
 def machine() -> dict[str, Any]:
-    """Return processor, width of its vectors in bits, cores, threads and their layer, memory, versions."""
+    """Return processor, width of its vectors in bits, cores, threads and their layer (Python's own: kernels take units
+    of work without the GIL), memory, versions.
+    """
     return {
         "fastaff": sys.modules[__name__.partition(".")[0]].__version__,
         "python": platform.python_version(),
@@ -54,8 +57,8 @@ def machine() -> dict[str, Any]:
         "llvm_cpu": binding.get_host_cpu_name(),
         "vector_bits": vector_bits(),
         "cores": cores(),
-        "threads": numba.get_num_threads(),
-        "threading_layer": threading_layer(),
+        "threads": default_threads(),
+        "threading_layer": "Python",
         "free_memory": free_memory(),
     }
 
@@ -65,7 +68,7 @@ def stamp(facts: dict[str, Any]) -> str:
     return (
         f"fastaff {facts['fastaff']}, Python {facts['python']}, numba {facts['numba']}, numpy {facts['numpy']}; "
         f"{facts['cpu']} ({facts['llvm_cpu']}, {facts['vector_bits']} bit), {facts['cores']} cores, "
-        f"{facts['threads']} threads ({facts['threading_layer']}); {facts['platform']}"
+        f"{facts['threads']} threads; {facts['platform']}"
     )
 
 
@@ -87,14 +90,6 @@ def vector_bits() -> int:
     """Return the width of the widest vector registers that kernels may use; 64 where none is known."""
     features = binding.get_host_cpu_features()
     return next((bits for name, bits in WIDTHS.items() if features.get(name)), 64)
-
-
-def threading_layer() -> str:
-    """Return what runs Numba's threads; where none has run yet, that none has."""
-    try:
-        return str(numba.threading_layer())
-    except ValueError:
-        return "not started"
 
 
 def dependencies() -> list[Dependency]:

@@ -87,12 +87,12 @@ def integrate(
 ) -> Orbits:
     """Integrate orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of the
-    motion (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its own
-    for it, which are halved until the states agree; step > 0, for experts, instead: the longest fixed step (the step
-    used divides the time between samples), one for all or one for each orbit, or the first step of an adaptive scheme,
-    or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, the name of one of the
-    package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which chooses by trial, or None: the
+    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of
+    the motion (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its
+    own for it, which are halved until the states agree; step > 0, for experts, instead: the longest fixed step (the
+    step used divides the time between samples), one for all or one for each orbit, or the first step of an adaptive
+    scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, the name of one of
+    the package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which chooses by trial, or None: the
     splitting with the fewest forces for the accuracy (BLANES_MOAN6 from 1e-7, below it BLANES_CASAS_ESCORIHUELA8;
     KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given; docs/SCHEMES.md); samples: number of
     equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme; energy_tolerance: energy error above

@@ -119,8 +119,8 @@ def poincare_map(
 ) -> SectionMap:
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
 
-    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own), or its text, such as
-    "alpha-turning", "beta=0.2", "x=0" (crossed upwards); crossings >= 1; max_time > 0 ends every orbit, whatever it
+    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own), or its text, such
+    as "alpha-turning", "beta=0.2", "x=0" (crossed upwards); crossings >= 1; max_time > 0 ends every orbit, whatever it
     does; accuracy: error that times (times the angular frequency) and points (relative to the amplitudes of the motion)
     may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report as
     in `integrate`. Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time as clock
 import warnings
 from pathlib import Path
@@ -78,7 +79,14 @@ def _cache() -> dict[str, Any]:
         folder = cache_directory()
     size = sum(file.stat().st_size for file in cache_root().rglob("*") if file.is_file()) if folder else 0
     problem = str(said[0].message) if said else None
-    return {"folder": str(folder or cache_root()), "bytes": size, "writable": folder is not None, "problem": problem}
+    writable = folder is not None and os.access(folder, os.W_OK)
+    return {
+        "folder": str(folder or cache_root()),
+        "bytes": size,
+        "used": folder is not None,
+        "writable": writable,
+        "problem": problem,
+    }
 
 
 def _check() -> dict[str, Any]:
@@ -112,16 +120,16 @@ def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         missing = f'missing, optional: pip install "fastaff[{extra}]"' if extra else "MISSING: pip install fastaff"
         rows.append((name, missing if version is None else f"{version}{f'  ({extra})' if extra else ''}"))
     verdict = "passed" if check["error"] < TOLERANCE else "FAILED"
+    state = "writable" if cache["writable"] else "read only" if cache["used"] else "NOT USED"
     ready = "from the cache" if check["was_cached"] else "compiling"
     return [
         *rows,
         ("machine", f"{facts['platform']}, {facts['cpu']}, vectors of {facts['vector_bits']} bit"),
-        ("cores", f"{facts['cores']} for this process; {facts['threads']} threads ({facts['threading_layer']})"),
+        ("cores", f"{facts['cores']} for this process; {facts['threads']} threads of {facts['threading_layer']}'s own"),
         ("memory", f"{facts['free_memory'] / 2**30:.1f} GiB free"),
         (
             "cache",
-            f"{cache['folder']}: {'writable' if cache['writable'] else 'NOT USED'}, {cache['bytes'] / 2**20:.0f} MiB "
-            "with older versions",
+            f"{cache['folder']}: {state}, {cache['bytes'] / 2**20:.0f} MiB with older versions",
         ),
         (
             "self-check",
