@@ -157,8 +157,14 @@ FORMS = {
         (["sali", fa.MEGNO(limit=6.0)], (fa.SALI(), fa.MEGNO(limit=6.0))),
     ],
     "names": [("lam", ("lam",))],
+    "z0": [(battery.result("grid"), battery.result("grid").z0)],
     "axes": [(np.array([1.0]), (np.array([1.0]),)), ([1.0], ([1.0],))],
 }
+OTHERS = [
+    *(("axes", name) for name in ("energy_grid", "energy_sample", "resonance_web")),  # always two
+    *(("z0", name) for name in ("continuation", "fit_torus", "action_angles")),  # of one orbit, of a body
+    *[("names", "resonances"), ("scheme", "rerun")],
+]
 TAKEN = [
     (name, argument)
     for name in battery.CALLS
@@ -166,7 +172,8 @@ TAKEN = [
     for argument in FORMS
     if argument in inspect.signature(getattr(fa, name)).parameters
     and (name, argument) not in [("energy_grid", "axes"), ("energy_sample", "axes"), ("resonance_web", "axes")]
-    and (name, argument) not in [("resonances", "names"), ("rerun", "scheme")]
+    and (name, argument)
+    not in [("resonances", "names"), ("rerun", "scheme"), ("continuation", "z0"), ("fit_torus", "z0")]
 ]
 
 
@@ -179,9 +186,19 @@ def test_all_functions_with_such_an_argument_are_tried():
 def test_short_forms_are_the_full_ones(name, argument):
     base = battery.base(name)
     for short, full in FORMS[argument]:
-        one, other = (battery.CALLS[name][0](**{**base, argument: value}) for value in (short, full))
+        body = {"body": HH} if "body" in base and argument == "z0" else {}
+        one, other = (battery.CALLS[name][0](**{**base, **body, argument: value}) for value in (short, full))
         same(one, other)
         assert repr(one.call) == repr(other.call)
+
+
+def test_starts_by_position():
+    grid = battery.result("grid")
+    one, other = (fa.integrate(HH, z0, time=1.0) for z0 in (grid, grid.z0))
+    same(one, other)
+    assert repr(one.call) == repr(other.call)
+    same(fa.Job(model=HH, starts=grid, integrate=battery.MOTION).starts, grid.z0)
+    same(fa.Job(model=HH, starts=grid.z0[:, 0], integrate=battery.MOTION).starts, grid.z0[:, :1])
 
 
 def test_indicators_that_are_none():
@@ -241,7 +258,7 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.integrate(fa.Body(HH), battery.Z8, time=1.0), "HenonHeiles is a model itself, without Body"),
         (lambda: fa.integrate("neo-hookean", battery.Z8, time=1.0), "write a model as a value"),
         (lambda: fa.integrate(BODY, battery.Z8.T, time=1.0), "transpose it, z0.T"),
-        (lambda: fa.integrate(BODY, battery.result("grid"), time=1.0), "give its .z0"),
+        (lambda: fa.constants_of_motion(BODY, battery.result("grid")), "give its .z0"),
         (lambda: fa.integrate(HH, battery.Z4, t=1.0), "Did you mean time? It takes body, z0, time,"),
         (lambda: fa.integrate(HH, battery.Z4, time=1.0, dt=0.1), "Did you mean step?"),
         (lambda: fa.integrate(HH, battery.Z4, 1.0), "by position body, z0, all else by name"),

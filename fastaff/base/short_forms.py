@@ -4,6 +4,7 @@ that result and recipe are those of the full form.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import inspect
 from collections.abc import Callable
@@ -16,20 +17,28 @@ Full = Callable[[Any, Any], Any]
 
 
 def takes(**forms: Full) -> Callable[[Callable], Callable]:
-    """Let a function take short forms of some of its keywords."""
+    """Let a function take short forms of some of its arguments after the first."""
 
     def wrap(function: Callable) -> Callable:
-        first = next(iter(inspect.signature(function).parameters))
+        first, *rest = inspect.signature(function).parameters
+        by_position = [forms.get(name) for name in rest]
 
         @functools.wraps(function)
         def wrapped(*given: Any, **named: Any) -> Any:
+            system = given[0] if given else named.get(first)
             for name in forms.keys() & named.keys():
-                named[name] = forms[name](named[name], given[0] if given else named.get(first))
-            return function(*given, **named)
+                named[name] = forms[name](named[name], system)
+            more = [value if make is None else make(value, system) for make, value in zip(by_position, given[1:])]
+            return function(*given[:1], *more, *given[1 + len(more) :], **named)
 
         return wrapped
 
     return wrap
+
+
+def starts_of(value: Any, _: Any = None) -> Any:
+    """Return the phase points of a grid or a sample of them; anything else as it is."""
+    return getattr(value, "z0", value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
 
 
 def names_of(value: Any, _: Any = None) -> Any:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
+from ..base.short_forms import starts_of
 from ..flows.checks import checked_model
 from ..flows.coordinates import row_names
 from ..formulas.number import number
@@ -82,8 +83,11 @@ class Job:
                 checked_model(value, "model")
                 object.__setattr__(self, name, described(value) or value)
             elif name == "starts":
-                if numbers("starts", value).ndim != 2:
+                value = starts_of(value)
+                points = numbers("starts", value)
+                if points.ndim not in (1, 2):
                     raise ValueError(f"starts must be phase points (2n, orbits), got shape {np.shape(value)}")
+                object.__setattr__(self, name, value if points.ndim == 2 else points[:, None])
             elif value is not None or name in ("surface", "run"):
                 raise TypeError(f"{name} must be a {kind.__name__}, got {shown(value)} ({type(value).__name__})")
         if not self.analyses():

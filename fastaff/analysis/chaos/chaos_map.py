@@ -15,7 +15,7 @@ from ...base.interruption import keeping
 from ...base.numbers import flag, portion, positive, real, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
@@ -119,7 +119,7 @@ class ChaosMap(Result):
         return describe(self.status, counts)
 
 
-@takes(scheme=scheme_of, indicators=indicators_of)
+@takes(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
 @recorded
 def chaos_map(
     body: Model,

@@ -13,7 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive
 from ...base.recipe import recorded
 from ...base.results import Result, along
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows.accuracy import HALVINGS
@@ -111,7 +111,7 @@ class FrequencyMap(Result):
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
 
 
-@takes(scheme=scheme_of, method=method_of)
+@takes(z0=starts_of, scheme=scheme_of, method=method_of)
 @recorded
 def frequency_map(
     body: Model,

@@ -12,7 +12,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energies, energy_drift, kinetic_energies
@@ -68,7 +68,7 @@ class Orbits(Result):
         return chart_row(self.z, name)
 
 
-@takes(scheme=scheme_of)
+@takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def integrate(
     body: Model,
@@ -87,17 +87,18 @@ def integrate(
 ) -> Orbits:
     """Integrate orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0; accuracy: error that states may have, relative to the amplitudes of
-    the motion (1e-10 where neither it nor a step is given, with a scheme of fixed steps): each orbit gets steps of its
-    own for it, which are halved until the states agree; step > 0, for experts, instead: the longest fixed step (the
-    step used divides the time between samples), one for all or one for each orbit, or the first step of an adaptive
-    scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-Kutta scheme, the name of one of
-    the package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which chooses by trial, or None: the
-    splitting with the fewest forces for the accuracy (BLANES_MOAN6 from 1e-7, below it BLANES_CASAS_ESCORIHUELA8;
-    KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given; docs/SCHEMES.md); samples: number of
-    equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme; energy_tolerance: energy error above
-    which an orbit's status is ENERGY_DRIFT; threads; report(fraction). Returns Orbits, whose scheme and step are those
-    that were used. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits), or a grid or sample that has them; time > 0; accuracy: error that states may
+    have, relative to the amplitudes of the motion (1e-10 where neither it nor a step is given, with a scheme of fixed
+    steps): each orbit gets steps of its own for it, which are halved until the states agree; step > 0, for experts,
+    instead: the longest fixed step (the step used divides the time between samples), one for all or one for each orbit,
+    or the first step of an adaptive scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-
+    Kutta scheme, the name of one of the package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which
+    chooses by trial, or None: the splitting with the fewest forces for the accuracy (BLANES_MOAN6 from 1e-7, below it
+    BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given;
+    docs/SCHEMES.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
+    energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads; report(fraction). Returns
+    Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
+    on Ctrl-C, with `.partial`.
 
     Errors: with an accuracy, from the difference to a run with twice the step, whose momenta are slowed by so little
     that the energy lost stands for the random walk that rounding makes: the orbit itself amplifies it, next to a

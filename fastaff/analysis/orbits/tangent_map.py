@@ -11,7 +11,7 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, positive
 from ...base.recipe import recorded
 from ...base.results import Result, along
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
@@ -52,7 +52,7 @@ class TangentMap(Result):
         return chart_row(self.z, name)
 
 
-@takes(scheme=scheme_of)
+@takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def tangent_map(
     body: Model,

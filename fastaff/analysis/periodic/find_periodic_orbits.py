@@ -9,7 +9,7 @@ import numpy as np
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.motion import typical_rate
 from ...flows.options import Options
@@ -63,7 +63,7 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     return candidates[chosen].T
 
 
-@takes(section=section_of, scheme=scheme_of)
+@takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def find_periodic_orbits(
     model: Model,

@@ -12,7 +12,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
@@ -183,7 +183,7 @@ class PeriodicOrbits(Result):
         return describe(self.status, ", ".join(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)))
 
 
-@takes(section=section_of, scheme=scheme_of)
+@takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def periodic_orbits(
     model: Model,

@@ -12,7 +12,7 @@ from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
 from ...base.results import Result, along, put
-from ...base.short_forms import takes
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...charts import Chart
 from ...flows import observers
@@ -99,7 +99,7 @@ class SectionMap(Result):
         return chart_row(self.points, name)
 
 
-@takes(section=section_of, scheme=scheme_of)
+@takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def poincare_map(
     body: Model,

@@ -13,6 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
 from ...base.results import Result, along
+from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
@@ -85,6 +86,7 @@ class ActionAngles(Result):
         return (self.J[2] + self.J[3]) / 2 if self.separated.isotropic else self.J[3]
 
 
+@takes(z0=starts_of)
 @recorded
 def action_angles(
     body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None
