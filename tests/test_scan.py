@@ -208,7 +208,7 @@ def test_report_rises_to_one():
     ("changed", "said"),
     [
         ({"axes": ([1.0], [2.0], [3.0])}, "one or two arrays"),
-        ({"axes": np.ones(3)}, "one or two arrays"),
+        ({"axes": np.ones((3, 3))}, "one or two arrays"),
         ({"axes": ([],)}, r"axes\[0\] must be a non-empty"),
         ({"axes": ([np.nan],)}, r"axes\[0\] must be a non-empty"),
         ({"axes": (["a"],)}, r"axes\[0\] must be an array"),

@@ -170,10 +170,7 @@ TAKEN = [
     for name in battery.CALLS
     if name in fa.__all__ and inspect.isfunction(getattr(fa, name))
     for argument in FORMS
-    if argument in inspect.signature(getattr(fa, name)).parameters
-    and (name, argument) not in [("energy_grid", "axes"), ("energy_sample", "axes"), ("resonance_web", "axes")]
-    and (name, argument)
-    not in [("resonances", "names"), ("rerun", "scheme"), ("continuation", "z0"), ("fit_torus", "z0")]
+    if argument in inspect.signature(getattr(fa, name)).parameters and (argument, name) not in OTHERS
 ]
 
 

@@ -61,7 +61,7 @@ def test_resonances_and_periodic_orbits():
     n = found.status.size
     adds_up(replace(found, status=random_status(n).reshape(found.status.shape)))
     orbits = battery.result("orbits").take(np.zeros(40, np.int64))
-    adds_up(replace(orbits, status=random_status(40), stability=RNG.integers(3, size=40)))
+    adds_up(replace(orbits, status=random_status(40)))
 
 
 def test_scans():

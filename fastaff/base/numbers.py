@@ -132,8 +132,8 @@ def reals(name: str, value: Any) -> tuple[float, ...]:
 
 def span(name: str, value: Any) -> tuple[float, float]:
     """Return a range (low, high) with low < high."""
-    ends = reals(name, value)
-    if len(ends) != 2 or not ends[0] < ends[1]:
+    ends = [real(f"{name}[{k}]", end) for k, end in enumerate(entries(name, value, "a range (low, high)", 2))]
+    if not ends[0] < ends[1]:
         raise ValueError(f"{name} must be a range (low, high) with low < high, got {shown(value)}")
     return ends[0], ends[1]
 

@@ -163,7 +163,9 @@ def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
         raise TypeError(f"axes must be two arrays of numbers, got {shown(axes)}") from None
     for axis in (first, second):
         if axis.ndim != 1 or axis.size == 0 or not np.isfinite(axis).all():
-            raise ValueError(f"axes must be two non-empty, finite, one-dimensional arrays, got {axes!r}")
+            raise ValueError(
+                f"axes must be two non-empty, finite, one-dimensional arrays, got shape {axis.shape} in {shown(axes)}"
+            )
     return first, second
 
 
