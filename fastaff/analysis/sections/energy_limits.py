@@ -89,6 +89,6 @@ def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | Non
 def may_escape(body: Any, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0) -> str | None:
     """Return the sentence for an energy above the lowest saddle of the potential; None where there is none below."""
     saddle = energy_limits(body, p_eta, p_gamma).saddle
-    if not energy > saddle:
+    if not energy > saddle + 1e-12 * abs(saddle):  # to rounding
         return None
     return f"energy {energy:g} lies above {saddle:.6g}, the lowest saddle of the potential: orbits may escape over it"
