@@ -456,13 +456,6 @@ def test_existing_results_get_a_number(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["s-2.npz", "s.npz"]
 
 
-def test_doctor(capsys):
-    assert cli.main(["doctor"]) == 0
-    out = capsys.readouterr().out
-    for word in ("numba", "cores", "cache", "writable", "self-check  passed"):
-        assert word in out
-
-
 CHILD = """
 import pathlib, sys
 from fastaff.cli import main, progress
