@@ -238,9 +238,9 @@ def test_workers_of_dask(tmp_path, monkeypatch):
     ("text", "said"),
     [
         ("[surface\n", "a.toml is no TOML"),
-        ("[surfase]\nenergy = 1\n", "[surfase] is no table of a job; did you mean surface?"),
+        ("[surfase]\nenergy = 1\n", "[surfase] is no table of a job. Did you mean surface?"),
         (TABLES, "a job must have one of poincare"),
-        (TABLES + "[poincare]\ncrosings = 3\n", "[poincare] has no key crosings; did you mean crossings?"),
+        (TABLES + "[poincare]\ncrosings = 3\n", "[poincare] has no key crosings. Did you mean crossings?"),
         (TABLES + "[poincare]\ncrossings = 0\n", "[poincare] crossings must be at least 1"),
         (TABLES + "[poincare]\ncrossings = 'many'\n", "[poincare] crossings must be a whole number, got 'many'"),
         ("[poincare]\n", "[surface] energy is required"),
@@ -290,7 +290,7 @@ def test_wrong_jobs_are_one_line(text, said, tmp_path, capsys, monkeypatch):
         (["poincare", *SURFACE, "--write-job", "no/where.toml"], "no/where.toml"),
         (["poincare", *SURFACE, "--crossings", "0", "--write-job", "a.toml"], "crossings must be at least 1"),
         (["frequency-map", *SURFACE, "--method", "nafff", "--write-job", "a.toml"], "Did you mean naff?"),
-        (["poincare", "--energy", "nan"], "--energy must be finite"),
+        (["poincare", "--energy", "nan"], "Invalid value for --energy: it must be finite"),
         (["poincare", *SURFACE, "--file", "job.toml"], "--file job.toml must be an .npy file"),
     ],
 )

@@ -176,15 +176,15 @@ def test_a_map_from_a_grid_stays_on_its_section(section, axes):
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"energy": 0.5}, ValueError, r"energy 0.5 reaches no cell .* below the minimum"),
+        ({"energy": 0.5}, ValueError, r"energy 0.5 lies below the minimum 2.2 of this body's energy"),
         (
             {"section": AlphaEquals(30.0)},
             ValueError,
-            r"reaches no cell of the grid beta in \[0.1, 0.6\].*AlphaEquals\(constant=30.0",
+            r"reaches no cell of the grid beta in \[0.1, 0.6\].* on alpha=30: it is below",
         ),
         ({"section": AlphaEquals(0.05)}, ValueError, "reaches no cell"),
         ({"section": Linear((0.0,) * 7 + (1.0,))}, TypeError, "Linear with one non-zero entry"),
-        ({"section": "alpha"}, TypeError, "section must be a section such as"),
+        ({"section": "alpha"}, ValueError, "section must be one of alpha-turning"),
         ({"axes": (BETAS[0],)}, TypeError, "axes must be two arrays"),
         ({"axes": 3.0}, TypeError, "axes must be two arrays"),
         ({"axes": ([], BETAS[1])}, ValueError, "axes must be two non-empty"),
