@@ -65,7 +65,19 @@ def _declared(cls: type) -> dict[str, Axes]:
     return {name: marks[0] for name, marks in found.items() if marks}
 
 
-class Result:
+class Drawable:
+    """Base of what has a figure: `plot`."""
+
+    def plot(self, *others: Any, **options: Any) -> Any:
+        """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
+
+        Without `ax` on new axes. Returns the artists drawn. Raises TypeError where there is no such figure.
+        """
+        import_module("..plot", __package__)  # which registers its figures; loaded when it is first used
+        return drawn(self, *others, **options)
+
+
+class Result(Drawable):
     """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `save`, `to_xarray`
     and `plot`.
     """
@@ -190,14 +202,6 @@ class Result:
         path.
         """
         return saved(self, path, force=force, **parameters)
-
-    def plot(self, *others: Any, **options: Any) -> Any:
-        """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
-
-        Without `ax` on new axes. Returns the artists drawn. Raises TypeError where there is no such figure.
-        """
-        import_module("..plot", __package__)  # which registers its figures; loaded when it is first used
-        return drawn(self, *others, **options)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.

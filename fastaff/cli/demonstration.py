@@ -267,16 +267,17 @@ def draw(chaotic: Portrait, integrable: Portrait) -> Any:
     norm = plot.clipped(np.concatenate([chaotic.map.diffusion, chaotic.diffusion]))
     for row, p in enumerate((chaotic, integrable)):
         axes = [figure.add_subplot(layout[row, k]) for k in range(3)]
-        _draw_row(p, axes, norm, row)
-        last = axes[0].collections[0]
+        last = _draw_row(p, axes, norm, row)
     bar = figure.colorbar(last, cax=figure.add_subplot(layout[:, 3]), extend="both")
     bar.set_label(r"diffusion   $\log_{10}\,\max_k\,|\nu_k^{(2)}-\nu_k^{(1)}|$   (cycles per unit time)")
     figure.text(0.055, 0.018, _caption(chaotic, integrable), fontsize=8.2, va="bottom", linespacing=1.4)
     return figure
 
 
-def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> None:
-    plot.plot_section(p.section, ax=axes[0], values=p.diffusion, boundary=p.edge, norm=norm, colorbar=False, size=0.5)
+def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> Any:
+    drawn = plot.plot_section(
+        p.section, ax=axes[0], values=p.diffusion, boundary=p.edge, norm=norm, colorbar=False, size=0.5
+    )
     plot.plot_diffusion_grid(p.grid, p.map.diffusion, ax=axes[1], norm=norm, colorbar=False)
     axes[1].axhline(P_GAMMA, color="0.1", lw=1.5)
     axes[1].axhline(P_GAMMA, color="white", lw=0.9, ls=(0, (5, 4)))
@@ -296,6 +297,7 @@ def _draw_row(p: Portrait, axes: list, norm: Any, row: int) -> None:
         above = row == 0 and k == 2
         ax.set_title(f"({'abcdef'[3 * row + k]})  {titles[k][row]}", fontsize=9.5, loc="left", pad=19 if above else 6)
         ax.tick_params(labelsize=8.5)
+    return drawn.points
 
 
 def _padded(values: np.ndarray) -> tuple[float, float]:

@@ -55,6 +55,8 @@ Start with one of
 Numbers may be fractions and formulas: `--energy 1/6`, `--p-eta pi/10`. `fastaff --install-completion` teaches bash, zsh
 or fish to complete commands and options; `fastaff doctor` checks the installation.
 """
+FORMATS = (".png", ".pdf", ".svg")
+"""Endings of figures."""
 WHAT, WHERE, STARTS, HOW, WRITTEN = (
     Group(name, sort_key=k)
     for k, name in enumerate(("Body", "Energy surface and section", "Starting points", "Computation", "Output"))
@@ -77,23 +79,33 @@ class Output:
     """What is written."""
 
     out: Path | None = None
-    """Path without ending; .npz and .png are added, and a number where they exist. [fastaff-poincare,
-    fastaff-frequency-map, ...]
+    """Path without ending, or with that of the figure: .png, .pdf or .svg; .npz and the figure's are added, and a
+    number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]
     """
     force: bool = False
     """Replace existing files instead of numbering the new ones."""
     no_figure: bool = False
     """Write the data only."""
 
+    @property
+    def ending(self) -> str:
+        """That of the figure."""
+        ending = self.out.suffix.lower() if self.out is not None else ""
+        return ending if ending in FORMATS else ".png"
+
     def stem(self, default: str) -> Path:
         """Return the path without ending under which nothing exists yet."""
         from ..files import free_stem
 
         stem = self.out or Path(default)
-        stem = stem.with_suffix("") if stem.suffix in (".npz", ".png") else stem
+        stem = stem.with_suffix("") if stem.suffix.lower() in (".npz", *FORMATS) else stem
         if not stem.parent.is_dir():
             raise Wrong(f"--out {stem}: the folder {stem.parent} does not exist")
-        return stem if self.force else free_stem(stem, (".npz", ".png"))
+        return stem if self.force else free_stem(stem, (".npz", self.ending))
+
+    def figure(self, stem: Path) -> Path:
+        """Return the path of the figure beside the data."""
+        return stem.with_name(stem.name + self.ending)
 
     def check(self) -> None:
         """Refuse a figure where matplotlib is missing."""
@@ -107,6 +119,35 @@ class Output:
         own = {entry.name for entry in fields(result)}
         facts = {name: value for name, value in facts.items() if name not in own or name in ("section", "time")}
         return save(stem.with_name(stem.name + ".npz"), result, force=self.force, **facts)
+
+
+@Parameter(name="*", group=WRITTEN)
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """How orbits are coloured."""
+
+    colour: str | None = None
+    """What colours the orbits: an indicator such as sali or megno, diffusion, a ratio of frequencies such as
+    beta/alpha, or another column such as energy_error; it is computed where the command does not. [diffusion; the
+    indicators and the verdict]
+    """
+    vmin: float | None = None
+    """Lower end of the colour scale. [fixed by the limit of the indicator]"""
+    vmax: float | None = None
+    """Upper end of the colour scale."""
+
+    def check(self) -> None:
+        """Refuse ends that are none."""
+        for name in ("vmin", "vmax"):
+            if not math.isfinite(getattr(self, name) or 0.0):
+                raise Wrong(f"--{name} must be a finite number, got {getattr(self, name)}")
+        if self.vmin is not None and self.vmax is not None and not self.vmin < self.vmax:
+            raise Wrong(f"--vmin must be below --vmax, got {self.vmin:g} and {self.vmax:g}")
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is asked for."""
+        return self != type(self)()
 
 
 @Parameter(name="*", group=WRITTEN)

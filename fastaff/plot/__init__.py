@@ -1,52 +1,79 @@
-"""Figures: every function takes `ax=` and returns the artists it made; Matplotlib is imported when one is drawn."""
+"""Figures: every function takes `ax=`, new axes where it is not given, and returns the artists it made.
+
+All have one style (`style`), in force while they draw and only then; Matplotlib is imported when the first is drawn. A
+click on a figure tells the orbit (`picked`). `result.plot()` draws what a result is best seen as.
+"""
 
 from ..analysis.sections.energy_sample import Edge, edge
+from .animation import animate, save_animation
+from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
+from .density import Density, count_points
 from .figures import FIGURES
+from .frequencies import plot_frequency_map
+from .islands import plot_islands, plot_rotation
+from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
+from .picking import Picked, picked
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
 from .quantum_chaos import plot_husimi, plot_spacings
-from .resonances import plot_diffusion_histogram, plot_ratio_web, plot_web
-from .sections import (
-    Artists,
-    clipped,
-    colour_map,
-    diffusion_scale,
-    frequency,
-    on_line,
-    plot_diffusion_grid,
-    plot_frequency_map,
-    plot_section,
-    resonances_between,
-    symbol,
-)
+from .ratios import frequency, on_line, resonances_between
+from .resonances import plot_diffusion_histogram, plot_ratio_web, plot_resonances, plot_web
+from .scales import Colouring, clipped, colouring, diffusion_scale
+from .scars import plot_scars
+from .sections import plot_diffusion_grid, plot_edge, plot_section, plot_starts
+from .style import Artists, colour_map, styled, symbol
+from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
 
 __all__ = [
     "FIGURES",
     "Artists",
+    "Colouring",
+    "Density",
     "Edge",
+    "Picked",
+    "animate",
     "clipped",
     "colour_map",
+    "colouring",
+    "count_points",
     "diffusion_scale",
     "edge",
     "frequency",
     "on_line",
+    "picked",
+    "plot_actions",
+    "plot_backbone",
+    "plot_bifurcation",
     "plot_chaos_map",
     "plot_chaotic_fraction",
     "plot_degeneracies",
     "plot_density",
     "plot_diffusion_grid",
     "plot_diffusion_histogram",
+    "plot_edge",
+    "plot_energy_of_actions",
+    "plot_frequency_lines",
     "plot_frequency_map",
     "plot_history",
     "plot_husimi",
+    "plot_islands",
     "plot_levels",
+    "plot_orbits",
     "plot_periodic",
     "plot_ratio_web",
+    "plot_resonances",
+    "plot_rotation",
+    "plot_scars",
     "plot_section",
     "plot_spacings",
     "plot_spectrum",
+    "plot_starts",
+    "plot_tangent_map",
+    "plot_torus",
     "plot_web",
     "resonances_between",
+    "save_animation",
+    "styled",
     "symbol",
 ]

@@ -15,84 +15,39 @@ import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.chaotic_fraction import ChaoticFraction
-from ..analysis.chaos.indicators import GALI, SALI, BirkhoffDigits
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge, EnergySample
 from ..base.status import Status
-from .sections import DIFFUSION, PALE_END, Artists, symbol
+from .parameters import parameter_label
+from .picking import carry
+from .scales import Colouring, calm, falls, label_of, limit_colours, limit_scale, limited
+from .sections import colour_bar, grey_cells, places, why, widths
+from .style import DARK, GREY, PALE_END, Artists, figure, outline, symbol
 
-STEP = (0.36, 0.66)
-"""The part of cividis that is left out at the limit."""
-LABELS = {
-    "megno": r"MEGNO $\langle Y\rangle$",
-    "sali": r"$\log_{10}$ SALI",
-    "fli": r"FLI, largest $\log_{10}|w|$",
-    "ofli": r"OFLI, largest $\log_{10}|w_\perp|$",
-    "lyapunov": r"Lyapunov exponent $\lambda_1$ (per unit time)",
-    "largest": r"Lyapunov exponent $\lambda_1$ (per unit time)",
-    "birkhoff_digits": "digits of Birkhoff averages",
-    "frequency_diffusion": DIFFUSION,
-    "zero_one": "0-1 test $K$",
-    "reversibility_error": r"$\log_{10}$ reversibility error",
-}
 VERDICTS = ("regular", "undecided", "chaotic")
 
 
-def label_of(name: str) -> str:
-    """Return the label of an indicator for axes and colour bars."""
-    return LABELS.get(name) or (rf"$\log_{{10}}$ GALI$_{{{name[5:]}}}$" if name.startswith("gali_") else name)
-
-
-def _falls(name: str) -> bool:
-    """Whether chaotic orbits are below the limit."""
-    return name in (SALI.name, BirkhoffDigits.name) or name.startswith(GALI(2).name[:5])
-
-
-def limit_colours(falls: bool) -> Any:
-    """Return cividis with a step in its middle, the bright half on the side of chaos."""
-    import matplotlib
-    from matplotlib.colors import ListedColormap
-
-    place = np.concatenate([np.linspace(0.0, STEP[0], 128), np.linspace(STEP[1], PALE_END, 128)])
-    return ListedColormap(matplotlib.colormaps["cividis"](place[::-1] if falls else place), name="fastaff_limit")
-
-
-def limit_scale(values: Any, limit: float) -> Any:
-    """Return a colour scale with the limit in its middle, from the 2nd to the 98th percentile of the values beyond it
-    on either side.
-    """
-    from matplotlib.colors import TwoSlopeNorm
-
-    values = np.asarray(values, dtype=np.float64)
-    below, above = values[values < limit], values[(values > limit) & np.isfinite(values)]
-    below = below[np.isfinite(below)]
-    low = float(np.quantile(below, 0.02)) if below.size else math.nan
-    high = float(np.quantile(above, 0.98)) if above.size else math.nan
-    other = max(limit - low if below.size else 0.0, high - limit if above.size else 0.0) or 1.0
-    least = 1e-3 * max(other, abs(limit)) or 1e-3
-    low = min(low, limit - least) if below.size else limit - 0.5 * other
-    high = max(high, limit + least) if above.size else limit + 0.5 * other
-    return TwoSlopeNorm(limit, low, high)
-
-
+@figure
 def plot_chaos_map(
     starts: EnergyGrid | EnergySample,
     chaos_map: ChaosMap,
     *,
-    ax: Any,
+    ax: Any = None,
     indicator: str | None = None,
     boundary: Edge | None = None,
     norm: Any = None,
+    vmin: float | None = None,
+    vmax: float | None = None,
     size: float | None = None,
     colorbar: bool = True,
 ) -> Artists:
     """Draw an indicator, or the verdict, of orbits over the section where they started.
 
     Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None
-    for the verdict; boundary: of `edge`; norm: a colour scale, by default `limit_scale` about the median of the limits;
-    size: area of a point of a Sample in square points. Returns Artists: points are the cells or dots, lines the
-    boundary and the mark of the limit on the colour bar; `missing` counts the orbits without a value, which are drawn
-    as crosses. Cells that the energy does not reach stay white.
+    for the verdict; boundary: of `edge`; norm, or vmin and vmax: the colour scale, by default `limit_scale` about the
+    median of the limits; size: area of a point of a Sample in square points. Returns Artists: points are the cells or
+    dots, lines the boundary; `missing` counts the orbits without a value, which are grey, and the legend says why.
+    Cells that the energy does not reach stay white. A click picks the orbit (`picked`).
     """
     if indicator is not None and indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)} or None, got {indicator!r}")
@@ -100,39 +55,45 @@ def plot_chaos_map(
     if chaos_map.status.size != orbits:
         raise ValueError(f"chaos_map must be of the {orbits} orbits of starts, got {chaos_map.status.size}")
     fine = chaos_map.status == Status.OK
+    colours = None
     if indicator is None:
         each = np.where(chaos_map.chaotic, 2.0, np.where(chaos_map.regular, 0.0, 1.0))
         fine = fine & np.isfinite(chaos_map.values).any(axis=0)
-        colours = _verdict_colours()
+        how = _verdict_colours()
     else:
         row = chaos_map.names.index(indicator)
         each, limit = chaos_map.values[row], float(np.median(chaos_map.limits[row]))
         fine = fine & np.isfinite(each)
-        colours = {"cmap": limit_colours(_falls(indicator)), "norm": norm or limit_scale(each[fine], limit)}
-    if isinstance(starts, EnergyGrid):
-        image = np.ma.masked_invalid(starts.spread(np.where(fine, each, np.nan)))
-        points = ax.pcolormesh(*starts.axes, image.T, rasterized=True, shading="nearest", **colours)
-        at = np.array([grid.ravel()[starts.cell] for grid in np.meshgrid(*starts.axes, indexing="ij")])
-    else:
-        at = starts.points
-        area = size if size is not None else float(np.clip(24000 / max(orbits, 1), 2.0, 24.0))
-        points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **colours)
-    if not fine.all():
-        ax.scatter(
-            *at[:, ~fine],
-            marker="x",
-            s=float(np.clip(9000 / orbits, 4.0, 16.0)),
-            color="black",
-            linewidths=0.7,
-            rasterized=True,
-        )
-    lines = [] if boundary is None else _outline(ax, boundary)
+        norm = limited(norm or limit_scale(each[fine], limit, calm(indicator, limit)), vmin, vmax)
+        how = {"cmap": limit_colours(falls(indicator)), "norm": norm}
+        colours = Colouring(np.where(fine, each, np.nan), label_of(indicator), norm, limit, indicator)
+    points = _drawn(ax, starts, np.where(fine, each, np.nan), fine, how, size)
+    legend = "" if fine.all() else why(chaos_map.status, ~fine)
+    if legend:
+        handle = ax.scatter([], [], s=16, color=GREY, linewidths=0, label=legend)
+        ax.legend(handles=[handle], loc="upper right", handletextpad=0.3, borderpad=0.5)
+    lines = [] if boundary is None else outline(ax, boundary)
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
     bar = None
     if colorbar:
-        bar = _verdict_bar(ax, points) if indicator is None else _limit_bar(ax, points, indicator, limit, each[fine])
-        lines += [] if indicator is None else [bar.ax.axhline(limit, color="black", lw=1.6)]
+        bar = _verdict_bar(ax, points) if colours is None else colour_bar(ax, points, colours)
     return Artists(points, bar, tuple(lines), (), int(np.count_nonzero(~fine)))
+
+
+def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[str, Any], size: float | None) -> Any:
+    """Draw a value of each orbit where it started, in cells or dots, grey where there is none."""
+    at, number = places(starts), np.arange(fine.size)
+    if isinstance(starts, EnergyGrid):
+        grey_cells(ax, starts, ~fine)
+        image = np.ma.masked_invalid(starts.spread(each))
+        cells = ax.pcolormesh(*starts.axes, image.T, rasterized=True, shading="nearest", **how)
+        return carry(cells, at[0], at[1], number, cell=widths(starts))
+    area = size if size is not None else float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
+    if not fine.all():
+        gone = ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
+        carry(gone, at[0, ~fine], at[1, ~fine], number[~fine])
+    points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **how)
+    return carry(points, at[0, fine], at[1, fine], number[fine])
 
 
 def _verdict_colours() -> dict[str, Any]:
@@ -150,64 +111,12 @@ def _verdict_bar(ax: Any, points: Any) -> Any:
     return bar
 
 
-def _limit_bar(ax: Any, points: Any, name: str, limit: float, values: np.ndarray) -> Any:
-    """Draw a colour bar with arrows where values lie beyond it, and the limit among its ticks."""
-    scale = points.norm
-    below, above = bool((values < scale.vmin).any()), bool((values > scale.vmax).any())
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
-    bar = ax.figure.colorbar(points, ax=ax, label=label_of(name), extend=extend, spacing="uniform")
-    room = (scale.vmax - limit) / 8, (limit - scale.vmin) / 8  # no tick so close to the limit
-    ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [
-        t for t in _ticks(limit, scale.vmax) if t > limit + room[0]
-    ]
-    labels = [*(f"{t:g}" for t in ticks), f"limit {limit:.3g}"]
-    bar.set_ticks([*ticks, limit], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
-    bar.ax.get_yticklabels()[-1].set_fontweight("bold")
-    if _falls(name):
-        bar.ax.invert_yaxis()
-    for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")):
-        bar.ax.text(
-            0.5,
-            where,
-            text,
-            transform=bar.ax.transAxes,
-            rotation=90,
-            ha="center",
-            va="center",
-            fontsize=7.5,
-            color=colour,
-        )
-    return bar
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    from matplotlib.ticker import MaxNLocator
-
-    return [float(t) for t in MaxNLocator(4).tick_values(low, high) if low <= t <= high]
-
-
-def _outline(ax: Any, boundary: Edge) -> list[Any]:
-    u, p = boundary.coordinate, boundary.momentum
-    loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([p, -p[::-1], p[:1]])
-    return list(ax.plot(*loop, color="0.35", lw=0.8))
-
-
-def parameter_label(name: str) -> str:
-    """Return the label of a parameter for an axis."""
-    known = {
-        "energy": "energy $E$",
-        "p_phi": r"spin $p_\varphi$",
-        "p_psi": r"vorticity $p_\psi$",
-        "mu": r"inertia $\mu$",
-    }
-    return known.get(name) or (f"${symbol(name)}$" if name.replace("_", "").isalnum() else name)
-
-
+@figure
 def plot_chaotic_fraction(
     scan: ChaoticFraction,
     *,
-    ax: Any,
-    colour: Any = "#00306f",
+    ax: Any = None,
+    colour: Any = DARK,
     marker: str = "o",
     label: str | None = None,
     colorbar: bool = True,
@@ -272,11 +181,12 @@ def _cell_edges(axis: np.ndarray) -> np.ndarray:
     return np.concatenate([[2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]])
 
 
+@figure
 def plot_history(
     chaos_map: ChaosMap,
     indicator: str,
     *,
-    ax: Any,
+    ax: Any = None,
     orbits: Sequence[int] | None = None,
     slopes: Sequence[float] = (),
     labels: bool = True,
@@ -328,7 +238,7 @@ def plot_history(
     ax.set(xlabel="time $t$", ylabel=label_of(indicator))
     ax.axhline(limit, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
     if (
-        _falls(indicator) and ax.get_ylim()[0] < 1.5 * limit
+        falls(indicator) and ax.get_ylim()[0] < 1.5 * limit
     ):  # room for the laws: chaotic orbits fall by hundreds of decades
         ax.set_ylim(1.5 * limit, 0.05 * abs(limit))
     return Artists(curves, None, tuple(drawn), tuple(written), missing)

@@ -1,44 +1,108 @@
-"""Which figure a result has: `result.plot(...)` draws it."""
+"""Which figure a result has: `result.plot(...)` draws it, with whatever else the figure takes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.chaotic_fraction import ChaoticFraction
+from ..analysis.chaos.found_cases import FoundCases
 from ..analysis.frequencies.frequency_map import FrequencyMap
-from ..analysis.frequencies.resonances import DiffusionHistogram
+from ..analysis.frequencies.naff import FrequencyLines
+from ..analysis.frequencies.resonance_web import ResonanceLine
+from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
+from ..analysis.orbits.integrate import Orbits
+from ..analysis.orbits.tangent_map import TangentMap
+from ..analysis.periodic.bifurcations import Bifurcation
+from ..analysis.periodic.continuation import Branch
 from ..analysis.periodic.periodic_orbits import PeriodicOrbits
+from ..analysis.sections.energy_grid import EnergyGrid
+from ..analysis.sections.energy_sample import Edge, EnergySample
+from ..analysis.sections.islands import Islands, Rotation
 from ..analysis.sections.poincare_map import SectionMap
+from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
+from ..analysis.tori.fit_torus import TorusFit
 from ..base.results import drawn
+from ..quantum.chaos.husimi import Husimi
+from ..quantum.spectra.level_diagram import LevelDiagram
+from ..quantum.states.level_table import LevelTable, Multiplets
+from ..quantum.states.state import State
+from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
+from .frequencies import plot_frequency_map
+from .islands import plot_islands, plot_rotation
+from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
-from .resonances import plot_diffusion_histogram
-from .sections import plot_frequency_map, plot_section
+from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
+from .quantum_chaos import plot_husimi
+from .resonances import plot_diffusion_histogram, plot_resonances, plot_web
+from .sections import plot_edge, plot_section, plot_starts
+from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
+
+NEEDED = {
+    ChaosMap: ("starts", "the EnergyGrid or EnergySample of its orbits"),
+    Husimi: ("grid", "an EnergyGrid of the section"),
+}
+"""What the figure of a result needs beside it."""
+
+
+def _chaos_map(chaos_map: ChaosMap, starts: Any = None, **options: Any) -> Any:
+    return plot_chaos_map(_needed(chaos_map, starts), chaos_map, **options)
+
+
+def _husimi(husimi: Husimi, grid: Any = None, **options: Any) -> Any:
+    return plot_husimi(_needed(husimi, grid), husimi(grid.z0), **options)
+
+
+def _needed(result: Any, other: Any) -> Any:
+    """Return what a figure needs; say so where it is missing."""
+    if other is None:
+        name, what = NEEDED[type(result)]
+        raise TypeError(f"the figure of a {type(result).__name__} needs {name}, {what}: result.plot({name})")
+    return other
+
+
+def _cases(cases: FoundCases, **options: Any) -> Any:
+    return plot_chaotic_fraction(cases.assembled(tuple(np.unique(row) for row in cases.values)), **options)
+
+
+def _line(line: ResonanceLine, *others: ResonanceLine, names: Any = None, **options: Any) -> Any:
+    letters = tuple(f"{k + 1}" for k in range(len(line.vector)))
+    return plot_web([line, *others], names=letters if names is None else names, **options)
+
 
 FIGURES: dict[type, Callable] = {
-    ChaosMap: lambda chaos_map, starts, **options: plot_chaos_map(starts, chaos_map, **options),
+    ActionAngles: plot_actions,
+    Bifurcation: plot_bifurcation,
+    Branch: lambda branch, *others, **options: plot_backbone([branch, *others], **options),
+    ChaosMap: _chaos_map,
     ChaoticFraction: plot_chaotic_fraction,
     DiffusionHistogram: plot_diffusion_histogram,
+    Edge: plot_edge,
+    EnergyGrid: plot_starts,
+    EnergyOfActions: plot_energy_of_actions,
+    EnergySample: plot_starts,
+    FoundCases: _cases,
+    FrequencyLines: plot_frequency_lines,
     FrequencyMap: plot_frequency_map,
+    Husimi: _husimi,
+    Islands: plot_islands,
+    LevelDiagram: plot_levels,
+    LevelTable: plot_spectrum,
+    Multiplets: plot_degeneracies,
+    Orbits: plot_orbits,
     PeriodicOrbits: plot_periodic,
+    ResonanceLine: _line,
+    Resonances: plot_resonances,
+    Rotation: plot_rotation,
     SectionMap: plot_section,
+    State: plot_density,
+    TangentMap: plot_tangent_map,
+    TorusFit: plot_torus,
 }
 
-
-def with_axes(function: Callable) -> Callable:
-    """Return a figure's function that takes new axes of pyplot where none are given."""
-
-    def figure(result: Any, *others: Any, ax: Any = None, **options: Any) -> Any:
-        if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.subplots()[1]
-        return function(result, *others, ax=ax, **options)
-
-    return figure
-
-
 for _kind, _function in FIGURES.items():
-    drawn.register(_kind)(with_axes(_function))
+    drawn.register(_kind)(_function)

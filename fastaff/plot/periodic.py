@@ -14,7 +14,8 @@ from ..analysis.periodic.periodic_orbits import PeriodicOrbits, Stability
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.coordinates import in_chart
-from .sections import Artists, symbol
+from .picking import carry
+from .style import Artists, figure, symbol
 
 STYLES = {
     Stability.ELLIPTIC: {"marker": "o", "mfc": "#e69f00", "mec": "black", "ms": 6.5, "mew": 0.9},
@@ -26,10 +27,11 @@ STYLES = {
 """The colours of Okabe & Ito 2008 (Color Universal Design), each with a shape of its own."""
 
 
+@figure
 def plot_periodic(
     orbits: PeriodicOrbits,
     *,
-    ax: Any,
+    ax: Any = None,
     x: str | None = None,
     y: str | None = None,
     chart: Chart = ALPHA_BETA,
@@ -43,7 +45,7 @@ def plot_periodic(
     Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the chart,
     for a body), by default those free on the section; labels: write "period: residue" beside the crossing with most
     room; legend: name the marks; fontsize in points. Returns Artists: points are the lines of marks, one for each kind;
-    `missing` counts orbits not drawn. Raises ValueError for names that are none.
+    `missing` counts orbits not drawn. A click picks orbit and crossing. Raises ValueError for names that are none.
 
     Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus:
     complex. Set the limits of the axis before, so that labels find the room that there is.
@@ -61,7 +63,9 @@ def plot_periodic(
     for kind, style in STYLES.items():
         own = drawn & (kinds == kind)
         if own.any():
-            marks += ax.plot(u[own].ravel(), v[own].ravel(), ls="", zorder=5, label=_name(kind), **style)
+            (mark,) = ax.plot(u[own].ravel(), v[own].ravel(), ls="", zorder=5, label=_name(kind), **style)
+            whose, crossing = np.divmod(np.arange(u[own].size), u.shape[1])
+            marks.append(carry(mark, u[own].ravel(), v[own].ravel(), np.flatnonzero(own)[whose], crossing))
     if not ax.get_xlabel():
         ax.set(xlabel=f"${symbol(chosen[0])}$", ylabel=f"${symbol(chosen[1])}$")
     written = _write(ax, orbits, u, v, drawn, fontsize) if labels else ()

@@ -16,17 +16,9 @@ from numpy.typing import ArrayLike
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import LevelTable
-from .chaos import parameter_label
-from .sections import Artists, colour_map, symbol
+from .parameters import parameter_label
+from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 
-STYLES = (
-    ("#00306f", "-"),
-    ("#b35900", (0, (5, 1.5))),
-    ("#5a8fc8", "-."),
-    ("#7f2a5f", (0, (1.5, 1))),
-    ("#3d3d3d", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
-)
-"""Colours and line styles of classes."""
 ENERGY = "energy $E$"
 NEGLIGIBLE = 1e-3
 """Probability beyond either end of the frame of a density."""
@@ -39,10 +31,11 @@ def quantum_label(name: str) -> str:
     return known.get(name) or parameter_label(name)
 
 
+@figure
 def plot_levels(
     diagram: LevelDiagram,
     *,
-    ax: Any,
+    ax: Any = None,
     unit: ArrayLike = 1.0,
     ylabel: str = ENERGY,
     numbers: bool = True,
@@ -109,11 +102,11 @@ def plot_levels(
 def _look(diagram: LevelDiagram, curve: Curve) -> tuple[Any, Any, str | None]:
     """Return colour, line style and legend of a curve."""
     if diagram.m.shape[1] > 1:
-        colour, style = STYLES[curve.column % len(STYLES)]
+        colour, style = LINES[curve.column % len(LINES)]
         return colour, style, f"({diagram.m[0, curve.column]}, {diagram.l[0, curve.column]})"
     if len(diagram.names) == 1:
-        return STYLES[0][0], "-", None
-    colour, style = STYLES[curve.label[1] % len(STYLES)]
+        return LINES[0][0], "-", None
+    colour, style = LINES[curve.label[1] % len(LINES)]
     return colour, style, str(curve.label[1])
 
 
@@ -144,8 +137,9 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
     return ax.text(x, y, text, fontsize=7.5, ha="left", **style)
 
 
+@figure
 def plot_spectrum(
-    levels: LevelTable, *, ax: Any, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
+    levels: LevelTable, *, ax: Any = None, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
 ) -> Artists:
     """Draw the levels of many classes as short lines over their spin m, coloured by |l|.
 
@@ -178,7 +172,8 @@ def plot_spectrum(
     return Artists(lines, bar, (), (), 0)
 
 
-def plot_degeneracies(levels: LevelTable, *, ax: Any, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
+@figure
+def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
     """Draw how many levels each multiplet has against its energy.
 
     Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and xlabel then says so.
@@ -186,17 +181,18 @@ def plot_degeneracies(levels: LevelTable, *, ax: Any, unit: float = 1.0, xlabel:
     """
     gathered = levels.multiplets()
     E, degeneracy = gathered.E / unit, gathered.degeneracy
-    stems = ax.vlines(E, 0, degeneracy, color="#5a8fc8", lw=0.9)
-    dots = ax.scatter(E, degeneracy, s=12, color="#00306f", zorder=3)
+    stems = ax.vlines(E, 0, degeneracy, color=PALE, lw=0.9)
+    dots = ax.scatter(E, degeneracy, s=12, color=DARK, zorder=3)
     ax.set(xlabel=xlabel, ylabel="degeneracy", ylim=(0, 1.08 * max(int(degeneracy.max(initial=1)), 1)))
     ax.yaxis.get_major_locator().set_params(integer=True)
     return Artists(dots, None, (stems,), (), 0)
 
 
+@figure
 def plot_density(
     state: Any,
     *,
-    ax: Any,
+    ax: Any = None,
     body: Any = None,
     chart: Chart | None = None,
     limits: Sequence[Any] | None = None,

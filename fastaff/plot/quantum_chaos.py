@@ -11,32 +11,40 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.periodic.periodic_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge
 from ..charts import ALPHA_BETA
-from .sections import Artists, symbol
+from .periodic import plot_periodic
+from .picking import carry
+from .sections import places, widths
+from .style import ACCENT, DARK, Artists, figure, outline, symbol
 
-STYLES = (("#b35900", "-"), ("#00306f", "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb8", "-."))
+LAWS = ((ACCENT, "-"), (DARK, "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb8", "-."))
 """Colour and dashes of the laws, in turn."""
 
 
+@figure
 def plot_husimi(
     grid: EnergyGrid,
     values: ArrayLike,
     *,
-    ax: Any,
+    ax: Any = None,
     section_map: Any = None,
     boundary: Edge | None = None,
     peak: float | None = None,
     size: float = 0.5,
-    colorbar: bool = False,
+    orbits: PeriodicOrbits | None = None,
+    colorbar: bool = True,
 ) -> Artists:
-    """Draw a Husimi function over a section, with crossings of classical orbits of the same energy as dots.
+    """Draw a Husimi function over a section, with crossings of classical orbits of the same energy as dots, and with
+    periodic orbits, whose scars it may have.
 
     Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of
     orbits on the same section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default;
-    size: area of a dot in square points. White is 0, and what the energy does not reach. Returns Artists: points are
-    the cells, lines the dots and the boundary; `missing` counts values that are not finite.
+    size: area of a dot in square points; orbits: PeriodicOrbits on the same section, marked by their stability. White
+    is 0, and what the energy does not reach. Returns Artists: points are the cells, lines the dots, the boundary and
+    the marks; `missing` counts values that are not finite. A click picks the orbit of a cell.
     """
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
@@ -59,20 +67,22 @@ def plot_husimi(
         kept = np.isfinite(u) & np.isfinite(v)
         lines.append(ax.scatter(u[kept], v[kept], s=size, color="#00306f", alpha=0.55, linewidths=0, rasterized=True))
     if boundary is not None:
-        u, p = boundary.coordinate, boundary.momentum
-        lines += ax.plot(
-            np.concatenate([u, u[::-1], u[:1]]), np.concatenate([p, -p[::-1], p[:1]]), color="0.35", lw=0.8
-        )
+        lines += outline(ax, boundary)
+    at = places(grid)
+    carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
-    bar = ax.figure.colorbar(cells, ax=ax, label=r"$|\langle z|\Psi\rangle|^2$") if colorbar else None
+    if orbits is not None:
+        lines += plot_periodic(orbits, ax=ax, x=grid.names[0], y=grid.names[1], labels=False).points
+    bar = ax.figure.colorbar(cells, ax=ax, label=r"Husimi function $|\langle z|\Psi\rangle|^2$") if colorbar else None
     return Artists(cells, bar, tuple(lines), (), int(np.count_nonzero(~np.isfinite(each))))
 
 
+@figure
 def plot_spacings(
     spacings: ArrayLike,
     laws: Mapping[str, Any],
     *,
-    ax: Any,
+    ax: Any = None,
     bins: int = 20,
     top: float = 3.5,
     colour: Any = "0.82",
@@ -96,7 +106,7 @@ def plot_spacings(
     x = np.linspace(0.0, top, 400)
     lines = []
     for number, (name, law) in enumerate(laws.items()):
-        colour, dashes = STYLES[number % len(STYLES)]
+        colour, dashes = LAWS[number % len(LAWS)]
         lines += ax.plot(x, law.density(x), color=colour, ls=dashes, lw=1.5, label=name)
     ax.set(xlabel="spacing $s$ (unfolded)", ylabel="$P(s)$", xlim=(0.0, top))
     return Artists(bars, None, tuple(lines), (), int(np.count_nonzero(s > top)))

@@ -5,18 +5,20 @@ As in `fastaff.plot`, every function takes `ax=` and returns the artists it made
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..analysis.frequencies.resonance_web import ResonanceLine
-from ..analysis.frequencies.resonances import DiffusionHistogram
-from .sections import DIFFUSION, Artists, clipped, colour_map, symbol
+from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
+from .labels import Box, pixel_length, settled, write_along
+from .picking import carry
+from .scales import DIFFUSION, clipped, colours_of
+from .style import ACCENT, DARK, Artists, figure, symbol
 
-DARK, ACCENT = "#00224e", "#b35900"
-"""The dark end of cividis, and an orange that is told from it by lightness too."""
+PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
+"""What a name is written on."""
 
 
 def formula(vector: Sequence[int], names: Sequence[str]) -> str:
@@ -28,24 +30,23 @@ def formula(vector: Sequence[int], names: Sequence[str]) -> str:
     return f"${sides[0]}={sides[1]}$"
 
 
+@figure
 def plot_web(
     lines: Sequence[ResonanceLine],
     *,
-    ax: Any,
+    ax: Any = None,
     names: Sequence[str],
     axes: Sequence[Any] | None = None,
     labels: int = 8,
     dots: bool = True,
 ) -> Artists:
-    """Draw the lines of a web over a grid, those of low order thicker, and name the longest of the lowest orders.
+    """Draw the lines of a web over a grid, those of low order thicker, and name the longest, none over another.
 
     Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies; axes: of the
     grid, as given to `resonance_web`; labels: how many resonances are named; dots: mark the grid points of `locked`,
     for resonances that do not hold everywhere. Returns Artists: points are the dots, or None; missing is 0.
     """
     drawn: list[Any] = []
-    written: list[Any] = []
-    places: list[np.ndarray] = []
     marked = None
     for line in lines:
         for part in line.lines:
@@ -53,16 +54,14 @@ def plot_web(
         if dots and line.locked is not None and line.locked.any() and line.lines:
             marked = line.locked if marked is None else marked | line.locked
     points = _mark(ax, marked, axes) if marked is not None else None
-    for line in sorted(lines, key=lambda line: line.order):
-        if len(written) < labels and line.lines:
-            written += _name_on(ax, line, formula(line.vector, names), places)
-    return Artists(points, None, tuple(drawn), tuple(written), 0)
+    return Artists(points, None, tuple(drawn), _named(ax, lines, names, labels), 0)
 
 
+@figure
 def plot_ratio_web(
     lines: Sequence[ResonanceLine],
     *,
-    ax: Any,
+    ax: Any = None,
     names: Sequence[str],
     nu: Any = None,
     values: Any = None,
@@ -91,23 +90,20 @@ def plot_ratio_web(
         colours = (
             {"color": DARK}
             if values is None
-            else {"c": each[kept], "cmap": colour_map(), "norm": norm or clipped(each)}
+            else {"c": each[kept], "cmap": colours_of(norm), "norm": norm or clipped(each)}
         )
         limits = (ax.get_xlim(), ax.get_ylim())
         points = ax.scatter(x[kept], y[kept], s=5, linewidths=0, zorder=3, rasterized=True, **colours)
+        carry(points, x[kept], y[kept], np.flatnonzero(kept))
         ax.set(xlim=limits[0], ylim=limits[1])
         bar = None if values is None else ax.figure.colorbar(points, ax=ax, label=label, extend="both")
     top, left, below = (symbol(f"nu_{name}") for name in (names[0], names[1], names[2]))
     ax.set(xlabel=f"${top}/{below}$", ylabel=f"${left}/{below}$")
-    written: list[Any] = []
-    places: list[np.ndarray] = []
-    for line in lines:
-        if len(written) < labels:
-            written += _name_on(ax, line, formula(line.vector, names), places)
-    return Artists(points, bar, tuple(drawn), tuple(written), missing)
+    return Artists(points, bar, tuple(drawn), _named(ax, lines, names, labels), missing)
 
 
-def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any, label: str = DIFFUSION) -> Artists:
+@figure
+def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, label: str = DIFFUSION) -> Artists:
     """Draw a histogram of diffusion, the part above its threshold in a second colour and with its fraction written.
 
     Returns Artists: points are the bars, lines the threshold, labels the text; `missing` as in the histogram.
@@ -149,36 +145,36 @@ def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
     return ax.scatter(x, y, s=6, color="white", edgecolor="black", linewidths=0.5, zorder=2, rasterized=True)
 
 
-def _name_on(ax: Any, line: ResonanceLine, text: str, places: list[np.ndarray]) -> list[Any]:
-    """Write a line's name on its longest part, where it is farthest from the other names; nothing where there is no
-    room.
+def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: int) -> tuple[Any, ...]:
+    """Name the longest lines, each on its longest part, as many as have room."""
+    settled(ax)
+    taken: list[Box] = []
+    written: list[Any] = []
+    parts = [(max(pixel_length(ax, part) for part in line.lines), line) for line in lines if line.lines]
+    for _, line in sorted(parts, key=lambda entry: (-entry[0], entry[1].order)):
+        if len(written) == most:
+            break
+        for part in sorted(line.lines, key=lambda part: -pixel_length(ax, part)):
+            text = write_along(ax, part, formula(line.vector, names), taken, zorder=4, bbox=PLATE)
+            if text is not None:
+                written.append(text)
+                break
+    return tuple(written)
+
+
+@figure
+def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -> Artists:
+    """Draw how many orbits each resonance module has, the frequent ones on top.
+
+    Parameters: most: modules drawn. Returns Artists: points are the bars, labels the numbers beside them; `missing`
+    counts orbits that are not OK.
     """
-    part = max(line.lines, key=lambda part: np.sqrt((np.diff(part, axis=0) ** 2).sum(axis=1)).sum())
-    if len(part) == 2:
-        part = part[0] + np.linspace(0, 1, 41)[:, None] * (part[1] - part[0])
-    where = ax.transData.transform(part)
-    box = ax.transAxes.inverted().transform(where)
-    scale = ax.figure.dpi / 72
-    room = np.array([58.0, 13.0]) * scale  # of a label, in pixels
-    spare = np.array([np.inf if not places else min(np.max(np.abs(w - p) / room) for p in places) for w in where])
-    spare[~((box > 0.08) & (box < 0.92)).all(axis=1)] = -1.0
-    at = len(part) // 2 if not places and spare[len(part) // 2] > 0 else int(spare.argmax())
-    if not spare[at] > 1.0:
-        return []
-    places.append(where[at])
-    before, after = where[max(at - 1, 0)], where[min(at + 1, len(part) - 1)]
-    angle = math.degrees(math.atan2(*(after - before)[::-1]))
-    angle = (angle + 90) % 180 - 90
-    return [
-        ax.text(
-            *part[at],
-            text,
-            fontsize=8,
-            ha="center",
-            va="center",
-            rotation=angle,
-            rotation_mode="anchor",
-            zorder=4,
-            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.9},
-        )
-    ]
+    rows = resonances.table()[:most]
+    text = [" and ".join(formula(k, resonances.names) for k in basis) or "none" for basis, _ in rows]
+    counts = [count for _, count in rows]
+    bars = ax.barh(np.arange(len(rows)), counts, color=[DARK if basis else "0.72" for basis, _ in rows], height=0.7)
+    labels = ax.bar_label(bars, fontsize=8, padding=2)
+    ax.set_yticks(np.arange(len(rows)), labels=text)
+    ax.invert_yaxis()
+    ax.set(xlabel="orbits", ylabel="resonance", xlim=(0, 1.12 * max(counts, default=1)))
+    return Artists(bars, None, (), tuple(labels), int(np.count_nonzero(resonances.status)))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-import textwrap
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...base.status import Status, summary
 from ...jobs.job import Job, Plan
-from ...plot.sections import symbol
+from ...plot.mathematics import number, terms, visible, wrapped
+from ...plot.sections import words
+from ...plot.style import styled, symbol
 
 
 def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
@@ -39,16 +41,34 @@ def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
     }
 
 
+NAMES = {
+    "Anharmonic": "anharmonic body",
+    "Harmonic": "harmonic body",
+    "HeavyTop": "heavy top",
+    "HenonHeiles": "Hénon-Heiles system",
+    "Hyperelastic": "hyperelastic body",
+    "NeoHookean": "neo-Hookean body",
+}
+"""Models of the library in words."""
+LONGEST = 160
+"""Characters of a formula in a title."""
+
+
+def equal(name: str, value: float) -> str:
+    """Write a quantity and its value."""
+    return f"${symbol(name)} = {number(value)}$"
+
+
 def in_words(section: Any, body: Any) -> str:
     """Name a section in a caption."""
     turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
     if name == "Linear":
-        return f"${symbol(body.coordinates[0 if section.normal[0] else 1])}$ = {section.offset:g}, {turn}"
+        return f"{equal(body.coordinates[0 if section.normal[0] else 1], section.offset)}, {turn}"
     if name.endswith("Turning"):
-        return rf"$p_\{name.removesuffix('Turning').lower()}$ = 0, {turn}"
-    left = {"AlphaEquals": r"$\alpha$", "BetaEquals": r"$\beta$", "AreaEquals": "$D_1D_2$"}[name]
-    return f"{left} = {section.constant:g}, {turn}"
+        return f"{equal('p_' + name.removesuffix('Turning').lower(), 0)}, {turn}"
+    left = {"AlphaEquals": r"\alpha", "BetaEquals": r"\beta", "AreaEquals": "D_1D_2"}[name]
+    return f"${left} = {number(section.constant)}$, {turn}"
 
 
 def units(body: Any) -> str:
@@ -56,18 +76,28 @@ def units(body: Any) -> str:
     inner = getattr(body, "potential", body)
     if inner is body or not inner._fields or hasattr(inner, "formula") or inner[0] != 1 or body.mu != 1:
         return "units: those of the parameters"
-    return rf"units: {inner._fields[0]} = $\mu$ = 1"
+    return rf"units: ${symbol(inner._fields[0])} = \mu = 1$"
 
 
 def titled(body: Any, without: tuple[str, ...] = ()) -> str:
     """Name a body and its parameters in a title."""
     inner = getattr(body, "potential", body)
-    values = [f"{name} = {value:g}" for name, value in zip(inner._fields, inner) if name not in without]
+    values = [equal(name, value) for name, value in zip(inner._fields, inner) if name not in without]
     if inner is not body and "mu" not in without:
-        values.append(f"mu = {body.mu:g}")
+        values.append(equal("mu", body.mu))
     text = getattr(inner, "formula", None)
-    name = type(inner).__name__ if text is None else "V = " + (text if len(text) <= 60 else text[:57] + "...")
-    return name + (f" ({', '.join(values)})" if values else "")
+    name = type(inner).__name__
+    said = NAMES.get(name, name) if text is None else potential(text)
+    return said + (f" ({', '.join(values)})" if values else "")
+
+
+def potential(text: str) -> str:
+    """Write a formula in a title, its terms apart so that lines can be broken between them."""
+    parts, kept = terms(text), 0
+    while kept < len(parts) and sum(map(visible, parts[: kept + 1])) <= LONGEST:
+        kept += 1
+    shown = parts[: max(kept, 1)] + ([r"+\,\ldots"] if kept < len(parts) else [])
+    return " ".join(f"${'V = ' if k == 0 else ''}{part}$" for k, part in enumerate(shown))
 
 
 def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:
@@ -76,10 +106,18 @@ def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> 
 
     if surface.energy is None:  # the orbits' own
         return ""
-    parts = {"energy": f"E = {surface.energy:g}"}
+    parts = {"energy": f"$E = {number(surface.energy)}$"}
     if isotropic(body):
-        parts |= {"p_eta": rf"$p_\eta$ = {surface.p_eta:g}", "p_gamma": rf"$p_\gamma$ = {surface.p_gamma:g}"}
+        parts |= {name: equal(name, getattr(surface, name)) for name in ("p_eta", "p_gamma")}
     return ", ".join(text for name, text in parts.items() if name not in without)
+
+
+def outcomes(status: np.ndarray) -> str:
+    """Count what became of orbits in a caption."""
+    found = summary(status)
+    total = f"{np.size(status)} orbits"
+    others = [f"{count} {words(outcome)}" for outcome, count in found.items() if outcome != Status.OK]
+    return total + (f", of these {', '.join(others)}" if others else "")
 
 
 def figure_of(panels: int = 1) -> tuple[Any, Any]:
@@ -88,36 +126,36 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
 
     rows = 2 if panels == 4 else 1
     width = {1: 7.6, 2: 12.6, 3: 17.0, 4: 12.6}[panels]
-    figure = Figure(
-        figsize=(width, 6.2 * rows if rows > 1 else 6.2 if panels < 3 else 5.6), dpi=200, layout="constrained"
-    )
-    return figure, figure.subplots(rows, panels // rows)
+    height = 6.2 * rows if rows > 1 else 6.2 if panels < 3 else 5.6
+    with styled():
+        figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
+        return figure, figure.subplots(rows, panels // rows)
 
 
 def finish(figure: Any, plan: Plan, surface: Any, text: str) -> None:
     """Put title and caption on a figure of orbits."""
     title(figure, ", ".join(filter(None, [titled(plan.body), surface_in_words(plan.body, surface)])))
-    where = "" if plan.section is None else f"section {in_words(plan.section, plan.body)}; "
-    caption(figure, f"{where}{text}; {units(plan.body)}")
+    where = "" if plan.section is None else f"section {in_words(plan.section, plan.body)}"
+    caption(figure, "; ".join(filter(None, [where, text, units(plan.body)])))
 
 
 def title(figure: Any, text: str) -> None:
     """Write a title above the figure, in lines that fit: the formula of a model can be long."""
-    figure.suptitle(textwrap.fill(text, int(11 * figure.get_figwidth()), break_on_hyphens=False), fontsize=11)
+    figure.suptitle("\n".join(wrapped(text, 11 * figure.get_figwidth())), fontsize=11)
 
 
 def caption(figure: Any, text: str) -> None:
     """Write a caption below the figure, in lines that fit."""
-    lines = [""]
+    width, lines = 15 * figure.get_figwidth(), [""]
     for part in text.split("; "):
-        if lines[-1] and len(lines[-1]) + len(part) > 15 * figure.get_figwidth():
+        if lines[-1] and visible(lines[-1]) + visible(part) > width:
             lines.append("")
         lines[-1] += ("; " if lines[-1] else "") + part
-    figure.supxlabel("\n".join(lines), fontsize=7.5, color="0.3")
+    figure.supxlabel("\n".join(short for line in lines for short in wrapped(line, width)), fontsize=7.5, color="0.3")
 
 
-FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
-"""Endings of figures, and where each keeps the parameters."""
+PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
+"""Where the formats of figures keep the parameters."""
 
 
 def write(figure: Any, path: Path, facts: dict[str, Any]) -> None:
@@ -127,5 +165,5 @@ def write(figure: Any, path: Path, facts: dict[str, Any]) -> None:
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     text = json.dumps({**provenance(), **kept})
-    figure.savefig(path, metadata={"Title": "fastaff", FORMATS[path.suffix.lower()]: text})
+    figure.savefig(path, metadata={"Title": "fastaff", PLACES[path.suffix.lower()]: text})
     print(path)

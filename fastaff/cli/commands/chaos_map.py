@@ -12,10 +12,11 @@ import numpy as np
 from ...jobs.analyses import Chaos, Run
 from ...jobs.launch import Starts
 from ...jobs.system import Model, Surface
-from ..options import HOW, Parameter, Written, job_of
+from ...jobs.wording import Wrong
+from ..options import HOW, Look, Parameter, Written, job_of
 from ..progress import finished, kept, say
 from . import scans
-from .figures import chaos_figure
+from .figures import chaos_figure, with_colour
 from .maps import Work, on_grid
 
 
@@ -27,6 +28,7 @@ def chaos_map(
     run: Run = Run(),
     output: Written = Written(),
     asked: Chaos = Chaos(),
+    look: Look = Look(),
     scan: Annotated[list[str] | None, Parameter(group=HOW)] = None,
 ) -> int:
     """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters
@@ -44,21 +46,28 @@ def chaos_map(
         body such as K.
     """
     if scan:
+        if look.given:
+            raise Wrong("--colour, --vmin and --vmax belong to maps, not to --scan")
         job = job_of(model=options, surface=surface, starts=starts, run=run, chaos_map=asked)
         return scans.scanned(scan, job, output)
     job = job_of(model=options, surface=surface, starts=on_grid(starts, "60x60"), run=run, chaos_map=asked)
-    work = Work.begun("chaos-map", job, output, periods=asked.returns())
+    job = with_colour(job, look.colour)
+    work = Work.begun("chaos-map", job, output, look, periods=asked.returns())
     if work is None:
         return 0
     work.facts.update(_placed(work.scene.where))
     start = clock.perf_counter()
 
-    def save(result: Any, interrupted: bool = True) -> Path:
-        return work.save(result, start, interrupted, fraction=result.fraction)
+    def save(result: Any, interrupted: bool = True, **extra: Any) -> Path:
+        return work.save(result, start, interrupted, fraction=result.fraction, **extra)
 
     result = work.compute("chaos_map", lambda partial: kept(partial, lambda: save(partial)))
     say(f"chaotic fraction {result.fraction:.3f}; {finished(result, clock.perf_counter() - start)}")
-    return work.draw(save(result, interrupted=False), lambda: chaos_figure(work.scene, result))
+    extra = {}
+    if job.frequency_map is not None:
+        extra = work.colour("frequency_map", lambda more: kept(result, lambda: save(result, **more)))
+    path = save(result, interrupted=False, **extra)
+    return work.draw(path, lambda: chaos_figure(work.scene, result, work.colours))
 
 
 def _placed(where: Any) -> dict[str, np.ndarray]:

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.status import Status
+from ...jobs.analyses import INDICATORS, Chaos, Frequencies
 from ...jobs.job import Job, Plan
+from ...jobs.wording import Wrong
 from ...models.contracts import isotropic
-from ..progress import counted
-from .captions import figure_of, finish
+from ..options import Look
+from .captions import figure_of, finish, outcomes
 
 PANELS = 4
 """Panels of a chaos map at most."""
+KNOWN = tuple(name for name in INDICATORS if name != "spectrum")
+"""Indicators that are colours."""
 
 
 class Scene(NamedTuple):
     """What is drawn of: a job, its plan, and where the orbits started (EnergyGrid, EnergySample; None: on no section).
 
-    max_order: of resonance lines.
+    max_order: of resonance lines; look: how orbits are coloured.
     """
 
     job: Job
     plan: Plan
     where: Any
     max_order: int = 7
+    look: Look = Look()
 
 
 def reliable(found: Any) -> np.ndarray:
@@ -33,31 +40,86 @@ def reliable(found: Any) -> np.ndarray:
     return np.where(found.status == Status.OK, found.diffusion, np.nan)
 
 
-def section_figure(scene: Scene, result: Any, diffusion: np.ndarray | None = None) -> Any:
-    """Return the figure of a SectionMap, coloured by the diffusion of each orbit."""
+def with_colour(job: Job, colour: str | None) -> Job:
+    """Return a job that computes what a colour needs: its indicator, or the frequencies."""
+    name = None if colour is None else plain(colour)
+    if name in KNOWN:
+        asked = job.chaos_map
+        if asked is None:
+            return replace(job, chaos_map=Chaos(indicators=name))
+        if name not in [entry.name for entry in asked.values()]:
+            return replace(job, chaos_map=replace(asked, indicators=f"{asked.indicators},{name}"))
+    elif name is not None and (name.startswith(("nu_", "diffusion")) or "/" in name) and job.frequency_map is None:
+        return replace(job, frequency_map=Frequencies(method="naff"))
+    return job
+
+
+def plain(colour: str) -> str:
+    """Return a colour as columns are named; names of coordinates keep their capitals."""
+    lower = colour.lower().replace("-", "_")
+    return lower if lower in KNOWN else colour
+
+
+def colours(look: Look, found: Mapping[str, Any], default: str | None = None) -> Any:
+    """Return the colours of orbits, by --colour or of a default analysis, from results by analysis; a `Colouring` that
+    is one of them already is taken as it is. None without either.
+    """
+    from ...plot.scales import Colouring, colouring, limited
+
+    ends: dict[str, Any] = {"vmin": look.vmin, "vmax": look.vmax}
+    if look.colour is None:
+        if default is None or default not in found:
+            return None
+        chosen = found[default]
+        if isinstance(chosen, Colouring):
+            return chosen._replace(norm=limited(chosen.norm, **ends))
+        return colouring(chosen, **ends)
+    known: list[str] = []
+    for result in found.values():
+        if isinstance(result, Colouring):
+            if result.name == plain(look.colour):
+                return result._replace(norm=limited(result.norm, **ends))
+            known.append(result.name)
+            continue
+        try:
+            return colouring(result, plain(look.colour), **ends)
+        except ValueError as problem:
+            text = str(problem)
+            if not text.startswith("the column"):
+                raise
+            known += text.removeprefix("the column must be one of ").rpartition(", got")[0].split(", ")
+    raise Wrong(f"--colour must be one of {', '.join(dict.fromkeys(known))}, got {look.colour!r}")
+
+
+def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
+    """Return the figure of a SectionMap; found: the results of other analyses that may colour it."""
     from ... import plot
 
     figure, ax = figure_of()
-    norm = None if diffusion is None else plot.diffusion_scale(diffusion)
-    drawn = plot.plot_section(result, ax=ax, values=diffusion, boundary=scene.plan.launch.edge, norm=norm)
+    values = colours(scene.look, {"poincare": result, **found}, "frequency_map")
+    boundary = scene.plan.launch.edge
+    drawn = plot.plot_section(result, ax=ax, values=values, boundary=boundary, starts=scene.where)
     if scene.where is not None and not isotropic(scene.plan.body):  # a system of one's own names its coordinates
         names = scene.where.names
         ax.set(xlabel=f"${plot.symbol(names[0])}$", ylabel=f"${plot.symbol(names[1])}$")
-    finish(figure, scene.plan, scene.job.surface, f"{counted(result.status)}; {drawn.missing} not drawn")
+    crossings = f"{int(result.counts.sum())} crossings"
+    missing = f"; {drawn.missing} not drawn" if drawn.missing else ""
+    finish(figure, scene.plan, scene.job.surface, f"{outcomes(result.status)}; {crossings}{missing}")
     return figure
 
 
-def frequency_figure(scene: Scene, result: Any) -> Any:
-    """Return the figure of a FrequencyMap: diffusion over the cells of a grid, and ratios of frequencies."""
+def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
+    """Return the figure of a FrequencyMap: diffusion, or another colour, over the cells of a grid, and ratios of
+    frequencies.
+    """
     from ... import plot
 
     gridded = hasattr(scene.where, "cell")
     figure, axes = figure_of(panels=2 if gridded else 1)
     axes = np.atleast_1d(axes)
+    values = colours(scene.look, {"frequency_map": result, **found}, "frequency_map")
     if gridded:
-        values = reliable(result)
-        norm = plot.diffusion_scale(values)
-        plot.plot_diffusion_grid(scene.where, values, ax=axes[0], norm=norm, colorbar=False)
+        plot.plot_diffusion_grid(scene.where, values, ax=axes[0], colorbar=False)
     first, second = result.names[:2]
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
@@ -70,58 +132,83 @@ def frequency_figure(scene: Scene, result: Any) -> Any:
         line = (n, 0, m) if plane else (m, n, 0)
         if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=result.regular) >= least:
             lines.append(line)
-    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=result.regular)
-    finish(figure, scene.plan, scene.job.surface, f"{counted(result.status)}; {drawn.missing} not drawn")
+    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=result.regular, values=values)
+    said = f"{outcomes(result.status)}; time {result.time:.4g}"
+    said += f"; {drawn.missing} without regular frequencies, not in the plane of these" if drawn.missing else ""
+    finish(figure, scene.plan, scene.job.surface, said + ("; grey: without a value" if _grey(values) else ""))
     return figure
 
 
-def chaos_figure(scene: Scene, result: Any) -> Any:
-    """Return the figure of a ChaosMap: a panel for each indicator and one for the verdict; None on no section."""
+def _grey(values: Any) -> bool:
+    return bool(~np.isfinite(values.values).all())
+
+
+def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
+    """Return the figure of a ChaosMap: a panel for each indicator and one for the verdict, or of one colour; None on no
+    section.
+    """
     from ...plot import chaos as plot_chaos
+    from ...plot.sections import plot_starts
 
     if scene.where is None:
         return None
+    look, edge = scene.look, scene.plan.launch.edge
+    asked = None if look.colour is None else plain(look.colour)
     shown: list[str | None] = list(result.names[:PANELS])
     if 1 < len(shown) < PANELS:
         shown.append(None)
+    if asked is not None:
+        shown = [None if asked == "verdict" else asked]
     figure, axes = figure_of(panels=len(shown))
+    missing = 0
     for letter, ax, name in zip("abcd", np.atleast_1d(axes).ravel(), shown):
-        edge = scene.plan.launch.edge
-        drawn = plot_chaos.plot_chaos_map(scene.where, result, indicator=name, ax=ax, boundary=edge)
+        if name is None or name in result.names:
+            ends: dict[str, Any] = {} if name is None else {"vmin": look.vmin, "vmax": look.vmax}
+            drawn = plot_chaos.plot_chaos_map(scene.where, result, indicator=name, ax=ax, boundary=edge, **ends)
+        else:
+            drawn = plot_starts(scene.where, ax=ax, values=colours(look, {"chaos_map": result, **found}))
+        missing = max(missing, drawn.missing)
         if len(shown) > 1:
             ax.set_title(letter if name else f"{letter}   verdict of all", fontsize=10, loc="left")
-    asked = scene.job.chaos_map
-    periods = None if asked is None else asked.returns()
+    asked_of = scene.job.chaos_map
+    periods = None if asked_of is None else asked_of.returns()
     said = (
         f"time {result.time:.4g}"
         + (f" ({periods:g} median returns)" if periods else "")
-        + f"; chaotic fraction {result.fraction:.3f}; {counted(result.status)}"
-        + ("; crosses: no value" if drawn.missing else "")
+        + f"; chaotic fraction {result.fraction:.3f}; {outcomes(result.status)}"
+        + ("; grey: no value" if missing else "")
         + "; white: beyond the energy"
     )
     finish(figure, scene.plan, scene.job.surface, said)
     return figure
 
 
-def figures_of(scene: Scene, found: Any, diffusion: np.ndarray | None = None) -> dict[str, Any]:
-    """Return the figures of the results of a job by the name of the analysis; found: results by that name.
+DRAWN = {"poincare": section_figure, "frequency_map": frequency_figure, "chaos_map": chaos_figure}
+"""What draws the results of an analysis."""
 
-    A section is coloured by `diffusion`, or by that of a frequency map of the same orbits.
+
+def figures_of(scene: Scene, found: Any, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return the figures of the results of a job by the name of the analysis; found: results by that name, each of
+    which may colour the others; extra: what else may.
     """
     figures: dict[str, Any] = {}
-    for name in found:
-        result = found[name]
-        if name == "poincare":
-            if diffusion is None and "frequency_map" in tuple(found):
-                diffusion = reliable(found["frequency_map"])
-            figures[name] = section_figure(scene, result, diffusion)
-        elif name == "frequency_map":
-            figures[name] = frequency_figure(scene, result)
-        elif name == "chaos_map":
-            figures[name] = chaos_figure(scene, result)
+    results = {name: found[name] for name in found}
+    for name, result in results.items():
+        if name in DRAWN:
+            others = {other: value for other, value in results.items() if other != name}
+            figures[name] = DRAWN[name](scene, result, {**others, **(extra or {})})
         else:
-            figures[name] = plain_figure(result)
+            figures[name] = captioned(scene, result)
     return {name: figure for name, figure in figures.items() if figure is not None}
+
+
+def captioned(scene: Scene, result: Any) -> Any:
+    """Return the figure that the library has for a result, with title and caption; None where there is none."""
+    figure = plain_figure(result)
+    if figure is not None:
+        status = getattr(result, "status", None)
+        finish(figure, scene.plan, scene.job.surface, "" if status is None else outcomes(status))
+    return figure
 
 
 def plain_figure(result: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,10 @@ import numpy as np
 from ...jobs.analyses import Frequencies, Orbits, Run
 from ...jobs.job import Job, Plan
 from ...jobs.launch import Starts, whole
-from ..options import Written
+from ..options import Look, Written
 from ..progress import Progress, compiled, drawing, say, watched
 from .captions import stated, write
-from .figures import Scene
+from .figures import Scene, plain
 
 
 def on_grid(starts: Starts, cells: str) -> Starts:
@@ -62,10 +62,12 @@ class Work:
     output: Written
     stem: Path
     facts: dict[str, Any]
+    colours: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def begun(cls, command: str, job: Job, output: Written, **facts: Any) -> Work | None:
+    def begun(cls, command: str, job: Job, output: Written, look: Look, **facts: Any) -> Work | None:
         """Return the work of a command; None where its job is written and nothing else is asked for."""
+        look.check()
         plan = checked(job)
         if output.wrote(job):
             return None
@@ -73,7 +75,7 @@ class Work:
         output.check()
         z0, place = whole(plan.launch)
         options = settled(command, plan, job.run)
-        scene = Scene(job, plan, plan.launch.placed(z0, place))
+        scene = Scene(job, plan, plan.launch.placed(z0, place), look=look)
         mine = next(iter(plan.analyses))
         facts = {**stated(job, plan, z0), **vars(plan.analyses[mine]), **options[mine], "place": place, **facts}
         return cls(job, plan, scene, z0, options, output, stem, facts)
@@ -96,6 +98,23 @@ class Work:
         facts = {**self.facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted, **extra}
         return self.output.save(self.stem, result, facts)
 
+    def colour(self, name: str, keep: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
+        """Compute the analysis that only colours orbits and return what a file says of it; keep: saves the result with
+        that after Ctrl-C.
+        """
+        from ...plot.scales import colouring
+
+        chosen = self.scene.look.colour
+        column = None if chosen is None else plain(chosen)
+
+        def known(found: Any) -> dict[str, Any]:
+            values = colouring(found, column)
+            return {"colour": values.name, "colour_values": values.values, "colour_limit": values.limit}
+
+        found = self.compute(name, lambda partial: keep(known(partial)))
+        self.colours[name] = found
+        return known(found)
+
     def draw(self, path: Path, figure: Callable[[], Any]) -> int:
         """Name the file of the data, then draw the figure, and return the exit code."""
         with drawing(path):
@@ -104,5 +123,5 @@ class Work:
                 if drawn is None:
                     say("no figure: these points are not those of a section; see fastaff.plot")
                 else:
-                    write(drawn, self.stem.with_name(self.stem.name + ".png"), self.facts)
+                    write(drawn, self.output.figure(self.stem), self.facts)
         return 0

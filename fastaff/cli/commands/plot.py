@@ -1,7 +1,9 @@
 """`fastaff plot`: the figures of any command again, from a store or a file."""
 
+# ruff: noqa: B008
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,8 +13,9 @@ from ...jobs.job import Job
 from ...jobs.results import JobResults
 from ...jobs.store import Store, is_store
 from ...jobs.wording import Wrong
-from ..options import WRITTEN, Output, Parameter
-from .captions import FORMATS, write
+from ...plot.scales import coloured, diffusion_limit
+from ..options import FORMATS, WRITTEN, Look, Output, Parameter
+from .captions import write
 from .figures import Scene, figures_of, plain_figure
 from .jobs import in_keys
 from .scans import scan_figure
@@ -25,6 +28,7 @@ def plot(
     *,
     out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
     force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+    look: Look = Look(),
 ) -> int:
     """Draw the figures of a store of `fastaff run`, finished or not, or of an .npz file of any command.
 
@@ -38,6 +42,7 @@ def plot(
         Replace existing files instead of numbering the new ones.
     """
     Output().check()
+    look.check()
     if not (data.is_file() or is_store(data)):
         raise Wrong(f"{data} is no store of fastaff and no file")
     target = data.with_suffix(".png") if out is None else out
@@ -46,7 +51,7 @@ def plot(
     if not target.parent.is_dir():
         raise Wrong(f"--out {target}: the folder {target.parent} does not exist")
     with in_keys(str(data)):
-        figures, facts = _of_store(data) if is_store(data) else _of_file(data)
+        figures, facts = _of_store(data, look) if is_store(data) else _of_file(data, look)
     if not figures:
         raise Wrong(f"{data} has nothing that there is a figure of")
     for name, figure in figures.items():
@@ -57,18 +62,20 @@ def plot(
     return 0
 
 
-def _of_store(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+def _of_store(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return figures and facts of the finished orbits of a store."""
     store, results = Store(path), JobResults.stored(path)
-    place = results.place
+    place, facts = results.place, {"job": store.facts["job"]}
     if not place.size:
         raise Wrong("no orbit is finished yet")
+    if results.job.scan is not None:
+        return {"scan": scan_figure(results["chaotic_fraction"], results.job.scan.axes, results.job)}, facts
     plan = results.job.plan()
     where = plan.launch.placed(store.root["launch/z0"][:][:, place], place)
-    return figures_of(Scene(results.job, plan, where), results), {"job": store.facts["job"]}
+    return figures_of(Scene(results.job, plan, where, look=look), results), facts
 
 
-def _of_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+def _of_file(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return figures and facts of a file of a command; without a job those that the library has for its result."""
     arrays, facts = files.contents(path)
     import_module("fastaff.quantum")  # whose results files may hold
@@ -83,6 +90,26 @@ def _of_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         return {"scan": scan_figure(result, facts["scans"], job)}, facts
     plan = job.plan()
     where = plan.launch.placed(arrays["z0"], arrays["place"])
-    scene = Scene(job, plan, where, facts.get("max_order", 7))
+    extra = _colours(arrays, facts)
+    if look.colour is None and "colour" in facts:  # that of the command
+        look = replace(look, colour=facts["colour"])
+    scene = Scene(job, plan, where, facts.get("max_order", 7), look)
     # The file is of the first analysis; what others have found are arrays beside it.
-    return figures_of(scene, {next(iter(plan.analyses)): result}, arrays.get("diffusion")), facts
+    return figures_of(scene, {_mine(result, plan): result}, extra), facts
+
+
+def _mine(result: Any, plan: Any) -> str:
+    """Return the analysis that a result is of."""
+    kinds = {"SectionMap": "poincare", "FrequencyMap": "frequency_map", "ChaosMap": "chaos_map"}
+    return kinds.get(type(result).__name__, next(iter(plan.analyses)))
+
+
+def _colours(arrays: Any, facts: dict[str, Any]) -> dict[str, Any]:
+    """Return the colours that a file holds beside its result."""
+    found = {}
+    if "diffusion" in arrays and "diffusion_time" in facts:
+        limit = diffusion_limit(float(facts["diffusion_time"]))
+        found["frequency_map"] = coloured("diffusion", arrays["diffusion"], limit)
+    if "colour_values" in arrays:
+        found["colour"] = coloured(facts["colour"], arrays["colour_values"], facts["colour_limit"])
+    return found

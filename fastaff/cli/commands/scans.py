@@ -98,7 +98,7 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
     say(f"{result.summary()}; in {seconds:.1f} s, {result.orbits.sum() / seconds:,.0f} orbits/s")
     with drawing(save(result, interrupted=False)):
         if not output.no_figure:
-            write(scan_figure(result, texts, job), stem.with_name(stem.name + ".png"), facts)
+            write(scan_figure(result, texts, job), output.figure(stem), facts)
     return 0
 
 

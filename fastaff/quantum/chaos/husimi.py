@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...base.display import screen
 from ...base.numbers import positive
+from ...base.results import Drawable
 from ...charts import ALPHA_BETA
 from ..states.coherent_width import plane_widths
 from ..states.factors import PlaneFactor
@@ -26,7 +27,7 @@ CHUNK = 1 << 21
 
 
 @dataclass(frozen=True)
-class Husimi:
+class Husimi(Drawable):
     """The Husimi function of a state; call it on phase points z (8, ...), rows a1, a2, b1, b2 and their momenta.
 
     coefficients (n_alpha, n_beta): of the state in products of plane oscillators with radial quanta n and the angular

@@ -13,6 +13,7 @@ from ...base.display import screen
 from ...base.interruption import keeping
 from ...base.numbers import an_array, function, numbers, reporter, text, whole
 from ...base.recipe import recorded
+from ...base.results import Drawable
 from ..states.level_table import LevelTable
 from ..states.symmetry import SymmetryClass, checked_class
 from .spectrum import spectrum, spectrum_table
@@ -30,7 +31,7 @@ class Curve(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LevelDiagram:
+class LevelDiagram(Drawable):
     """Levels of one or more symmetry classes at each value of a parameter.
 
     name: of what varies, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.display import screen
 from ...base.numbers import real, shown, whole
-from ...base.results import Result, along
+from ...base.results import Drawable, Result, along
 from ...base.status import Status
 from .state import Shape, State
 from .symmetry import SymmetryClass
@@ -140,7 +140,7 @@ class LevelTable(Result, axis="level"):
 
 
 @dataclass(frozen=True)
-class Multiplets:
+class Multiplets(Drawable):
     """Levels gathered by energy: levels, ascending, and first (multiplets + 1,), where each multiplet begins."""
 
     levels: LevelTable

@@ -23,6 +23,7 @@ from ...base.arrays import checked, first
 from ...base.display import screen
 from ...base.numbers import fits, whole
 from ...base.numbers import function as a_function
+from ...base.results import Drawable
 from ...charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
 from ...compile.packing import run_points
 from ...flows.checks import checked_chart
@@ -178,7 +179,7 @@ class Product(NamedTuple):
 
 
 @dataclass(frozen=True)
-class State:
+class State(Drawable):
     """A stationary state Psi = e^(i m phi + i l psi) A of one symmetry class, normalised; call it on matrices phi (2,
     2, ...).
 

@@ -1,0 +1,255 @@
+"""Animations: the body itself, a deforming ellipse with material lines, and points of plane systems in their wells."""
+
+from __future__ import annotations
+
+import base64
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis.orbits.integrate import integrate
+from ..base.numbers import positive, whole
+from ..base.status import Status
+from ..charts import CARTESIAN
+from ..files import free_stem, umask
+from ..models.contracts import Model
+from .sections import words
+from .style import ACCENT, DARK, GREY, PALE, styled, symbol
+
+ENDINGS = (".gif", ".mp4")
+SPOKES, RINGS = 8, (1 / 3, 2 / 3)
+"""Material lines: diameters' halves, and circles inside the body's edge."""
+TRAIL = 0.2
+"""Part of the time that a trace is drawn for."""
+ROUND = np.linspace(0.0, 2 * np.pi, 121)
+
+
+class Animation(NamedTuple):
+    """Frames of motions: figure; draw(k), which sets the figure to frame k; how many frames, and how many a second.
+
+    A notebook shows it as a GIF.
+    """
+
+    figure: Any
+    draw: Callable[[int], None]
+    frames: int
+    rate: int
+
+    def __repr__(self) -> str:
+        return f"<Animation of {self.frames} frames, {self.frames / self.rate:.3g} s>"
+
+    def _repr_html_(self) -> str:
+        with tempfile.TemporaryDirectory() as folder:
+            image = save_animation(self, Path(folder) / "animation.gif", dpi=80).read_bytes()
+        return f'<img src="data:image/gif;base64,{base64.b64encode(image).decode()}"/>'
+
+
+def animate(
+    model: Model,
+    z0: Any,
+    *,
+    time: float,
+    frames: int = 200,
+    rate: int = 25,
+    accuracy: float = 1e-8,
+    titles: Sequence[str] | None = None,
+    threads: int | None = None,
+) -> Animation:
+    """Animate motions: of a body the ellipse that the unit circle of its material becomes, with its material lines; of
+    a system of two coordinates its point on the lines of equal potential.
+
+    Parameters: model: a body in the two planes, whose phase points have 8 rows, or any of two degrees of freedom; z0
+    (2n,) or (2n, motions): one panel each; time > 0; frames, at equal times from 0 on; rate: frames a second; accuracy,
+    threads as in `integrate`; titles: above the panels. A body's panel has its stretches D1 and D2 against time below
+    it; the material line in another colour shows how it turns, its end leaves a trace. A motion that escapes stays
+    where it was last. Returns Animation, which `save_animation` writes. Raises ValueError or TypeError for wrong input.
+    Cost: one integration, and about 0.05 s for each frame that is written.
+    Source: Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
+    """
+    time, frames, rate = positive("time", time), whole("frames", frames, 2), whole("rate", rate, 1)
+    run = integrate(model, z0, time=time, samples=frames - 1, accuracy=accuracy, threads=threads)
+    rows = len(run.z)
+    if rows not in (4, 8) or (rows == 8 and tuple(run.names[:4]) != ("a1", "a2", "b1", "b2")):
+        raise ValueError(f"model must be a body in the planes a and b or have two coordinates, got {len(run.z) // 2}")
+    start = np.asarray(z0, float).reshape(rows, -1)
+    states = np.concatenate([start[None], run.samples.reshape(frames - 1, rows, -1)])
+    status, motions = np.atleast_1d(run.status), start.shape[1]
+    if titles is not None and len(titles) != motions:
+        raise ValueError(f"titles must have {motions} entries, one for each motion, got {len(titles)}")
+    states, times = _held(states), np.linspace(0.0, time, frames)
+    heads = [""] * motions if titles is None else list(titles)
+    heads = [_head(title, code) for title, code in zip(heads, status, strict=True)]
+    with styled():
+        figure, panels = (_bodies if rows == 8 else _points)(model, states, times, heads, run.names)
+
+    def draw(k: int) -> None:
+        for panel in panels:
+            panel(int(k))
+
+    draw(0)
+    return Animation(figure, draw, frames, rate)
+
+
+def _head(title: str, status: int) -> str:
+    """Return the title of a panel, with what became of the motion."""
+    return title if status == Status.OK else f"{title}  ({words(status)})".strip()
+
+
+def _held(states: np.ndarray) -> np.ndarray:
+    """Return states (frames, 2n, motions) whose motions stay at their last finite state."""
+    last = np.zeros(states.shape[2], int)
+    held = states.copy()
+    for k in range(len(states)):
+        fine = np.isfinite(states[k]).all(axis=0)
+        last = np.where(fine, k, last)
+        held[k] = states[last, :, np.arange(last.size)].T
+    return held
+
+
+def matrices(z: np.ndarray) -> np.ndarray:
+    """Return phi (2, 2, ...) of phase points (8, ...) of a body: where the material point a is, at phi a."""
+    x, y, third, u = CARTESIAN.points_from_planes(z[:4])
+    return np.array([[x, y], [third, u]])
+
+
+def material_lines() -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the body's lines, each (2, points) in the material: rings and spokes, and the marked spoke."""
+    circle = np.array([np.cos(ROUND), np.sin(ROUND)])
+    angles = 2 * np.pi * np.arange(1, SPOKES) / SPOKES
+    spokes = [np.outer([np.cos(a), np.sin(a)], [0.0, 1.0]) for a in angles]
+    return [circle, *(r * circle for r in RINGS), *spokes], np.array([[0.0, 1.0], [0.0, 0.0]])
+
+
+def _bodies(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+    """Return a figure of bodies, each above its stretches, and what draws its frames."""
+    from matplotlib.figure import Figure
+
+    count = len(heads)
+    figure = Figure(figsize=(4.0 * count, 5.2), dpi=100, layout="constrained")
+    axes = figure.subplots(2, count, squeeze=False, height_ratios=(3.4, 1.0))
+    phi = matrices(states.transpose(1, 0, 2))  # (2, 2, frames, motions)
+    size = 1.05 * float(np.sqrt((phi**2).sum(axis=1)).max())
+    return figure, [
+        _body(axes[0, k], axes[1, k], phi[..., k], states[:, :, k], times, size, heads[k]) for k in range(count)
+    ]
+
+
+def _body(
+    above: Any, below: Any, phi: np.ndarray, z: np.ndarray, times: np.ndarray, size: float, head: str
+) -> Callable[[int], None]:
+    """Draw one body; return what sets it to a frame."""
+    lines, marked = material_lines()
+    above.set(xlim=(-size, size), ylim=(-size, size), aspect="equal", xticks=[], yticks=[], title=head)
+    for side in above.spines.values():
+        side.set_color("0.85")
+    (inside,) = above.fill([], [], color="#dfe8f3", zorder=1)
+    thin = [above.plot([], [], color=DARK, lw=1.8 if k == 0 else 0.7, zorder=3)[0] for k in range(len(lines))]
+    (spoke,) = above.plot([], [], color=ACCENT, lw=2.0, zorder=4)
+    (trace,) = above.plot([], [], color=ACCENT, lw=0.8, alpha=0.6, zorder=2)
+    tip = phi[:, 0]  # of the marked spoke
+    alpha, beta = np.hypot(z[:, 0], z[:, 1]), np.hypot(z[:, 2], z[:, 3])
+    stretches = (alpha + beta) / np.sqrt(2), (alpha - beta) / np.sqrt(2)
+    for row, colour, name in zip(stretches, (DARK, PALE), ("D_1", "D_2")):
+        below.plot(times, row, color=colour, lw=0.9, label=f"${name}$")
+    below.legend(loc="upper right", ncols=2, borderpad=0.2, handlelength=1.2)
+    below.set(xlabel="time $t$", xlim=(times[0], times[-1]))
+    now = below.axvline(times[0], color=ACCENT, lw=1.2)
+
+    def draw(k: int) -> None:
+        matrix = phi[:, :, k]
+        for line, curve in zip(thin, lines):
+            line.set_data(*(matrix @ curve))
+        inside.set_xy((matrix @ lines[0]).T)
+        spoke.set_data(*(matrix @ marked))
+        first = max(0, k - int(TRAIL * len(times)))
+        trace.set_data(*tip[:, first : k + 1])
+        now.set_xdata([times[k]] * 2)
+
+    return draw
+
+
+def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+    """Return a figure of points in their potential, and what draws its frames."""
+    from matplotlib.figure import Figure
+
+    count = len(heads)
+    figure = Figure(figsize=(4.4 * count, 4.4), dpi=100, layout="constrained")
+    axes = figure.subplots(1, count, squeeze=False)[0]
+    middle = 0.5 * (states[:, :2].max(axis=(0, 2)) + states[:, :2].min(axis=(0, 2)))
+    half = 0.62 * float(np.ptp(states[:, :2], axis=0).max()) or 1.0
+    x, y = (np.linspace(c - half, c + half, 181) for c in middle)
+    X, Y = np.meshgrid(x, y)
+    with np.errstate(all="ignore"):
+        V = np.broadcast_to(model.potential_energy(X, Y), X.shape) + 0.0
+        V[~(np.broadcast_to(model.margin(X, Y), X.shape) > 0)] = np.nan
+    panels = []
+    for k, ax in enumerate(axes):
+        z = states[0, :, k]
+        energy = float(model.kinetic_energy(*z[2:]) + model.potential_energy(*z[:2]))
+        low = float(np.nanmin(V))
+        if np.isfinite(V).any() and energy > low:
+            ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors="0.82", linewidths=0.7)
+            ax.contour(x, y, V, levels=[energy], colors=GREY, linewidths=1.4)
+        ax.set(title=heads[k], aspect="equal", xlabel=f"${symbol(names[0])}$", ylabel=f"${symbol(names[1])}$")
+        panels.append(_point(ax, states[:, :2, k]))
+    return figure, panels
+
+
+def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:
+    """Draw one point with its trace; return what sets it to a frame."""
+    (whole_way,) = ax.plot([], [], color=PALE, lw=0.6, alpha=0.7)
+    (trace,) = ax.plot([], [], color=DARK, lw=1.3)
+    (point,) = ax.plot([], [], "o", color=ACCENT, ms=7, zorder=4)
+
+    def draw(k: int) -> None:
+        whole_way.set_data(*path[: k + 1].T)
+        trace.set_data(*path[max(0, k - int(TRAIL * len(path))) : k + 1].T)
+        point.set_data(*path[k : k + 1].T)
+
+    return draw
+
+
+def save_animation(
+    animation: Animation, path: Any, *, dpi: float = 100.0, force: bool = False, report: Any = None
+) -> Path:
+    """Write an animation as a GIF, or as an MP4 where ffmpeg is installed; return the path.
+
+    Parameters: path: ends with .gif or .mp4; dpi: pixels an inch; force: replace an existing file instead of numbering
+    the new one; report(fraction). The file is whole or not there: it is written beside its place and moved. Raises
+    ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not exist.
+    """
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise ValueError(f"path must end with {' or '.join(ENDINGS)}, got {path}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"path {path}: the folder {path.parent} does not exist")
+    dpi = positive("dpi", dpi)
+    if ending == ".mp4" and not FFMpegWriter.isAvailable():
+        raise ValueError("path must end with .gif: .mp4 needs the program ffmpeg, which is not installed")
+    stem = path.with_suffix("")
+    target = path if force else (free := free_stem(stem, (path.suffix,))).with_name(free.name + path.suffix)
+    handle, name = tempfile.mkstemp(suffix=ending, prefix=f".{stem.name}-", dir=path.parent)
+    os.close(handle)
+    try:
+        if ending == ".gif":
+            writer: Any = PillowWriter(fps=animation.rate)
+        else:
+            writer = FFMpegWriter(fps=animation.rate, extra_args=["-pix_fmt", "yuv420p", "-crf", "20"])
+        with writer.saving(animation.figure, name, dpi):
+            for k in range(animation.frames):
+                animation.draw(k)
+                writer.grab_frame()
+                if report is not None:
+                    report((k + 1) / animation.frames)
+        os.chmod(name, 0o666 & ~umask())
+        os.replace(name, target)
+    finally:
+        Path(name).unlink(missing_ok=True)
+    return target

@@ -1,0 +1,133 @@
+"""Backbone curves: the frequency of periodic orbits against the energy, or a parameter, of their families."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..analysis.periodic.bifurcations import Bifurcation, Event
+from ..analysis.periodic.continuation import Branch
+from ..analysis.periodic.periodic_orbits import Stability
+from ..base.status import Status
+from .parameters import parameter_label
+from .picking import carry
+from .style import LINES, Artists, figure
+
+MARKS = {
+    Event.FOLD: {"marker": "^", "label": "fold"},
+    Event.DOUBLING: {"marker": "D", "label": "period doubling"},
+}
+"""Shapes of bifurcations; others are circles."""
+STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC)
+
+
+@figure
+def plot_backbone(
+    branches: Branch | Sequence[Branch],
+    *,
+    ax: Any = None,
+    parameter: str = "energy",
+    angular: bool = False,
+    names: Sequence[str] | None = None,
+    bifurcations: bool = True,
+) -> Artists:
+    """Draw the frequency 1/T of families of periodic orbits against their energy, solid where they are stable.
+
+    Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
+    name; parameter: what was followed, the energy or a parameter of the model; angular: draw 2 pi/T, in radians per
+    unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
+
+    Solid: elliptic (multipliers on the unit circle), dashed: hyperbolic, inverse hyperbolic or complex. T is the period
+    in time of the whole orbit, of relative periodic orbits that of the reduced motion. Returns Artists: points are the
+    solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels the legend; `missing` counts points
+    of branches without a period. A click picks the point of a branch.
+    Source: Kerschen et al. 2009, Mech. Syst. Signal Process. 23, 170 (frequency-energy plots of nonlinear normal
+    modes).
+    """
+    listed = [branches] if isinstance(branches, Branch) else list(branches)
+    if names is not None and len(names) != len(listed):
+        raise ValueError(f"names must have {len(listed)} entries, one for each branch, got {len(names)}")
+    turn = 2 * math.pi if angular else 1.0
+    seen: dict[str, int] = {}
+    curves: list[Any] = []
+    handles: list[Any] = []
+    missing = 0
+    for number, branch in enumerate(listed):
+        name = str(number) if names is None else names[number]
+        known = name in seen
+        colour = LINES[seen.setdefault(name, len(seen)) % len(LINES)][0]
+        fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.time)
+        missing += int(np.count_nonzero(~fine))
+        with np.errstate(all="ignore"):
+            rate = np.where(fine, turn / branch.orbits.time, np.nan)
+        stable = np.isin(branch.orbits.stability, STABLE)
+        for steady in (True, False):
+            own = np.where(_joined(stable == steady), rate, np.nan)
+            (curve,) = ax.plot(
+                branch.value, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2
+            )
+            carry(curve, branch.value, own, np.arange(own.size))
+            curves.append(curve)
+        if names is not None and not known:
+            handles += ax.plot([], [], color=colour, lw=1.7, label=name)
+    marks = _marked(ax, listed, turn, seen) if bifurcations else []
+    dashed = any(np.isfinite(curve.get_ydata()).any() for curve in curves[1::2])
+    handles += ax.plot([], [], color="0.3", lw=1.7, label="stable")
+    handles += ax.plot([], [], color="0.3", lw=1.2, ls=(0, (3, 1.6)), label="unstable") if dashed else []
+    handles += [mark for mark in marks if not str(mark.get_label()).startswith("_")]
+    legend = ax.legend(handles=handles, loc="best")
+    turned = r"2\pi" if angular else "1"
+    unit = "radians per unit time" if angular else "cycles per unit time"
+    ax.set(
+        xlabel=parameter_label(parameter),
+        ylabel=rf"frequency ${turned}/T$  ({unit})",
+    )
+    return Artists(tuple(curves), None, tuple(marks), tuple(legend.get_texts()), missing)
+
+
+def _joined(mask: np.ndarray) -> np.ndarray:
+    """Return a mask with one more point at each end of its runs, so that curves of two kinds meet."""
+    grown = mask.copy()
+    grown[:-1] |= mask[1:] & ~mask[:-1]
+    return grown
+
+
+def _marked(ax: Any, branches: Sequence[Branch], turn: float, named: dict[str, int]) -> list[Any]:
+    """Mark the bifurcations of branches, each kind with a shape of its own."""
+    marks: list[Any] = []
+    for kind in Event:
+        found = [event for branch in branches for event in branch.bifurcations if event.event == kind]
+        if found:
+            marks.append(_mark(ax, found, kind, turn))
+    return marks
+
+
+def _mark(ax: Any, found: Sequence[Bifurcation], kind: Event, turn: float) -> Any:
+    look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
+    x, y = [event.value for event in found], [turn / event.time for event in found]
+    style = {"ls": "", "ms": 6.0, "mfc": "white", "mec": "black", "mew": 1.0, "zorder": 4}
+    (mark,) = ax.plot(x, y, **style, **look)
+    return mark
+
+
+@figure
+def plot_bifurcation(
+    bifurcation: Bifurcation, *, ax: Any = None, parameter: str = "energy", angular: bool = False
+) -> Artists:
+    """Mark a bifurcation on a plot of frequency against energy, or the parameter that was followed.
+
+    Returns Artists: points is the mark, of the shape that `plot_backbone` gives it.
+    """
+    mark = _mark(ax, [bifurcation], bifurcation.event, 2 * math.pi if angular else 1.0)
+    ax.annotate(
+        mark.get_label(),
+        (bifurcation.value, mark.get_ydata()[0]),
+        xytext=(7, 5),
+        textcoords="offset points",
+    )
+    if not ax.get_xlabel():
+        ax.set(xlabel=parameter_label(parameter), ylabel=r"frequency $2\pi/T$" if angular else "frequency $1/T$")
+    return Artists(mark, None, (mark,), (), 0)

@@ -1,0 +1,132 @@
+"""Figures of frequency maps: orbits in the plane of two frequencies, with lines of resonances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..base.status import Status
+from .labels import Box, settled, write_along
+from .picking import carry
+from .ratios import frequency
+from .scales import Colouring, clipped, colouring, colours_of, falls, limited
+from .sections import colour_bar
+from .style import Artists, figure, symbol
+
+
+@figure
+def plot_frequency_map(
+    frequency_map: Any,
+    *,
+    ax: Any = None,
+    x: str | None = None,
+    y: str | None = None,
+    values: Any = None,
+    lines: Sequence[Sequence[int]] = (),
+    shown: Any = None,
+    norm: Any = None,
+    vmin: float | None = None,
+    vmax: float | None = None,
+    label: str | None = None,
+    size: float | None = None,
+    colorbar: bool = True,
+    limits: tuple | None = None,
+) -> Artists:
+    """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
+
+    Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body,
+    else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another result of
+    the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in
+    `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
+    frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1). Returns Artists; `missing`
+    counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n above the frame, the others by
+    their equation; a label without room is left out, its line is drawn. A click picks the orbit (`picked`).
+    """
+    names = frequency_map.names
+    body = frequency_map.nu_eta is not None
+    if x is None and y is None and not body:
+        x, y = names[0], names[1]
+    x, y = x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+    X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
+    if values is None or isinstance(values, str):
+        values = colouring(frequency_map, values)
+    if not isinstance(values, Colouring):
+        c = np.asarray(values, dtype=np.float64)
+        values = Colouring(c, "", clipped(c))
+    c, norm = values.values, limited(norm or values.norm, vmin, vmax)
+    good = (frequency_map.status == Status.OK) & np.isfinite(X) & np.isfinite(Y) & np.isfinite(c)
+    good &= np.ones(good.shape, bool) if shown is None else np.asarray(shown)
+    order = np.random.default_rng(0).permutation(np.flatnonzero(good))
+    area = size if size is not None else float(np.clip(24000 / max(order.size, 1), 1.2, 16.0))
+    how = {"cmap": colours_of(norm, falls(values.name)), "norm": norm}
+    points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
+    carry(points, X[order], Y[order], order)
+    if limits is not None:
+        ax.set(xlim=limits[0], ylim=limits[1])
+    unit = "" if "/" in x else "  (cycles per unit time)"
+    ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
+    label = values.label if label is None else label
+    bar = colour_bar(ax, points, values._replace(norm=norm, label=label, values=c[good])) if colorbar else None
+    drawn, labels = _draw_lines(ax, lines, x, y)
+    return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
+
+
+def _fraction(name: str) -> str:
+    numerator, slash, denominator = name.partition("/")
+    top = symbol(f"nu_{numerator}")
+    return rf"{top}/{symbol(f'nu_{denominator}')}" if slash else top
+
+
+def _draw_lines(ax: Any, lines: Sequence[Sequence[int]], x: str, y: str) -> tuple[tuple, tuple]:
+    """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room."""
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    drawn: list[Any] = []
+    labels: list[Any] = []
+    taken: list[float] = []
+    slanted: list[tuple[np.ndarray, str]] = []
+    for k1, k2, k0 in sorted((tuple(line) for line in lines), key=lambda k: sum(map(abs, k))):
+        order = abs(k1) + abs(k2) + abs(k0)
+        style = {"color": "0.25", "lw": float(np.clip(6.0 / order, 0.5, 1.1)), "zorder": 1, "alpha": 0.75}
+        if k2 == 0 and k1:
+            at = -k0 / k1
+            if not x0 < at < x1:
+                continue
+            drawn.append(ax.axvline(at, **style))
+            place = (at - x0) / (x1 - x0)
+            if all(abs(place - other) > 0.075 for other in taken):
+                taken.append(place)
+                labels.append(
+                    ax.text(place, 1.012, f"{-k0}:{k1}", transform=ax.transAxes, ha="center", va="bottom", fontsize=8)
+                )
+        elif k2:
+            ends = [(u, -(k1 * u + k0) / k2) for u in np.linspace(x0, x1, 200)]
+            inside = np.array([(u, v) for u, v in ends if y0 < v < y1])
+            if len(inside) < 2:
+                continue
+            style.update(ls=(0, (4, 2.5)))
+            drawn += ax.plot(*inside[[0, -1]].T, **style)
+            slanted.append((inside, _equation((k1, k2, k0), x, y)))
+    ax.set(xlim=(x0, x1), ylim=(y0, y1))
+    if slanted:
+        settled(ax)
+        room: list[Box] = []
+        written = [write_along(ax, curve, text, room, lift=0.6) for curve, text in slanted]
+        labels += [text for text in written if text is not None]
+    return tuple(drawn), tuple(labels)
+
+
+def _equation(line: tuple[int, int, int], x: str, y: str) -> str:
+    """Return k1 a + k2 b + k0 c = 0 with the terms on the side where they are positive."""
+    a, _, c = x.partition("/")
+    terms = [(line[0], a), (line[1], y.partition("/")[0]), (line[2], c)]
+    sides = []
+    for sign in (1, -1):
+        side = "+".join(
+            (str(abs(k)) if abs(k) != 1 or not name else "") + (symbol(f"nu_{name}") if name else "")
+            for k, name in terms
+            if k * sign > 0
+        )
+        sides.append(side or "0")
+    return f"${sides[0]}={sides[1]}$"

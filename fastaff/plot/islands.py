@@ -1,0 +1,66 @@
+"""Figures of islands and of rotation numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..analysis.sections.islands import Islands, Rotation
+from ..base.status import Status
+from .picking import carry
+from .style import DARK, LINES, Artists, figure
+
+
+@figure
+def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str = "orbit") -> Artists:
+    """Draw rotation numbers with their errors against a number of each orbit.
+
+    Parameters: x (orbits,): such as where the orbits start on a line, by default their numbers; label: of that axis.
+    Returns Artists: points are the dots with bars; `missing` counts orbits without a rotation number.
+    """
+    rotation, error = np.atleast_1d(result.rotation), np.atleast_1d(result.error)
+    at = np.arange(rotation.size) if x is None else np.asarray(x, float)
+    if at.shape != rotation.shape:
+        raise ValueError(f"x must have shape {rotation.shape}, one number for each orbit, got {at.shape}")
+    fine = (np.atleast_1d(result.status) == Status.OK) & np.isfinite(rotation) & np.isfinite(error)
+    style = {"ls": "", "marker": "o", "ms": 3.0, "lw": 0.8, "capsize": 1.5}
+    points = ax.errorbar(at[fine], rotation[fine], yerr=error[fine], color=DARK, **style)
+    carry(points[0], at[fine], rotation[fine], np.flatnonzero(fine))
+    ax.set(xlabel=label, ylabel="rotation number  (turns per crossing)")
+    return Artists(points, None, (), (), int(np.count_nonzero(~fine)))
+
+
+@figure
+def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Artists:
+    """Draw the chains of islands on a section: the middle of each island, its size as an ellipse, and p/q beside the
+    first of each chain.
+
+    Returns Artists: points are the middles, lines the ellipses, labels the rotation numbers; `missing` counts orbits of
+    no chain. A click picks orbit and island. Names of the axes are those of the points that were analysed.
+    """
+    from matplotlib.patches import Ellipse
+
+    own = np.flatnonzero(result.q > 0)
+    x, y = result.centres[:, :, own]
+    island, which = np.nonzero(np.isfinite(x) & np.isfinite(y))
+    u, v, orbit = x[island, which], y[island, which], own[which]
+    chains = {int(q): k for k, q in enumerate(np.unique(result.q[own]))}
+    colours = [LINES[chains[int(result.q[k])] % len(LINES)][0] for k in orbit]
+    points = carry(ax.scatter(u, v, s=10, c=colours or DARK, zorder=3), u, v, orbit, island)
+    ellipses = []
+    for a, b, k, i, colour in zip(u, v, orbit, island, colours):
+        width, height = result.extents[:, i, k]
+        if np.isfinite(width) and np.isfinite(height):
+            ellipses.append(ax.add_patch(Ellipse((a, b), width, height, fill=False, ec=colour, lw=0.8)))
+    written, seen = [], set()
+    for k in own if labels else ():
+        chain = int(result.p[k]), int(result.q[k])
+        if chain not in seen:
+            seen.add(chain)
+            text = f"{chain[0]}/{chain[1]}"
+            place = {"xytext": (5, 5), "textcoords": "offset points", "fontsize": 8}
+            written.append(ax.annotate(text, tuple(result.centres[:, 0, k]), **place))
+    ax.autoscale_view()
+    ax.set(xlabel="first section coordinate", ylabel="second section coordinate")
+    return Artists(points, None, tuple(ellipses), tuple(written), int(result.q.size - own.size))

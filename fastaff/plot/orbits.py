@@ -1,0 +1,88 @@
+"""Figures of orbits: curves of two coordinates, and the growth of their tangent vectors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..analysis.orbits.integrate import Orbits
+from ..analysis.orbits.tangent_map import TangentMap
+from ..base.status import Status
+from ..flows.coordinates import chart_row
+from .picking import carry
+from .sections import why
+from .style import DARK, GREY, LINES, Artists, figure, symbol
+
+MOST = 40
+"""Orbits drawn as curves, where no one chooses."""
+
+
+@figure
+def plot_orbits(
+    result: Orbits, *, ax: Any = None, x: str | None = None, y: str | None = None, orbits: Any = None
+) -> Artists:
+    """Draw the samples of orbits as curves of two coordinates, or of one against time; without samples their ends.
+
+    Parameters: x, y: names of coordinates or momenta, of a body those of any chart, x also "time"; by default the first
+    two coordinates, of a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of orbits that
+    failed are grey. Returns Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and
+    sample.
+    """
+    body = len(result.z) == 8
+    x, y = x or ("alpha" if body else result.names[0]), y or ("beta" if body else result.names[1 % len(result.names)])
+    z, whole = result.z.reshape(len(result.z), -1), result.z.ndim > 1
+    samples = result.samples.reshape(len(result.times), len(z), -1).transpose(1, 0, 2)
+    status = np.atleast_1d(result.status).ravel()
+    total = z.shape[1]
+    chosen = np.unique(np.linspace(0, total - 1, min(total, MOST)).astype(int)) if orbits is None else np.ravel(orbits)
+    states = samples if len(result.times) else z[:, None]
+    u, v = (_row(result, states, name) for name in (x, y))
+    curves = []
+    for number, k in enumerate(chosen):
+        colour = GREY if status[k] != Status.OK else LINES[number % len(LINES)][0] if len(chosen) <= 5 else DARK
+        mark = {"marker": "o", "ls": "", "ms": 3.0} if not len(result.times) else {"lw": 0.8, "alpha": 0.85}
+        (curve,) = ax.plot(u[:, k], v[:, k], color=colour, **mark)
+        curves.append(carry(curve, u[:, k], v[:, k], np.full(len(u), k), np.arange(len(u)) if whole else None))
+    gone = status[chosen] != Status.OK
+    if gone.any():
+        line = ax.plot([], [], color=GREY, label=why(status[chosen], gone))
+        ax.legend(handles=line, loc="upper right")
+    ax.set(xlabel="time $t$" if x == "time" else f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
+    return Artists(tuple(curves), None, (), (), total - len(chosen))
+
+
+def _row(result: Orbits, states: np.ndarray, name: str) -> np.ndarray:
+    """Return one coordinate (moments, orbits) of states (2n, moments, orbits), by its name."""
+    if name == "time":
+        times = result.times if len(result.times) else np.atleast_1d(result.t)
+        return np.broadcast_to(times[:, None], states.shape[1:]) if len(result.times) else times[None]
+    if name in result.names:
+        return states[result.names.index(name)]
+    found = chart_row(states, name)
+    if found is None:
+        raise ValueError(f"x and y must be among {', '.join(result.names)}, or of a body's charts, got {name!r}")
+    return found
+
+
+@figure
+def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
+    """Draw how long the tangent vectors of each orbit have become.
+
+    Returns Artists: points are the dots of each vector, log10 of its length against the number of the orbit; `missing`
+    counts orbits that are not OK. A click picks the orbit.
+    """
+    vectors = result.vectors.reshape(*result.vectors.shape[:2], -1)
+    with np.errstate(all="ignore"):
+        length = np.log10(np.sqrt((vectors**2).sum(axis=1)))
+    number = np.arange(length.shape[1])
+    marks = []
+    for k, row in enumerate(length):
+        colour = LINES[k % len(LINES)][0]
+        (mark,) = ax.plot(number, row, ls="", marker="osD^v"[k % 5], ms=3.5, color=colour, label=str(k))
+        marks.append(carry(mark, number, row, number))
+    if 1 < len(marks) <= 8:
+        ax.legend(title="vector", loc="best")
+    ax.set(xlabel="orbit", ylabel=r"growth  $\log_{10}|w|$")
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    return Artists(tuple(marks), None, (), (), int(np.count_nonzero(np.atleast_1d(result.status) != Status.OK)))

@@ -1,0 +1,72 @@
+"""From a click on a figure to the orbit: our points and cells know whose they are.
+
+figure.canvas.mpl_connect("pick_event", lambda event: print(picked(event)))
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+REACH = 5.0
+"""Points (1/72 inch) between the mouse and what it picks at most."""
+
+
+class Picked(NamedTuple):
+    """What was picked: the number of the orbit in its result, the number of its crossing (None where the artist has one
+    mark for each orbit), and the coordinates x, y on the axes.
+    """
+
+    orbit: int
+    crossing: int | None
+    x: float
+    y: float
+
+
+def picked(event: Any) -> Picked | None:
+    """Return which orbit a pick event of Matplotlib is of; None for artists that are not ours."""
+    return getattr(event, "picked", None)
+
+
+def carry(
+    artist: Any,
+    x: Any,
+    y: Any,
+    orbit: Any,
+    crossing: Any = None,
+    *,
+    cell: tuple[float, float] | None = None,
+) -> Any:
+    """Let an artist tell which orbit a click on it is at; return the artist.
+
+    x, y (marks,): where its marks are; orbit, crossing (marks,): whose; cell: width and height of the marks in data
+    units, where these are cells. The nearest mark within `REACH` is picked, or the cell under the mouse.
+    """
+    x, y, orbit = np.asarray(x, float), np.asarray(y, float), np.asarray(orbit)
+
+    def found(_: Any, event: Any) -> tuple[bool, dict[str, Any]]:
+        axes = artist.axes
+        if axes is None or event.inaxes is not axes:
+            return False, {}
+        reach = REACH * axes.figure.dpi / 72
+        if cell is None:
+            corners = axes.transData.inverted().transform(
+                [[event.x - reach, event.y - reach], [event.x + reach, event.y + reach]]
+            )
+            (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+        else:
+            x0, x1 = event.xdata - cell[0] / 2, event.xdata + cell[0] / 2
+            y0, y1 = event.ydata - cell[1] / 2, event.ydata + cell[1] / 2
+        near = np.flatnonzero((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
+        if not near.size:
+            return False, {}
+        away = np.hypot(*(axes.transData.transform(np.column_stack([x[near], y[near]])) - [event.x, event.y]).T)
+        k = int(near[away.argmin()])
+        if cell is None and away.min() > reach:
+            return False, {}
+        number = None if crossing is None else int(crossing[k])
+        return True, {"picked": Picked(int(orbit[k]), number, float(x[k]), float(y[k]))}
+
+    artist.set_picker(found)
+    return artist

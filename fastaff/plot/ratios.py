@@ -1,0 +1,47 @@
+"""Frequencies of a map by name, and the resonances among their ratios."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+
+def frequency(frequency_map: Any, name: str) -> np.ndarray:
+    """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
+    "beta/alpha".
+    """
+    numerator, slash, denominator = name.partition("/")
+    if slash:
+        with np.errstate(all="ignore"):
+            return frequency(frequency_map, numerator) / frequency(frequency_map, denominator)
+    if name in frequency_map.names:
+        return frequency_map.nu[frequency_map.names.index(name)]
+    if name in ("eta", "gamma") and frequency_map.nu_eta is not None:
+        return frequency_map.nu_eta if name == "eta" else frequency_map.nu_gamma
+    extra = ", eta, gamma" if frequency_map.nu_eta is not None else ""
+    raise ValueError(f"frequency must be one of {', '.join(frequency_map.names)}{extra}, or a ratio a/b, got {name!r}")
+
+
+def resonances_between(low: float, high: float, max_order: int) -> list[tuple[int, int, int]]:
+    """Return the resonances m : n with low < m/n < high as lines (n, 0, -m) of a frequency map, of order m + n at
+    most.
+    """
+    found = [
+        (n, 0, -m)
+        for n in range(1, max_order)
+        for m in range(1, max_order - n + 1)
+        if math.gcd(m, n) == 1 and low < m / n < high
+    ]
+    return sorted(found, key=lambda k: k[0] - k[2])
+
+
+def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:
+    """Count the orbits, of those shown, with |k1 X + k2 Y + k0| < tolerance for the line (k1, k2, k0) of a map's
+    plane.
+    """
+    X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
+    with np.errstate(all="ignore"):
+        return int(np.count_nonzero((np.abs(line[0] * X + line[1] * Y + line[2]) < tolerance) & shown))

@@ -1,0 +1,254 @@
+"""Colour scales and what is coloured: scales of chaos have the limit of their indicator in the middle, always.
+
+Bright is chaotic: cividis has a step of lightness at the limit, so that the boundary between regular and chaotic is
+seen with any kind of colour vision, and in grey. The regular half runs from what a regular orbit reads to the limit,
+whatever the data: rounding noise of regular orbits does not look like chaos.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis.chaos.chaos_map import ChaosMap
+from ..analysis.chaos.indicators import GALI, SALI, BirkhoffDigits
+from ..analysis.frequencies.frequency_map import FrequencyMap
+from ..base.numbers import real
+from ..base.results import Result, columns
+from ..base.status import Status
+from .ratios import frequency
+from .style import PALE_END, colour_map, symbol
+
+STEP = (0.36, 0.66)
+"""The part of cividis that is left out at the limit."""
+DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
+QUIET = 8.0
+"""Decades of diffusion below the limit that are told apart."""
+LABELS = {
+    "megno": r"MEGNO $\langle Y\rangle$",
+    "sali": r"$\log_{10}$ SALI",
+    "fli": r"FLI, largest $\log_{10}|w|$",
+    "ofli": r"OFLI, largest $\log_{10}|w_\perp|$",
+    "lyapunov": r"Lyapunov exponent $\lambda_1$ (per unit time)",
+    "largest": r"Lyapunov exponent $\lambda_1$ (per unit time)",
+    "birkhoff_digits": "digits of Birkhoff averages",
+    "frequency_diffusion": r"diffusion  $\log_{10}|\Delta\nu|$ (cycles per natural period)",
+    "zero_one": "0-1 test $K$",
+    "reversibility_error": r"$\log_{10}$ reversibility error",
+    "diffusion": DIFFUSION,
+    "energy_error": "energy error / largest kinetic energy",
+    "counts": "crossings",
+    "period": "period in crossings",
+    "time": "time $T$",
+}
+_CALM = {
+    "megno": lambda limit: 2.0,
+    "sali": lambda limit: 0.0,
+    "fli": lambda limit: limit - 4.0,
+    "ofli": lambda limit: limit - 4.0,
+    "lyapunov": lambda limit: 0.0,
+    "largest": lambda limit: 0.0,
+    "birkhoff_digits": lambda limit: 2.0 * limit,
+    "frequency_diffusion": lambda limit: limit - QUIET,
+    "zero_one": lambda limit: 0.0,
+    "reversibility_error": lambda limit: limit - 4.0,
+}
+"""What a regular orbit reads, by the definition of each indicator and its limit."""
+
+
+class Colouring(NamedTuple):
+    """Values of orbits (orbits,) as colours: the values, their label, the scale, and which orbits have a value."""
+
+    values: np.ndarray
+    label: str
+    norm: Any
+    limit: float | None = None
+    name: str = ""
+
+
+def label_of(name: str) -> str:
+    """Return the label of an indicator, or another column of a result, for axes and colour bars."""
+    if name in LABELS:
+        return LABELS[name]
+    if name.startswith("gali_"):
+        return rf"$\log_{{10}}$ GALI$_{{{name[5:]}}}$"
+    numerator, slash, denominator = name.partition("/")
+    if slash:
+        return rf"${symbol('nu_' + numerator)}/{symbol('nu_' + denominator)}$"
+    head = name.partition("_")[0]
+    return f"${symbol(name)}$" if head in ("nu", "p") or name in ("alpha", "beta") else name.replace("_", " ")
+
+
+def falls(name: str) -> bool:
+    """Whether chaotic orbits are below the limit."""
+    return name in (SALI.name, BirkhoffDigits.name) or name.startswith(GALI(2).name[:5])
+
+
+def calm(name: str, limit: float) -> float | None:
+    """Return what a regular orbit reads; None for an indicator of one's own."""
+    return 0.0 if name.startswith("gali_") else _CALM[name](limit) if name in _CALM else None
+
+
+def limit_colours(falling: bool = False) -> Any:
+    """Return cividis with a step in its middle, the bright half on the side of chaos."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap
+
+    place = np.concatenate([np.linspace(0.0, STEP[0], 128), np.linspace(STEP[1], PALE_END, 128)])
+    return ListedColormap(matplotlib.colormaps["cividis"](place[::-1] if falling else place), name="fastaff_limit")
+
+
+def colours_of(norm: Any, falling: bool = False) -> Any:
+    """Return the colours for a scale: with a step where it has a limit."""
+    return limit_colours(falling) if getattr(norm, "vcenter", None) is not None else colour_map()
+
+
+def limit_scale(values: Any, limit: float, regular: float | None = None) -> Any:
+    """Return a colour scale with the limit in its middle.
+
+    Towards `regular`, what a regular orbit reads, it ends there; on the other side it ends as far from the limit or, if
+    that is farther, at the 2nd or 98th percentile of the values beyond the limit. Without `regular` both ends are such
+    percentiles.
+    """
+    from matplotlib.colors import TwoSlopeNorm
+
+    values = np.asarray(values, dtype=np.float64)
+    values = values[np.isfinite(values)]
+    below, above = values[values < limit], values[values > limit]
+    low = float(np.quantile(below, 0.02)) if below.size else math.nan
+    high = float(np.quantile(above, 0.98)) if above.size else math.nan
+    if regular is not None and regular < limit:
+        low, high = regular, np.fmax(high, 2 * limit - regular)
+    elif regular is not None and regular > limit:
+        low, high = np.fmin(low, 2 * limit - regular), regular
+    other = np.nanmax([limit - low, high - limit, 0.0]) or 1.0
+    least = 1e-3 * max(other, abs(limit)) or 1e-3
+    low = limit - 0.5 * other if math.isnan(low) else min(low, limit - least)
+    high = limit + 0.5 * other if math.isnan(high) else max(high, limit + least)
+    return TwoSlopeNorm(limit, float(low), float(high))
+
+
+def diffusion_limit(time: float) -> float:
+    """Return log10 of the change of a frequency, in cycles per unit time, that is chaos: 0.3 cycles over half the time,
+    as for the indicator `FrequencyDiffusion`.
+    """
+    return math.log10(0.6 / time)
+
+
+def diffusion_scale(time: float) -> Any:
+    """Return the colour scale of the diffusion over a time: eight decades below the limit of chaos and two above it,
+    whatever the data.
+    """
+    return scale_of("diffusion", (), diffusion_limit(time))
+
+
+def scale_of(name: str, values: Any, limit: float | None) -> Any:
+    """Return the colour scale of a column by its name: with its limit in the middle, where it has one."""
+    from matplotlib.colors import TwoSlopeNorm
+
+    if limit is None:
+        return clipped(values)
+    if name == "diffusion":
+        return TwoSlopeNorm(limit, limit - QUIET, limit + 2.0)
+    return limit_scale(values, limit, calm(name, limit))
+
+
+def clipped(values: Any) -> Any:
+    """Return a colour scale from the 5th to the 95th percentile of the finite values, rounded outwards to halves where
+    they span more than that.
+    """
+    from matplotlib.colors import Normalize
+
+    values = np.asarray(values, dtype=np.float64)
+    finite = values[np.isfinite(values)]
+    low, high = np.quantile(finite, [0.05, 0.95]) if finite.size else (0.0, 1.0)
+    if high - low > 1.0:
+        low, high = math.floor(2 * low) / 2, math.ceil(2 * high) / 2
+    elif not high > low:
+        low, high = low - 0.25, low + 0.25
+    return Normalize(float(low), float(high))
+
+
+def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> Any:
+    """Return a scale with ends of one's own; one with a limit keeps it where that is between them. Raises ValueError
+    for ends in the wrong order.
+    """
+    from matplotlib.colors import Normalize, TwoSlopeNorm
+
+    if vmin is None and vmax is None:
+        return norm
+    low = norm.vmin if vmin is None else real("vmin", vmin)
+    high = norm.vmax if vmax is None else real("vmax", vmax)
+    if not low < high:
+        raise ValueError(f"vmin must be below vmax, got {low:g} and {high:g}")
+    limit = getattr(norm, "vcenter", None)
+    return Normalize(low, high) if limit is None or not low < limit < high else TwoSlopeNorm(limit, low, high)
+
+
+def colouring(result: Any, name: str | None = None, *, vmin: float | None = None, vmax: float | None = None) -> Any:
+    """Return the colours of a result's orbits by one of its columns.
+
+    Parameters: result: a ChaosMap, whose indicators have scales with their limits; a FrequencyMap, whose `diffusion`
+    has one too, and whose ratios of frequencies, "beta/alpha", are columns; any other result; name: of the column
+    (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale. Returns Colouring, which
+    `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK have no value. Raises
+    ValueError naming what there is.
+    """
+    fine = np.asarray(getattr(result, "status", 0)) == Status.OK
+    if isinstance(result, ChaosMap) and (name is None or name in result.names):
+        name = result.names[0] if name is None else name
+        values, limit = _chaos(result, name, fine)
+        return coloured(name, values, limit, vmin, vmax)
+    if isinstance(result, FrequencyMap) and name in (None, "diffusion"):
+        values, limit = np.where(fine, result.diffusion, np.nan), diffusion_limit(result.time)
+        return coloured("diffusion", values, limit, vmin, vmax)
+    values = _column(result, name)
+    if name != "status":
+        values = np.where(fine | (not hasattr(result, "status")), values, np.nan) if name not in KEPT else values
+    return coloured(str(name), values, None, vmin, vmax)
+
+
+def coloured(
+    name: str, values: np.ndarray, limit: float | None, vmin: float | None = None, vmax: float | None = None
+) -> Colouring:
+    """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None."""
+    return Colouring(values, label_of(name), limited(scale_of(name, values, limit), vmin, vmax), limit, name)
+
+
+KEPT = ("counts", "status", "energy_error", "t")
+"""Columns that orbits have which are not OK."""
+
+
+def _chaos(result: ChaosMap, name: str, fine: np.ndarray) -> tuple[np.ndarray, float]:
+    row = result.names.index(name)
+    limit = float(np.nanmedian(result.limits[row])) if np.isfinite(result.limits[row]).any() else 0.0
+    return np.where(fine, result.values[row], np.nan), limit
+
+
+def _column(result: Any, name: str | None) -> np.ndarray:
+    """Return a column (orbits,) of numbers by its name."""
+    if not isinstance(result, Result):
+        raise TypeError(f"result must be a result of fastaff, got {type(result).__name__}")
+    found: Any = None
+    if (
+        isinstance(result, FrequencyMap)
+        and name is not None
+        and ("/" in name or name in (*result.names, "eta", "gamma"))
+    ):
+        found = frequency(result, name)
+    elif name is not None:
+        try:
+            found = result[name]
+        except KeyError:
+            found = None
+    array = np.asarray(found) if isinstance(found, (np.ndarray, np.generic)) else np.zeros(0, object)
+    if array.ndim != 1 or array.dtype.kind not in "biuf":
+        known = [entry.name for entry in columns(result) if entry.value.ndim == 1]
+        known += [
+            f"{entry.name}_{label}" for entry in columns(result) if entry.value.ndim == 2 for label in entry.labels
+        ]
+        known += list(getattr(result, "names", ())) if isinstance(result, ChaosMap) else []
+        raise ValueError(f"the column must be one of {', '.join(dict.fromkeys(known))}, got {name!r}")
+    return array.astype(np.float64)

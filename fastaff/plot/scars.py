@@ -1,0 +1,85 @@
+"""Periodic orbits as curves in the plane of two coordinates, over whatever is drawn there: scars of wave functions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..analysis.orbits.integrate import integrate
+from ..analysis.periodic.periodic_orbits import PeriodicOrbits
+from ..base.status import Status
+from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
+from ..models.contracts import Model
+from .backbone import STABLE
+from .picking import carry
+from .style import Artists, figure, symbol
+
+PLANES = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)
+
+
+def in_plane(alpha: np.ndarray, beta: np.ndarray, chart: Chart) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two deformation invariants of a chart, of alpha and beta."""
+    if chart.name == TWO_POLAR.name:
+        return (alpha + beta) / math.sqrt(2), (alpha - beta) / math.sqrt(2)
+    if chart.name == R_VARTHETA.name:
+        return alpha**2 + beta**2, 2 * np.arctan2(beta, alpha)
+    return alpha, beta
+
+
+def traced(model: Model, orbits: PeriodicOrbits, points: int = 400) -> np.ndarray:
+    """Return the phase points (2n, points + 1, orbits) of periodic orbits at equal times over their periods, the last
+    one the first again; NaN where an orbit is not OK.
+
+    Cost: one integration of each orbit over its period.
+    """
+    found = np.full((len(orbits.z), points + 1, len(orbits)), np.nan)
+    for k in np.flatnonzero(orbits.status == Status.OK):
+        run = integrate(model, orbits.z[:, k], time=float(orbits.time[k]), samples=points, accuracy=1e-8)
+        found[:, 0, k], found[:, 1:, k] = orbits.z[:, k], run.samples.reshape(points, len(orbits.z)).T
+    return found
+
+
+@figure
+def plot_scars(
+    orbits: PeriodicOrbits,
+    model: Model,
+    *,
+    ax: Any = None,
+    chart: Chart | None = None,
+    points: int = 400,
+) -> Artists:
+    """Draw periodic orbits as curves of the first two coordinates, over the density of a state that axes already show.
+
+    Parameters: orbits; model: whose orbits they are, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
+    TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
+    unstable, white with a dark casing. The limits of axes with something on them stay. Returns Artists: points are the
+    curves; `missing` counts orbits that are not OK. Raises ValueError for a chart that it does not take.
+    Cost: one integration of each orbit over its period.
+    Source: Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
+    """
+    from matplotlib.patheffects import Normal, Stroke
+
+    if chart is not None and chart.name not in [plane.name for plane in PLANES]:
+        raise ValueError(f"chart must be one of {', '.join(plane.name for plane in PLANES)}, got {chart.name!r}")
+    z = traced(model, orbits, points)
+    if len(z) == 8:
+        u, v = np.hypot(z[0], z[1]), np.hypot(z[2], z[3])
+        names: tuple[str, ...] = ALPHA_BETA.names
+    else:
+        u, v, names = z[0], z[1], tuple(orbits.names)
+    if chart is not None and tuple(names[:2]) == ALPHA_BETA.names[:2]:
+        (u, v), names = in_plane(u, v, chart), chart.names
+    drawn, limits = ax.has_data(), (ax.get_xlim(), ax.get_ylim())
+    curves = []
+    for k in np.flatnonzero(orbits.status == Status.OK):
+        steady = orbits.stability[k] in STABLE
+        look = {"lw": 1.2, "color": "white", "ls": "-" if steady else (0, (4, 1.6)), "zorder": 4}
+        (curve,) = ax.plot(u[:, k], v[:, k], path_effects=[Stroke(linewidth=2.6, foreground="black"), Normal()], **look)
+        curves.append(carry(curve, u[:, k], v[:, k], np.full(points + 1, k)))
+    if drawn:
+        ax.set(xlim=limits[0], ylim=limits[1])
+    else:
+        ax.set(xlabel=f"${symbol(names[0])}$", ylabel=f"${symbol(names[1])}$")
+    return Artists(tuple(curves), None, (), (), int(np.count_nonzero(orbits.status != Status.OK)))

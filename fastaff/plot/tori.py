@@ -1,0 +1,104 @@
+"""Figures of tori: actions and frequencies of many, the lines of one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..analysis.frequencies.naff import FrequencyLines
+from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
+from ..analysis.tori.fit_torus import TorusFit
+from .picking import carry
+from .scales import clipped
+from .style import DARK, LINES, Artists, colour_map, figure, symbol
+
+
+@figure
+def plot_actions(
+    result: ActionAngles, *, ax: Any = None, x: int = 0, y: int = 1, values: Any = None, label: str = "energy $E$"
+) -> Artists:
+    """Draw tori in the plane of two actions I = J/2 pi, coloured by their energy or other values (orbits,).
+
+    Parameters: x, y: rows of J; values, label: of the colours. Returns Artists; `missing` counts orbits without a
+    torus. A click picks the orbit.
+    """
+    each = np.atleast_1d(np.asarray(result.energy if values is None else values, float)).ravel()
+    u, v = (result.I[k].ravel() for k in (x, y))
+    points, bar, missing = _dots(ax, u, v, each, label)
+    ax.set(xlabel=f"action $I_{{{symbol(result.names[x])}}}$", ylabel=f"action $I_{{{symbol(result.names[y])}}}$")
+    return Artists(points, bar, (), (), missing)
+
+
+@figure
+def plot_energy_of_actions(result: EnergyOfActions, *, ax: Any = None, x: int = 0, y: int = 1) -> Artists:
+    """Draw the frequencies of tori with given actions in the plane of two of them, coloured by their energy.
+
+    Parameters: x, y: rows of nu. Returns Artists; `missing` counts those that are not OK. A click picks the orbit.
+    """
+    u, v = (result.nu[k].ravel() for k in (x, y))
+    points, bar, missing = _dots(ax, u, v, np.atleast_1d(result.energy).ravel(), "energy $E$")
+    first, second = (symbol(f"nu_{result.names[k]}") for k in (x, y))
+    ax.set(xlabel=f"${first}$  (cycles per unit time)", ylabel=f"${second}$  (cycles per unit time)")
+    return Artists(points, bar, (), (), missing)
+
+
+def _dots(ax: Any, u: np.ndarray, v: np.ndarray, each: np.ndarray, label: str) -> tuple[Any, Any, int]:
+    fine = np.isfinite(u) & np.isfinite(v) & np.isfinite(each)
+    area = float(np.clip(24000 / max(u.size, 1), 2.0, 24.0))
+    how = {"c": each[fine], "cmap": colour_map(), "norm": clipped(each)}
+    points = carry(
+        ax.scatter(u[fine], v[fine], s=area, linewidths=0, rasterized=True, **how),
+        u[fine],
+        v[fine],
+        np.flatnonzero(fine),
+    )
+    bar = ax.figure.colorbar(points, ax=ax, label=label, extend="both") if fine.any() else None
+    return points, bar, int(np.count_nonzero(~fine))
+
+
+@figure
+def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any = None) -> Artists:
+    """Draw the lines of signals: the logarithm of their amplitudes over their frequencies.
+
+    Parameters: signals: numbers of those drawn (default: the first five). Returns Artists: points are the dots of each
+    signal, lines their stems; `missing` counts lines that were not found.
+    """
+    nu, size = (array.reshape(-1, array.shape[-1]) for array in (result.nu, np.abs(result.amplitude)))
+    chosen = np.arange(min(len(nu), 5)) if signals is None else np.ravel(signals)
+    found = size[chosen] > 0
+    bottom = 0.3 * float(size[chosen][found].min()) if found.any() else 0.1
+    dots, stems = [], []
+    for number, k in enumerate(chosen):
+        colour, kept = LINES[number % len(LINES)][0], size[k] > 0
+        stems.append(ax.vlines(nu[k, kept], bottom, size[k, kept], color=colour, lw=1.0, alpha=0.7))
+        (dot,) = ax.plot(
+            nu[k, kept], size[k, kept], ls="", marker="osD^v"[number % 5], ms=4, color=colour, label=str(k)
+        )
+        dots.append(carry(dot, nu[k, kept], size[k, kept], np.full(int(kept.sum()), k), np.flatnonzero(kept)))
+    ax.set_yscale("log")
+    if len(chosen) > 1:
+        ax.legend(title="signal", loc="best")
+    ax.set(xlabel=r"$\nu$  (cycles per unit time)", ylabel="amplitude")
+    return Artists(tuple(dots), None, tuple(stems), (), int(np.count_nonzero(~found)))
+
+
+@figure
+def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> Artists:
+    """Draw the Fourier series of a torus: the size of each term over its frequency k . nu, on a logarithmic axis.
+
+    Parameters: row: of z, by default the norm over all rows. Terms are darker the lower their order |k|. Returns
+    Artists: points are the dots, lines the stems; `missing` counts terms of size 0.
+    """
+    size = np.sqrt((np.abs(result.coefficients) ** 2).sum(axis=0)) if row is None else np.abs(result.coefficients[row])
+    rate = np.abs(result.k @ result.nu)
+    kept = (size > 0) & np.isfinite(rate)
+    order = np.abs(result.k).sum(axis=1)[kept]
+    bottom = 0.3 * float(size[kept].min()) if kept.any() else 0.1
+    stems = ax.vlines(rate[kept], bottom, size[kept], color="0.8", lw=0.7, zorder=1)
+    how = {"c": order, "cmap": colour_map()} if order.size else {"color": DARK}
+    dots = ax.scatter(rate[kept], size[kept], s=12, linewidths=0, zorder=2, **how)
+    bar = ax.figure.colorbar(dots, ax=ax, label="order $|k|$") if order.size else None
+    ax.set_yscale("log")
+    ax.set(xlabel=r"$|k\cdot\nu|$  (cycles per unit time)", ylabel="$|z_k|$" if row is None else f"$|z_{{k,{row}}}|$")
+    return Artists(dots, bar, (stems,), (), int(np.count_nonzero(~kept)))
