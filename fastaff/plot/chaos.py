@@ -21,7 +21,7 @@ from ..base.status import Status
 from .parameters import parameter_label
 from .picking import carry
 from .scales import Colouring, calm, falls, label_of, limit_colours, limit_scale, limited
-from .sections import colour_bar, grey_cells, places, why, widths
+from .sections import above_frame, colour_bar, grey_cells, places, why, widths
 from .style import DARK, GREY, PALE_END, Artists, figure, outline, symbol
 
 VERDICTS = ("regular", "undecided", "chaotic")
@@ -71,7 +71,7 @@ def plot_chaos_map(
     legend = "" if fine.all() else why(chaos_map.status, ~fine)
     if legend:
         handle = ax.scatter([], [], s=16, color=GREY, linewidths=0, label=legend)
-        ax.legend(handles=[handle], loc="upper right", handletextpad=0.3, borderpad=0.5)
+        above_frame(ax, [handle])
     lines = [] if boundary is None else outline(ax, boundary)
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
     bar = None

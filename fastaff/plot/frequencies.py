@@ -11,7 +11,7 @@ from ..base.status import Status
 from .labels import Box, settled, write_along
 from .picking import carry
 from .ratios import frequency
-from .scales import Colouring, clipped, colouring, colours_of, falls, limited
+from .scales import Colouring, clipped, colouring, colours_of, limited
 from .sections import colour_bar
 from .style import Artists, figure, symbol
 
@@ -60,7 +60,7 @@ def plot_frequency_map(
     good &= np.ones(good.shape, bool) if shown is None else np.asarray(shown)
     order = np.random.default_rng(0).permutation(np.flatnonzero(good))
     area = size if size is not None else float(np.clip(24000 / max(order.size, 1), 1.2, 16.0))
-    how = {"cmap": colours_of(norm, falls(values.name)), "norm": norm}
+    how = {"cmap": colours_of(values._replace(norm=norm)), "norm": norm}
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
     if limits is not None:

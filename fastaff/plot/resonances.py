@@ -14,8 +14,8 @@ from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
 from .labels import Box, pixel_length, settled, write_along
 from .picking import carry
-from .scales import DIFFUSION, clipped, colours_of
-from .style import ACCENT, DARK, Artists, figure, symbol
+from .scales import DIFFUSION, clipped
+from .style import ACCENT, DARK, Artists, colour_map, figure, symbol
 
 PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
 """What a name is written on."""
@@ -90,7 +90,7 @@ def plot_ratio_web(
         colours = (
             {"color": DARK}
             if values is None
-            else {"c": each[kept], "cmap": colours_of(norm), "norm": norm or clipped(each)}
+            else {"c": each[kept], "cmap": colour_map(), "norm": norm or clipped(each)}
         )
         limits = (ax.get_xlim(), ax.get_ylim())
         points = ax.scatter(x[kept], y[kept], s=5, linewidths=0, zorder=3, rasterized=True, **colours)

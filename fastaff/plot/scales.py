@@ -1,8 +1,9 @@
-"""Colour scales and what is coloured: scales of chaos have the limit of their indicator in the middle, always.
+"""Colour scales and what is coloured: scales of chaos follow from the limit of their indicator, not from the data.
 
 Bright is chaotic: cividis has a step of lightness at the limit, so that the boundary between regular and chaotic is
 seen with any kind of colour vision, and in grey. The regular half runs from what a regular orbit reads to the limit,
-whatever the data: rounding noise of regular orbits does not look like chaos.
+whatever the data: rounding noise of regular orbits does not look like chaos. Diffusion, which decides less sharply
+(slow chaos is below the limit), has no step, but grey at the limit and ends that the limit sets.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from .style import PALE_END, colour_map, symbol
 STEP = (0.36, 0.66)
 """The part of cividis that is left out at the limit."""
 DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
+SLOW = "diffusion"
+"""A column that decides less sharply than the indicators."""
 QUIET = 8.0
 """Decades of diffusion below the limit that are told apart."""
 LABELS = {
@@ -100,9 +103,14 @@ def limit_colours(falling: bool = False) -> Any:
     return ListedColormap(matplotlib.colormaps["cividis"](place[::-1] if falling else place), name="fastaff_limit")
 
 
-def colours_of(norm: Any, falling: bool = False) -> Any:
-    """Return the colours for a scale: with a step where it has a limit."""
-    return limit_colours(falling) if getattr(norm, "vcenter", None) is not None else colour_map()
+def stepped(colours: Colouring) -> bool:
+    """Tell whether colours have a step at a limit: those of indicators, not those of diffusion."""
+    return getattr(colours.norm, "vcenter", None) is not None and colours.limit is not None and colours.name != SLOW
+
+
+def colours_of(colours: Colouring) -> Any:
+    """Return the map of colours: with a step at the limit of an indicator."""
+    return limit_colours(falls(colours.name)) if stepped(colours) else colour_map()
 
 
 def limit_scale(values: Any, limit: float, regular: float | None = None) -> Any:
@@ -145,12 +153,12 @@ def diffusion_scale(time: float) -> Any:
 
 
 def scale_of(name: str, values: Any, limit: float | None) -> Any:
-    """Return the colour scale of a column by its name: with its limit in the middle, where it has one."""
+    """Return the colour scale of a column by its name, set by its limit where it has one."""
     from matplotlib.colors import TwoSlopeNorm
 
     if limit is None:
         return clipped(values)
-    if name == "diffusion":
+    if name == SLOW:
         return TwoSlopeNorm(limit, limit - QUIET, limit + 2.0)
     return limit_scale(values, limit, calm(name, limit))
 

@@ -13,7 +13,7 @@ from ..charts import ALPHA_BETA, Chart
 from ..models.sections import BetaEquals, BetaTurning, Linear
 from .density import DENSE, draw_density
 from .picking import carry
-from .scales import Colouring, clipped, colouring, colours_of, falls, limited
+from .scales import Colouring, clipped, colouring, colours_of, falls, limited, stepped
 from .style import DARK, GREY, Artists, figure, outline, symbol
 
 
@@ -63,18 +63,20 @@ def plot_section(
     flat = _crossings(u, v, np.flatnonzero(drawn))
     lines: list[Any] = []
     grey = crossed & ~drawn
-    legend = _grey(ax, _crossings(u, v, np.flatnonzero(grey)), why(section_map.status, grey), size)
+    away = _crossings(u, v, np.flatnonzero(grey))
+    legend = _grey(ax, away, why(section_map.status, grey), size, flat[0].size)
     waiting = np.zeros_like(drawn)
     if starts is not None and not crossed.all():
         at = places(starts)
         waiting = ~crossed
         legend += _crosses(ax, at, waiting, why(section_map.status, waiting))
     dense = flat[0].size > DENSE if density is None else density
-    points = _draw(ax, flat, colours, size, dense)
+    points = _draw(ax, flat, colours, size, dense, away[0].size)
     if boundary is not None:
         lines += outline(ax, boundary)
+    _look_at(ax, flat, (u, v), grey, starts, boundary)
     if legend:
-        ax.legend(handles=legend, loc="upper right", markerscale=1.0, handletextpad=0.3, borderpad=0.5)
+        above_frame(ax, legend)
     ax.set(xlabel=f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
     bar = None
     if colorbar and colours is not None and flat[0].size:
@@ -112,20 +114,49 @@ def _crossings(u: np.ndarray, v: np.ndarray, orbits: np.ndarray) -> tuple[np.nda
     return (x, y, number, crossing) if kept.all() else (x[kept], y[kept], number[kept], crossing[kept])
 
 
-def _draw(ax: Any, flat: tuple[np.ndarray, ...], colours: Colouring | None, size: float | None, dense: bool) -> Any:
+def _draw(
+    ax: Any, flat: tuple[np.ndarray, ...], colours: Colouring | None, size: float | None, dense: bool, besides: int
+) -> Any:
     """Draw crossings as an image or as dots."""
     x, y, orbit, crossing = flat
-    how = {} if colours is None else {"cmap": colours_of(colours.norm, falls(colours.name)), "norm": colours.norm}
+    how = {} if colours is None else {"cmap": colours_of(colours), "norm": colours.norm}
     if dense:
         each = None if colours is None else colours.values[orbit]
         return carry(draw_density(ax, x, y, each, **how), x, y, orbit, crossing)
     # In an order without meaning, so that no kind of orbit covers another.
     order = np.random.default_rng(0).permutation(x.size)
     x, y, orbit, crossing = x[order], y[order], orbit[order], crossing[order]
-    area = size if size is not None else float(np.clip(60000 / max(x.size, 1), 0.25, 9.0))
+    area = size if size is not None else float(np.clip(60000 / max(x.size + besides, 1), 0.25, 9.0))
     how = {"color": DARK} if colours is None else {"c": colours.values[orbit], **how}
     points = ax.scatter(x, y, s=area, linewidths=0, rasterized=True, **how)
     return carry(points, x, y, orbit, crossing)
+
+
+def above_frame(ax: Any, handles: list[Any]) -> None:
+    """Put a legend above the frame, where it hides nothing."""
+    place = {"loc": "lower right", "bbox_to_anchor": (1.01, 0.995), "labelspacing": 0.2}
+    ax.legend(handles=handles, frameon=False, handletextpad=0.2, borderpad=0.2, **place)
+
+
+def _look_at(
+    ax: Any, flat: tuple[np.ndarray, ...], rows: tuple[np.ndarray, np.ndarray], grey: np.ndarray, starts: Any, edge: Any
+) -> None:
+    """Set the frame to what is coloured and to where orbits started, where some have gone far away."""
+    if not grey.any():
+        return
+    near = [np.array(flat[:2])]
+    if starts is not None:
+        near.append(places(starts))
+    if edge is not None:
+        near.append(np.array([np.tile(edge.coordinate, 2), np.append(edge.momentum, -edge.momentum)]))
+    inside = np.concatenate(near, axis=1)
+    if not inside.size:  # the first crossings, without those that were farthest
+        first = np.array([row[0, grey] for row in rows])
+        low, high = np.nanquantile(first, [0.1, 0.9], axis=1)
+    else:
+        low, high = inside.min(axis=1), inside.max(axis=1)
+    room = np.where(high > low, 0.08 * (high - low), 0.5)
+    ax.set(xlim=(low[0] - room[0], high[0] + room[0]), ylim=(low[1] - room[1], high[1] + room[1]))
 
 
 def words(status: Any) -> str:
@@ -133,7 +164,7 @@ def words(status: Any) -> str:
     known = {
         Status.OK: "without a value",
         Status.TOO_FEW_CROSSINGS: "few crossings",
-        Status.NONFINITE: "not finite",
+        Status.NONFINITE: "became infinite",
         Status.COLLAPSED: "left the domain",
         Status.STEP_TOO_SMALL: "step too small",
     }
@@ -147,12 +178,12 @@ def why(status: np.ndarray, chosen: np.ndarray) -> str:
     return ", ".join(f"{counts[k]} {words(codes[k])}" for k in order)
 
 
-def _grey(ax: Any, flat: tuple[np.ndarray, ...], why: str, size: float | None) -> list[Any]:
+def _grey(ax: Any, flat: tuple[np.ndarray, ...], why: str, size: float | None, besides: int) -> list[Any]:
     """Draw crossings in grey below the others; return what the legend shows."""
     x, y, orbit, crossing = flat
     if not x.size:
         return []
-    area = size if size is not None else float(np.clip(60000 / x.size, 0.5, 9.0))
+    area = size if size is not None else float(np.clip(60000 / (x.size + besides), 0.25, 9.0))
     carry(ax.scatter(x, y, s=area, color=GREY, linewidths=0, rasterized=True, zorder=0.9), x, y, orbit, crossing)
     return [ax.scatter([], [], s=16, color=GREY, linewidths=0, label=why)]
 
@@ -224,7 +255,7 @@ def plot_diffusion_grid(
     cells = ax.pcolormesh(
         *grid.axes,
         image.T,
-        cmap=colours_of(colours.norm, falls(colours.name)),
+        cmap=colours_of(colours),
         norm=colours.norm,
         rasterized=True,
         shading="nearest",
@@ -251,11 +282,13 @@ def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
     values, scale = colours.values[np.isfinite(colours.values)], drawn.norm
     below, above = bool((values < scale.vmin).any()), bool((values > scale.vmax).any())
     extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
-    limit = getattr(scale, "vcenter", None)
-    if limit is None:
+    limit = colours.limit
+    if limit is None or not scale.vmin < limit < scale.vmax:
         return ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend)
     bar = ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend, spacing="uniform")
-    room = (scale.vmax - limit) / 8, (limit - scale.vmin) / 8  # no tick so close to the limit
+    room = [(scale.vmax - limit) / 8, (limit - scale.vmin) / 8]  # no tick so close to the limit
+    if getattr(scale, "vcenter", None) is None:
+        room = [(scale.vmax - scale.vmin) / 16] * 2
     ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [
         t for t in _ticks(limit, scale.vmax) if t > limit + room[0]
     ]
@@ -265,7 +298,7 @@ def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
     bar.ax.axhline(limit, color="black", lw=1.6)
     if falls(colours.name):
         bar.ax.invert_yaxis()
-    for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")):
+    for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")) if stepped(colours) else ():
         style = {"rotation": 90, "ha": "center", "va": "center", "fontsize": 7.5, "color": colour}
         bar.ax.text(0.5, where, text, transform=bar.ax.transAxes, **style)
     return bar
@@ -322,7 +355,7 @@ def _sample(
     fine = np.isfinite(each)
     area = float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
     ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
-    how = {"cmap": colours_of(colours.norm, falls(colours.name)), "norm": colours.norm}
+    how = {"cmap": colours_of(colours), "norm": colours.norm}
     points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **how)
     carry(points, at[0, fine], at[1, fine], np.flatnonzero(fine))
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
