@@ -49,7 +49,7 @@ for ax, (k, share) in zip(figure.subplots(2, 3, sharex=True, sharey=True).ravel(
     starts = fastaff.energy_sample(body, energy=energy, section=section, orbits=60, seed=2, **planes)
     crossings = fastaff.poincare_map(body, starts.z0, section=section, crossings=250, max_time=5000.0)
     Q = fastaff.quantum.husimi(levels.state(int(k)))
-    plot_husimi(grid, Q(grid.z0), ax=ax, section_map=crossings, boundary=edge)
+    plot_husimi(grid, Q(grid.z0), ax=ax, section_map=crossings, boundary=edge, colorbar=True)
     ax.set_title(f"level {k}, $E={energy:.4f}$, fills {100 * share:.0f} %", loc="left", fontsize=9)
     ax.label_outer()
     print(

@@ -2,8 +2,8 @@
 the energy.
 
 Left: crossings of a grid of orbits coloured by their diffusion, and the relative periodic orbits up to six crossings:
-period and Greene's residue beside each. Right: the residue of the body's two simplest orbits over the energy; where it
-passes 0 and 1 the orbit changes its stability and others branch off.
+period and Greene's residue beside each. Right: backbone curves, the frequency of the body's two simplest orbits over
+the energy; where solid lines turn dashed the orbit loses its stability and others branch off.
 
 Run: python examples/periodic_orbits.py [FILE.png]        (about a minute)
 """
@@ -15,7 +15,7 @@ import numpy as np
 
 import fastaff as fa
 from fastaff import plot
-from fastaff.plot import plot_periodic
+from fastaff.plot import plot_backbone, plot_periodic
 
 FILE = sys.argv[1] if len(sys.argv) > 1 else "periodic_orbits.png"
 
@@ -39,7 +39,8 @@ orbits = fa.find_periodic_orbits(
 print(f"{orbits.summary()}; |flow(z) - z| at most {orbits.residual.max():.1e}")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(12.5, 5.6), layout="constrained", width_ratios=(3, 2))
-plot.plot_section(crossings, ax=left, values=frequencies.diffusion, boundary=edge)
+branches, names = [], []
+plot.plot_section(crossings, ax=left, values=plot.colouring(frequencies), boundary=edge)
 figure.canvas.draw()
 plot_periodic(orbits, ax=left)
 
@@ -48,22 +49,10 @@ for number, z in enumerate(orbits.z[:, orbits.period == 1].T):
         branch = fa.continuation(
             model, z, section=section, direction=direction, bounds=(0.2, 4.0), longest=0.1, steps=200
         )
-        name = rf"$\beta={z[1]:.3f}$ at $E=1.5$" if direction > 0 else None
-        right.plot(
-            branch.value,
-            branch.orbits.residue,
-            color=("#00224e", "#d55e00")[number % 2],
-            ls=("-", "--")[number % 2],
-            label=name,
-        )
+        branches.append(branch)
+        names.append(rf"$\beta={z[1]:.3f}$ at $E=1.5$")
         for found in branch.bifurcations:
             print(f"orbit {number}: {found.event.name} at E = {found.value:.9f}, period {found.time:.6f}")
-            right.plot(
-                found.value, float(found.event == fa.analysis.Event.DOUBLING), "o", color="black", mfc="white", zorder=4
-            )
-for level in (0, 1):
-    right.axhline(level, color="0.6", lw=0.8, zorder=0)
-right.set(xlabel=r"$E$", ylabel=r"residue $R$")
-right.legend()
+plot_backbone(branches, ax=right, names=names)
 figure.savefig(FILE, dpi=130)
 print(f"wrote {FILE}")

@@ -22,6 +22,6 @@ frequencies = fastaff.frequency_map(body, grid.z0, time=500.0, method=fastaff.an
 print(f"{found.counts.sum()} crossings; {found.summary()}; largest energy error {found.energy_error.max():.1e}")
 
 figure = Figure(figsize=(7, 6), dpi=200, layout="constrained")
-plot.plot_section(found, ax=figure.subplots(), values=frequencies.diffusion, boundary=edge)
+plot.plot_section(found, ax=figure.subplots(), values=plot.colouring(frequencies), boundary=edge)
 figure.savefig("poincare_neo_hookean.png")
 print(files.save("poincare_neo_hookean", found, model=body, diffusion=frequencies.diffusion, **surface))

@@ -40,7 +40,7 @@ lines = resonance_web(spread.reshape(2, *grid.forbidden.shape), axes=axes, max_o
 
 figure = Figure(figsize=(10, 5), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
-plot.plot_diffusion_grid(grid, found.diffusion, ax=left)
+plot.plot_diffusion_grid(grid, plot.colouring(found), ax=left)
 left.plot(edge.coordinate, edge.momentum, edge.coordinate, -edge.momentum, color="0.35", lw=0.8)
 plot_web(lines, ax=left, names=found.names[:2], axes=axes, labels=6)
 left.set_title(

@@ -110,7 +110,8 @@ def test_plot_section(ax):
     assert drawn.missing == 1
     assert len(drawn.points.get_offsets()) == 10
     assert drawn.points.get_rasterized()
-    assert drawn.colorbar.extend == "both"
+    assert drawn.colorbar.ax.get_ylabel() == ""
+    assert (drawn.points.norm.vmin, drawn.points.norm.vmax) == (-8.0, -2.0)
     assert len(drawn.lines) == 1
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\beta$", r"$p_{\beta}$")
 
@@ -187,5 +188,6 @@ def test_colours_are_told_apart_by_lightness():
 def test_scales():
     scale = plot.clipped(np.append(np.linspace(-10, -2, 101), np.nan))
     assert (scale.vmin, scale.vmax) == (-10.0, -2.0)
-    noise = plot.diffusion_scale(np.linspace(-16, -14, 50))
-    assert noise.vmax == -6.0
+    narrow = plot.clipped(np.linspace(0.1, 0.2, 101))
+    assert (narrow.vmin, narrow.vmax) == pytest.approx((0.105, 0.195))
+    assert plot.clipped([3.0]).vmin < 3.0 < plot.clipped([3.0]).vmax

@@ -488,7 +488,7 @@ def test_xarray(name):
 # --- figures -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["SectionMap", "FrequencyMap", "ChaosMap", "ChaoticFraction", "PeriodicOrbits"])
+@every
 def test_figures(name):
     figure = pytest.importorskip("matplotlib.figure")
     others = (fa.energy_sample(HH, **SURFACE, orbits=len(made(name))),) if name == "ChaosMap" else ()
@@ -496,11 +496,12 @@ def test_figures(name):
     drawn = made(name).plot(*others, ax=ax)
     assert drawn.points is not None
     assert ax.get_xlabel()
+    ax.figure.canvas.draw()
 
 
-def test_what_has_no_figure():
-    with pytest.raises(TypeError, match="no figure for a Rotation"):
-        made("Rotation").plot()
+def test_a_figure_says_what_it_needs():
+    with pytest.raises(TypeError, match="the figure of a ChaosMap needs starts, the EnergyGrid"):
+        made("ChaosMap").plot()
 
 
 # --- interruption --------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ import sys
 from typing import Any
 
 from ..jobs.job import as_flags
+from .commands.animate import animate
 from .commands.chaos_map import chaos_map
 from .commands.demo import demo
 from .commands.doctor import doctor
@@ -38,6 +39,7 @@ COMMANDS: dict[str, Any] = {
     "rerun": rerun,
     "status": status,
     "plot": plot,
+    "animate": animate,
     "warmup": warmup,
     "doctor": doctor,
 }

@@ -33,21 +33,33 @@ def cell_of(x, edges, half_low, rate):
 
 
 @jit
+def finite_range(x):
+    """Return the least and the largest finite entry; inf and -inf where there is none."""
+    low, high = np.inf, -np.inf
+    for k in range(x.size):
+        if np.isfinite(x[k]):
+            low, high = min(low, x[k]), max(high, x[k])
+    return low, high
+
+
+@jit
 def count_cells(x, y, values, x_edges, y_edges, counts, sums):
     """Add to counts (n1, n2) the points (x, y) of each cell and, where there are values, these to sums (n1, n2).
 
-    x, y (points,); values (points,) or (0,); x_edges (n1 + 1,), y_edges (n2 + 1,) ascending. A cell has its lower
-    edges, the last ones both. Points that are not finite or beyond the edges are nowhere; values that are not finite
-    spoil their cell.
+    x, y (points,); values (any,): that of point k is entry k modulo their number, (0,) without values; x_edges (n1 +
+    1,), y_edges (n2 + 1,) ascending. A cell has its lower edges, the last ones both. Points that are not finite or
+    beyond the edges are nowhere; values that are not finite spoil their cell.
     """
     rate_x = (x_edges.size - 1) / (0.5 * x_edges[-1] - 0.5 * x_edges[0])
     rate_y = (y_edges.size - 1) / (0.5 * y_edges[-1] - 0.5 * y_edges[0])
     half_x, half_y = 0.5 * x_edges[0], 0.5 * y_edges[0]
+    whose = -1
     for point in range(x.size):
+        whose = 0 if whose + 1 >= values.size else whose + 1
         i = cell_of(x[point], x_edges, half_x, rate_x)
         if i >= 0:
             j = cell_of(y[point], y_edges, half_y, rate_y)
             if j >= 0:
                 counts[i, j] += 1
                 if values.size:
-                    sums[i, j] += values[point]
+                    sums[i, j] += values[whose]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +23,8 @@ from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 ENDINGS = (".gif", ".mp4")
 SPOKES, RINGS = 8, (1 / 3, 2 / 3)
 """Material lines: diameters' halves, and circles inside the body's edge."""
+COLOURS = 128
+"""Colours of a GIF."""
 TRAIL = 0.2
 """Part of the time that a trace is drawn for."""
 ROUND = np.linspace(0.0, 2 * np.pi, 121)
@@ -155,7 +157,7 @@ def _body(
     stretches = (alpha + beta) / np.sqrt(2), (alpha - beta) / np.sqrt(2)
     for row, colour, name in zip(stretches, (DARK, PALE), ("D_1", "D_2")):
         below.plot(times, row, color=colour, lw=0.9, label=f"${name}$")
-    below.legend(loc="upper right", ncols=2, borderpad=0.2, handlelength=1.2)
+    below.legend(loc="lower right", bbox_to_anchor=(1.0, 0.93), ncols=2, frameon=False, borderpad=0.2, handlelength=1.2)
     below.set(xlabel="time $t$", xlim=(times[0], times[-1]))
     now = below.axvline(times[0], color=ACCENT, lw=1.2)
 
@@ -213,6 +215,44 @@ def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:
     return draw
 
 
+def _frames(animation: Animation, report: Any) -> Iterator[None]:
+    """Set the figure to one frame after the other; it is laid out once."""
+    animation.draw(0)
+    animation.figure.draw_without_rendering()
+    animation.figure.set_layout_engine("none")
+    for k in range(animation.frames):
+        animation.draw(k)
+        yield
+        if report is not None:
+            report((k + 1) / animation.frames)
+
+
+def _write_gif(animation: Animation, name: str, dpi: float, report: Any) -> None:
+    """Write a GIF: all frames in the colours of the last one, without dithering, which would multiply its size."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    animation.figure.set_dpi(dpi)
+    canvas = FigureCanvasAgg(animation.figure)
+    images = []
+    for _ in _frames(animation, report):
+        canvas.draw()
+        images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    palette = images[-1].quantize(COLOURS, dither=Image.Dither.NONE)
+    first, *others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    first.save(name, save_all=True, append_images=others, duration=1000 / animation.rate, loop=0, disposal=1)
+
+
+def _write_mp4(animation: Animation, name: str, dpi: float, report: Any) -> None:
+    """Write an MP4 by ffmpeg, in the pixels that players know."""
+    from matplotlib.animation import FFMpegWriter
+
+    writer = FFMpegWriter(fps=animation.rate, codec="h264", extra_args=["-pix_fmt", "yuv420p", "-crf", "20"])
+    with writer.saving(animation.figure, name, dpi):
+        for _ in _frames(animation, report):
+            writer.grab_frame()
+
+
 def save_animation(
     animation: Animation, path: Any, *, dpi: float = 100.0, force: bool = False, report: Any = None
 ) -> Path:
@@ -222,7 +262,7 @@ def save_animation(
     the new one; report(fraction). The file is whole or not there: it is written beside its place and moved. Raises
     ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not exist.
     """
-    from matplotlib.animation import FFMpegWriter, PillowWriter
+    from matplotlib.animation import FFMpegWriter
 
     path = Path(path)
     ending = path.suffix.lower()
@@ -238,16 +278,7 @@ def save_animation(
     handle, name = tempfile.mkstemp(suffix=ending, prefix=f".{stem.name}-", dir=path.parent)
     os.close(handle)
     try:
-        if ending == ".gif":
-            writer: Any = PillowWriter(fps=animation.rate)
-        else:
-            writer = FFMpegWriter(fps=animation.rate, extra_args=["-pix_fmt", "yuv420p", "-crf", "20"])
-        with writer.saving(animation.figure, name, dpi):
-            for k in range(animation.frames):
-                animation.draw(k)
-                writer.grab_frame()
-                if report is not None:
-                    report((k + 1) / animation.frames)
+        (_write_gif if ending == ".gif" else _write_mp4)(animation, name, dpi, report)
         os.chmod(name, 0o666 & ~umask())
         os.replace(name, target)
     finally:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import numbers
-from ..kernels.counting import count_cells
+from ..kernels.counting import count_cells, finite_range
 
 DENSE = 300_000
 """Points above which a section is drawn as an image."""
@@ -28,7 +28,8 @@ class Density(NamedTuple):
 def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) -> Density:
     """Count points in the cells between edges, exactly, and average a value of each over them.
 
-    Parameters: x, y (points,); edges: ascending numbers along both axes, two at least; values (points,). A point on an
+    Parameters: x, y (points,); edges: ascending numbers along both axes, two at least; values (points,), or fewer,
+    which are taken again and again: of orbits, where the crossings of all of them follow one another. A point on an
     edge is in the cell above it, on the last edge in the last cell; points beyond and points that are not finite are
     not counted. Returns Density, the counts those of `numpy.histogram2d`. Raises ValueError or TypeError for wrong
     input.
@@ -42,8 +43,8 @@ def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) 
         if edge.ndim != 1 or edge.size < 2 or not (np.isfinite(edge).all() and (edge[1:] >= edge[:-1]).all()):
             raise ValueError("edges must be two lists of ascending finite numbers, two at least")
     c = np.zeros(0) if values is None else np.ascontiguousarray(numbers("values", values)).ravel()
-    if values is not None and c.size != u.size:
-        raise ValueError(f"values must have {u.size} entries, one for each point, got {c.size}")
+    if values is not None and (u.size % c.size if c.size else u.size):
+        raise ValueError(f"values must have {u.size} entries, one for each point, or a part of that, got {c.size}")
     shape = along[0].size - 1, along[1].size - 1
     counts, sums = np.zeros(shape, np.int64), np.zeros(shape if c.size else (0, 0))
     count_cells(u, v, c, *along, counts, sums)
@@ -56,8 +57,9 @@ def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) 
 
 def even_edges(values: np.ndarray, cells: int) -> np.ndarray:
     """Return the edges (cells + 1,) of equal cells that hold all finite values, whatever their scale."""
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    low, high = finite_range(np.ascontiguousarray(values, dtype=np.float64).ravel())
+    if low > high:
+        low, high = 0.0, 1.0
     if low == high:
         room = 0.5 * abs(low) or 0.5
         low, high = max(low - room, -np.finfo(float).max), min(high + room, np.finfo(float).max)
@@ -72,7 +74,6 @@ def draw_density(ax: Any, x: np.ndarray, y: np.ndarray, values: np.ndarray | Non
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
 
     box = ax.get_window_extent()
-    # The figure's own edge is not known before it is laid out: whole points more than twice as fine as print.
     cells = [int(np.clip(side, *CELLS)) for side in (box.width, box.height)]
     found = count_points(x, y, edges=(even_edges(x, cells[0]), even_edges(y, cells[1])), values=values)
     if found.mean is None:

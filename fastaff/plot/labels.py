@@ -51,7 +51,7 @@ def pixel_length(ax: Any, curve: np.ndarray) -> float:
 def size_of(ax: Any, text: str, **style: Any) -> np.ndarray:
     """Return width and height of a text on a figure in pixels."""
     written = ax.text(0.5, 0.5, text, transform=ax.transAxes, **style)
-    box = written.get_window_extent(ax.figure.canvas.get_renderer())
+    box = written.get_window_extent()
     written.remove()
     return np.array([box.width, box.height])
 

@@ -79,6 +79,8 @@ def _operation(node: ast.BinOp) -> tuple[str, int]:
         return left + (r"\cdot " if right[0].isdigit() else r"\,") + right, PRODUCT
     if isinstance(node.op, ast.Div):
         top, bottom = node.left, node.right
+        if isinstance(top, ast.UnaryOp) and isinstance(top.op, ast.USub):
+            return "-" + _operation(ast.BinOp(top.operand, node.op, bottom))[0], SIGN
         if isinstance(top, ast.Constant) and isinstance(bottom, ast.Constant):
             return f"{_tex(top)[0]}/{_tex(bottom)[0]}", PRODUCT
         return rf"\frac{{{_tex(top)[0]}}}{{{_tex(bottom)[0]}}}", PRODUCT

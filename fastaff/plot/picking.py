@@ -33,17 +33,19 @@ def carry(
     artist: Any,
     x: Any,
     y: Any,
-    orbit: Any,
+    orbit: Any = None,
     crossing: Any = None,
     *,
+    orbits: int = 1,
     cell: tuple[float, float] | None = None,
 ) -> Any:
     """Let an artist tell which orbit a click on it is at; return the artist.
 
-    x, y (marks,): where its marks are; orbit, crossing (marks,): whose; cell: width and height of the marks in data
+    x, y (marks,): where its marks are; orbit, crossing (marks,): whose; orbits: without these, mark k is of orbit k
+    modulo orbits, the others of k // orbits crossings later; cell: width and height of the marks in data
     units, where these are cells. The nearest mark within `REACH` is picked, or the cell under the mouse.
     """
-    x, y, orbit = np.asarray(x, float), np.asarray(y, float), np.asarray(orbit)
+    x, y = np.asarray(x, float), np.asarray(y, float)
 
     def found(_: Any, event: Any) -> tuple[bool, dict[str, Any]]:
         axes = artist.axes
@@ -65,6 +67,8 @@ def carry(
         k = int(near[away.argmin()])
         if cell is None and away.min() > reach:
             return False, {}
+        if orbit is None:
+            return True, {"picked": Picked(k % orbits, k // orbits, float(x[k]), float(y[k]))}
         number = None if crossing is None else int(crossing[k])
         return True, {"picked": Picked(int(orbit[k]), number, float(x[k]), float(y[k]))}
 

@@ -60,18 +60,19 @@ def plot_section(
     gone = ~np.isin(section_map.status, (Status.OK, Status.TOO_FEW_CROSSINGS, Status.INTERRUPTED))
     crossed = section_map.counts > 0
     drawn = crossed & (~gone if colours is None else np.isfinite(colours.values))
-    flat = _crossings(u, v, np.flatnonzero(drawn))
+    total = int(section_map.counts[drawn].sum())
+    dense = total > DENSE if density is None else density
+    flat = _all_crossings(u, v, drawn) if dense else _crossings(u, v, np.flatnonzero(drawn))
     lines: list[Any] = []
     grey = crossed & ~drawn
     away = _crossings(u, v, np.flatnonzero(grey))
-    legend = _grey(ax, away, why(section_map.status, grey), size, flat[0].size)
+    legend = _grey(ax, away, why(section_map.status, grey), size, total)
     waiting = np.zeros_like(drawn)
     if starts is not None and not crossed.all():
         at = places(starts)
         waiting = ~crossed
         legend += _crosses(ax, at, waiting, why(section_map.status, waiting))
-    dense = flat[0].size > DENSE if density is None else density
-    points = _draw(ax, flat, colours, size, dense, away[0].size)
+    points = _draw(ax, flat, colours, size, dense, away[0].size, drawn.size)
     if boundary is not None:
         lines += outline(ax, boundary)
     _look_at(ax, flat, (u, v), grey, starts, boundary)
@@ -79,9 +80,9 @@ def plot_section(
         above_frame(ax, legend)
     ax.set(xlabel=f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
     bar = None
-    if colorbar and colours is not None and flat[0].size:
+    if colorbar and colours is not None and total:
         bar = colour_bar(ax, points, colours)
-    elif colorbar and dense and flat[0].size:
+    elif colorbar and dense and total:
         bar = ax.figure.colorbar(points, ax=ax, label="crossings per cell")
     return Artists(points, bar, tuple(lines), (), int(np.count_nonzero(~(drawn | grey | waiting))))
 
@@ -114,15 +115,29 @@ def _crossings(u: np.ndarray, v: np.ndarray, orbits: np.ndarray) -> tuple[np.nda
     return (x, y, number, crossing) if kept.all() else (x[kept], y[kept], number[kept], crossing[kept])
 
 
+def _all_crossings(u: np.ndarray, v: np.ndarray, drawn: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return u, v (crossings*orbits,) of all crossings, one of each orbit after the other, NaN of those not drawn."""
+    if not drawn.all():
+        u = np.where(drawn, u, np.nan)
+    return u.ravel(), v.ravel()
+
+
 def _draw(
-    ax: Any, flat: tuple[np.ndarray, ...], colours: Colouring | None, size: float | None, dense: bool, besides: int
+    ax: Any,
+    flat: tuple[np.ndarray, ...],
+    colours: Colouring | None,
+    size: float | None,
+    dense: bool,
+    besides: int,
+    orbits: int,
 ) -> Any:
     """Draw crossings as an image or as dots."""
-    x, y, orbit, crossing = flat
     how = {} if colours is None else {"cmap": colours_of(colours), "norm": colours.norm}
     if dense:
-        each = None if colours is None else colours.values[orbit]
-        return carry(draw_density(ax, x, y, each, **how), x, y, orbit, crossing)
+        x, y = flat
+        image = draw_density(ax, x, y, None if colours is None else colours.values, **how)
+        return carry(image, x, y, orbits=orbits)
+    x, y, orbit, crossing = flat
     # In an order without meaning, so that no kind of orbit covers another.
     order = np.random.default_rng(0).permutation(x.size)
     x, y, orbit, crossing = x[order], y[order], orbit[order], crossing[order]

@@ -1,0 +1,101 @@
+"""`fastaff animate`: the body, or a point in its potential, in motion."""
+
+# ruff: noqa: B008
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...jobs.system import Model, Surface
+from ...jobs.wording import Wrong
+from ..options import HOW, STARTS, WRITTEN, Output, Parameter
+from ..progress import Progress, compiled
+from .captions import caption, surface_in_words, title, titled
+
+MOST = 4
+"""Motions side by side."""
+
+
+def animate(
+    *,
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    start: Annotated[list[str] | None, Parameter(group=STARTS)] = None,
+    time: Annotated[float, Parameter(group=HOW)] = 40.0,
+    frames: Annotated[int, Parameter(group=HOW)] = 200,
+    out: Annotated[Path, Parameter(group=WRITTEN)] = Path("fastaff-animation.gif"),
+    force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+) -> int:
+    """Animate motions: a body as the ellipse that it is, with its material lines; a system of two coordinates as a
+    point in its potential.
+
+    Parameters
+    ----------
+    start
+        U,P: the section's coordinate and its momentum where a motion starts; up to four times, side by side. [one
+        random point]
+    time
+        Time of the motion. [40]
+    frames
+        Frames, 25 a second. [200]
+    out
+        Path of the animation: .gif, or .mp4 where ffmpeg is installed. [fastaff-animation.gif]
+    force
+        Replace an existing file instead of numbering the new one.
+    """
+    Output().check()
+    from ... import plot
+
+    body = options.build()
+    section = surface.build(body)
+    at = [_point(text) for text in start or ()]
+    if len(at) > MOST:
+        raise Wrong(f"--start is taken up to {MOST} times, got {len(at)}")
+    if out.suffix.lower() not in plot.animation.ENDINGS:
+        raise Wrong(f"--out must end with {' or '.join(plot.animation.ENDINGS)}, got {out}")
+    if not out.parent.is_dir():
+        raise Wrong(f"--out {out}: the folder {out.parent} does not exist")
+    z0, names = _starts(body, section, surface, at)
+    heads = None if not at else [_named(names, point) for point in at]
+    made: list[Any] = []
+    compiled("animate", lambda: made.append(plot.animate(body, z0, time=time, frames=frames, titles=heads)))
+    animation = made[0]
+    with plot.styled():
+        title(animation.figure, ", ".join(filter(None, [titled(body), surface_in_words(body, surface)])))
+        if "a1" in getattr(body, "coordinates", ()):
+            caption(animation.figure, "the unit circle of the material, with eight of its radii and two inner circles")
+    with Progress("frames") as report:
+        path = plot.save_animation(animation, out, force=force, report=report)
+    print(path)
+    return 0
+
+
+def _starts(body: Any, section: Any, surface: Surface, at: list[tuple[float, float]]) -> tuple[np.ndarray, Any]:
+    """Return phase points (2n, motions) on the energy surface, and the names of the section's coordinates."""
+    import fastaff
+
+    where = {"section": section, "energy": surface.energy, "p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
+    if not at:
+        sample = fastaff.energy_sample(body, orbits=1, seed=0, **where)
+        return sample.z0, sample.names
+    grids = [fastaff.energy_grid(body, axes=([u], [p]), **where) for u, p in at]
+    return np.concatenate([grid.z0 for grid in grids], axis=1), grids[0].names
+
+
+def _named(names: Any, point: tuple[float, float]) -> str:
+    from ...plot.style import symbol
+
+    return ", ".join(f"${symbol(name)} = {value:g}$" for name, value in zip(names, point, strict=True))
+
+
+def _point(text: str) -> tuple[float, float]:
+    """Return the two numbers of U,P."""
+    try:
+        u, p = (float(part) for part in text.split(","))
+        if not np.isfinite([u, p]).all():
+            raise ValueError
+    except ValueError:
+        raise Wrong(f"--start must be two numbers U,P, for example 0.7,0.1, got {text!r}") from None
+    return u, p

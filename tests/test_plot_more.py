@@ -1,0 +1,269 @@
+"""Backbone curves, scars, names along lines, animations: values on the artists, properties of the files."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import shutil
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff import plot
+from fastaff.analysis import Stability
+from fastaff.plot import labels as plot_labels
+from fastaff.plot import scars
+
+matplotlib = pytest.importorskip("matplotlib")
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+
+HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
+NEO = fa.Body(fa.NeoHookean())
+
+
+@pytest.fixture
+def ax():
+    figure = Figure(figsize=(6, 5), dpi=100)
+    FigureCanvasAgg(figure)
+    yield figure.subplots()
+    figure.canvas.draw()
+
+
+@pytest.fixture(scope="module")
+def orbits():
+    guesses = np.array([[0.0, 0.0, 0.3, 0.31], [0.0, 0.0, 0.34, -0.29]]).T
+    return fa.periodic_orbits(HH, guesses, section=X, energy=0.1, max_time=20.0, step=0.1)
+
+
+@pytest.fixture(scope="module")
+def branch(orbits):
+    return fa.continuation(HH, orbits.z[:, 0], section=X, steps=6, max_time=20.0, step=0.1, longest=0.05)
+
+
+# --- backbone curves -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("angular", [False, True])
+def test_backbone_is_frequency_against_energy(ax, branch, angular):
+    drawn = plot.plot_backbone(branch, ax=ax, angular=angular)
+    solid, dashed = (line.get_ydata() for line in drawn.points)
+    turn = 2 * np.pi if angular else 1.0
+    np.testing.assert_array_equal(drawn.points[0].get_xdata(), branch.value)
+    found = np.where(np.isfinite(solid), solid, dashed)
+    np.testing.assert_allclose(found, turn / branch.orbits.time, rtol=1e-15)
+    stable = branch.orbits.stability == Stability.ELLIPTIC
+    assert np.isfinite(solid[stable]).all()
+    assert np.isfinite(dashed[~stable]).all()
+    assert "frequency" in ax.get_ylabel()
+
+
+def test_stability_changes_the_line_and_bifurcations_are_marked(ax, branch):
+    n = len(branch)
+    reduced = branch.orbits.reduced.copy()
+    reduced[..., : n // 2] = np.array([[0.0, 1.0], [-1.0, 0.0]])[..., None]  # residue 1/2
+    reduced[..., n // 2 :] = np.array([[2.0, 0.0], [0.0, 0.5]])[..., None]  # multipliers 2 and 1/2
+    event = fa.analysis.Bifurcation(fa.analysis.Event.FOLD, 0.5, 0.11, branch.orbits.z[:, 0], 6.4, 1e-9)
+    half = dataclasses.replace(
+        branch, orbits=dataclasses.replace(branch.orbits, reduced=reduced), bifurcations=(event,)
+    )
+    drawn = plot.plot_backbone([half, half], ax=ax, names=["a", "a"])
+    solid, dashed = (np.isfinite(line.get_ydata()) for line in drawn.points[:2])
+    assert solid.tolist() == [k < n // 2 for k in range(n)]
+    assert dashed.tolist() == [k >= n // 2 - 1 for k in range(n)], "the curves meet"
+    (mark,) = drawn.lines
+    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (0.11, 1 / 6.4)
+    assert [text.get_text() for text in drawn.labels] == ["a", "stable", "unstable", "fold"]
+    with pytest.raises(ValueError, match="names must have 1 entries"):
+        plot.plot_backbone(half, ax=ax, names=["a", "b"])
+
+
+# --- scars -----------------------------------------------------------------------------------------------------------
+
+
+def test_periodic_orbits_close_over_what_is_drawn(ax, orbits):
+    ax.plot([-0.2, 0.4], [-0.1, 0.3])
+    limits = ax.get_xlim(), ax.get_ylim()
+    drawn = plot.plot_scars(orbits, HH, ax=ax, points=60)
+    assert (ax.get_xlim(), ax.get_ylim()) == limits
+    fine = np.flatnonzero(orbits.status == 0)
+    assert len(drawn.points) == fine.size
+    assert drawn.missing == len(orbits) - fine.size
+    for k, curve in zip(fine, drawn.points):
+        x, y = curve.get_data()
+        assert (x[0], y[0]) == (orbits.z[0, k], orbits.z[1, k])
+        assert np.hypot(x[-1] - x[0], y[-1] - y[0]) < 1e-6
+        z = scars.traced(HH, orbits, 60)[:, :, k]
+        H = HH.kinetic_energy(z[2], z[3]) + HH.potential_energy(z[0], z[1])
+        np.testing.assert_allclose(H, 0.1, atol=1e-8)
+        assert curve.get_linestyle() == ("-" if orbits.stability[k] == Stability.ELLIPTIC else "--")
+    with pytest.raises(ValueError, match="chart must be one of"):
+        plot.plot_scars(orbits, HH, ax=ax, chart=fa.charts.ELLIPTIC)
+
+
+def test_invariants_of_charts_are_those_of_the_charts():
+    alpha, beta = np.array([1.3, 0.9]), np.array([0.4, 0.2])
+    z = np.zeros((8, 2))
+    z[0], z[2] = alpha, beta
+    for chart in scars.PLANES:
+        np.testing.assert_allclose(scars.in_plane(alpha, beta, chart), chart.from_planes(z)[:2], rtol=1e-14)
+
+
+# --- names along lines -----------------------------------------------------------------------------------------------
+
+
+def drawn_box(text):
+    """The rectangle of a rotated text as it is drawn, in pixels."""
+    renderer = text.figure.canvas.get_renderer()
+    angle = np.radians(text.get_rotation())
+    text.set_rotation_mode("anchor")
+    turned = text.get_transform_rotates_text()
+    text.set_transform_rotates_text(False)
+    text.set_rotation(0)
+    box = text.get_window_extent(renderer)
+    text.set_rotation(np.degrees(angle))
+    text.set_transform_rotates_text(turned)
+    x, y = text.axes.transData.transform(text.get_position())
+    if turned:
+        angle = np.radians(text.axes.transData.transform_angles([np.degrees(angle)], [text.get_position()])[0])
+    return plot_labels.Box(np.array([x, y]), np.array([box.width, box.height]) / 2, float(angle))
+
+
+def test_boxes_overlap_where_they_do():
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        one, two = (
+            plot_labels.Box(rng.uniform(0, 10, 2), rng.uniform(0.5, 4, 2), rng.uniform(0, np.pi)) for _ in range(2)
+        )
+        grid = np.array(np.meshgrid(*[np.linspace(-1, 1, 41)] * 2)).reshape(2, -1)
+        inside = []
+        for a, b in ((one, two), (two, one)):
+            c, s = np.cos(a.angle), np.sin(a.angle)
+            points = a.centre[:, None] + np.array([[c, -s], [s, c]]) @ (grid * a.half[:, None])
+            c, s = np.cos(b.angle), np.sin(b.angle)
+            local = np.array([[c, s], [-s, c]]) @ (points - b.centre[:, None])
+            inside.append((np.abs(local) <= b.half[:, None]).all(axis=0).any())
+        if any(inside):
+            assert one.overlaps(two)
+        elif one.overlaps(two):  # only by less than the grid sees
+            smaller = plot_labels.Box(one.centre, one.half * 0.9, one.angle)
+            assert not smaller.overlaps(plot_labels.Box(two.centre, two.half * 0.9, two.angle))
+
+
+def test_names_of_a_web_do_not_overlap_and_the_longest_lines_have_them(ax):
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    rng = np.random.default_rng(2)
+    lines = []
+    for k in range(1, 15):
+        t = np.linspace(0, 1, 80)
+        u0, v0, slope = rng.uniform(0.1, 0.5), rng.uniform(0.1, 0.9), rng.uniform(-1, 1)
+        length = rng.uniform(0.1, 0.5)
+        part = np.column_stack([u0 + length * t, v0 + slope * length * t + 0.03 * np.sin(3 * t)])
+        lines.append(fa.analysis.ResonanceLine((k, -k - 1, 0), 2 * k + 1, (part,), None))
+    drawn = plot.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), labels=8)
+    ax.figure.canvas.draw()
+    boxes = [drawn_box(text) for text in drawn.labels]
+    assert 4 <= len(boxes) <= 8
+    for k, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:k])
+        assert (box.corners() >= ax.bbox.min - 1).all()
+        assert (box.corners() <= ax.bbox.max + 1).all()
+    lengths = {
+        plot.resonances.formula(line.vector, ("alpha", "beta", "gamma")): plot_labels.pixel_length(ax, line.lines[0])
+        for line in lines
+    }
+    written = [lengths[text.get_text()] for text in drawn.labels]
+    assert written == sorted(written, reverse=True), "the longest first"
+    assert written[0] == max(lengths.values())
+
+
+# --- animations ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def body_motion():
+    z0 = fa.energy_sample(NEO, section=fa.AlphaTurning(), energy=1.5, p_eta=0.3, p_gamma=0.2, orbits=2, seed=3).z0
+    return z0, plot.animate(NEO, z0, time=3.0, frames=5, titles=("a", "b"))
+
+
+def test_material_lines_follow_the_motion(body_motion):
+    z0, made = body_motion
+    run = fa.integrate(NEO, z0, time=3.0, samples=4, accuracy=1e-8)
+    above, below = made.figure.axes[:2], made.figure.axes[2:]
+    for k in (0, 3, 4):
+        made.draw(k)
+        z = z0 if k == 0 else run.samples[k - 1]
+        for motion, ax in enumerate(above):
+            # a = (x + u, z - y)/sqrt2, b = (x - u, y + z)/sqrt2 of phi = [[x, y], [z, u]]
+            a1, a2, b1, b2 = z[:4, motion] / np.sqrt(2)
+            phi = np.array([[a1 + b1, b2 - a2], [a2 + b2, a1 - b1]])
+            edge = np.column_stack(ax.lines[0].get_data())
+            stretches = np.linalg.svd(phi, compute_uv=False)
+            radii = np.hypot(*edge.T)
+            assert radii.max() == pytest.approx(stretches[0], rel=2e-3)
+            assert radii.min() == pytest.approx(stretches[1], rel=2e-2)
+            np.testing.assert_allclose(edge[0], phi[:, 0], rtol=1e-12)
+            D1, D2 = (line.get_ydata()[k] for line in below[motion].lines[:2])
+            np.testing.assert_allclose([D1, abs(D2)], stretches, rtol=1e-10)
+    assert [ax.get_title() for ax in above] == ["a", "b"]
+
+
+def test_gif_is_whole_and_has_all_frames(body_motion, tmp_path):
+    from PIL import Image
+
+    _, made = body_motion
+    done = []
+    path = plot.save_animation(made, tmp_path / "a.gif", dpi=40, report=done.append)
+    assert done[-1] == 1.0
+    with Image.open(path) as image:
+        assert (image.n_frames, image.info["duration"], image.info["loop"]) == (5, 40, 0)
+        frames = []
+        for k in range(5):
+            image.seek(k)
+            frames.append(np.asarray(image.convert("RGB")))
+    assert all((a != b).any() for a, b in itertools.pairwise(frames))
+    assert plot.save_animation(made, tmp_path / "a.gif", dpi=40).name == "a-2.gif"
+    assert plot.save_animation(made, tmp_path / "a.gif", dpi=40, force=True).name == "a.gif"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["a-2.gif", "a.gif"]
+
+
+def test_an_animation_that_fails_leaves_nothing(body_motion, tmp_path):
+    def stop(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        plot.save_animation(body_motion[1], tmp_path / "a.gif", dpi=40, report=stop)
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(ValueError, match=r"path must end with \.gif or \.mp4"):
+        plot.save_animation(body_motion[1], tmp_path / "a.avi")
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        plot.save_animation(body_motion[1], tmp_path / "no" / "a.gif")
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
+def test_mp4(body_motion, tmp_path):
+    path = plot.save_animation(body_motion[1], tmp_path / "a.mp4", dpi=40)
+    assert path.read_bytes()[4:8] == b"ftyp"
+
+
+def test_points_in_their_potential_and_orbits_that_escape(tmp_path):
+    z0 = np.array([[0.0, 0.1, 0.3, 0.1], [0.0, 0.9, 0.3, 0.9]]).T
+    made = plot.animate(HH, z0, time=30.0, frames=6, titles=("stays", "goes"))
+    left, right = made.figure.axes
+    made.draw(5)
+    run = fa.integrate(HH, z0, time=30.0, samples=5, accuracy=1e-8)
+    point = left.lines[2].get_data()
+    np.testing.assert_allclose(np.ravel(point), run.samples[-1, :2, 0], rtol=1e-12)
+    assert left.get_title() == "stays"
+    assert right.get_title().startswith("goes  (")
+    assert np.isfinite(np.ravel(right.lines[2].get_data())).all()
+    assert "<img" in made._repr_html_()
+
+
+def test_animations_refuse(body_motion):
+    z0, _ = body_motion
+    with pytest.raises(ValueError, match="titles must have 2 entries"):
+        plot.animate(NEO, z0, time=1.0, frames=3, titles=("a",))
+    with pytest.raises(ValueError, match="frames must be"):
+        plot.animate(NEO, z0, time=1.0, frames=1)
