@@ -70,9 +70,7 @@ class Drawable:
 
     def plot(self, *others: Any, **options: Any) -> Any:
         """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
-
-        Without `ax` on new axes. Returns the artists drawn. Raises TypeError where there is no such figure.
-        """
+        Returns the artists drawn. Raises TypeError where there is no such figure."""
         import_module("..plot", __package__)  # which registers its figures; loaded when it is first used
         return drawn(self, *others, **options)
 

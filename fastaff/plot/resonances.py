@@ -54,6 +54,8 @@ def plot_web(
         if dots and line.locked is not None and line.locked.any() and line.lines:
             marked = line.locked if marked is None else marked | line.locked
     points = _mark(ax, marked, axes) if marked is not None else None
+    if not ax.get_xlabel():
+        ax.set(xlabel="first coordinate of the grid", ylabel="second coordinate of the grid")
     return Artists(points, None, tuple(drawn), _named(ax, lines, names, labels), 0)
 
 

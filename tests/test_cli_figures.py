@@ -1,0 +1,127 @@
+"""Figures of the command line: their formats, colours of the user's choice, captions, animations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fastaff import files
+from fastaff.cli import main as cli
+from fastaff.cli.commands import captions, figures
+from fastaff.cli.commands.plot import _of_file, _of_store
+from fastaff.cli.options import Look
+from fastaff.jobs.wording import Wrong
+
+pytest.importorskip("cyclopts")
+pytest.importorskip("matplotlib")
+
+SURFACE = ["--energy", "1.5", "--p-eta", "0.3", "--p-gamma", "0.2"]
+SECTION = ["poincare", *SURFACE, "--grid", "4x4", "--crossings", "6"]
+MAP = ["chaos-map", *SURFACE, "--orbits", "10", "--time", "20"]
+
+
+def test_out_with_the_ending_of_a_figure(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for ending in ("pdf", "svg", "npz"):
+        assert cli.main([*SECTION, "--no-diffusion", "--out", f"{ending}.{ending}"]) == 0
+        figure = {"npz": "png"}.get(ending, ending)
+        assert capsys.readouterr().out.split() == [f"{ending}.npz", f"{ending}.{figure}"]
+    assert (tmp_path / "pdf.pdf").read_bytes().startswith(b"%PDF")
+    assert b"<svg" in (tmp_path / "svg.svg").read_bytes()
+    assert cli.main([*SECTION, "--no-diffusion", "--out", "pdf.pdf"]) == 0
+    assert sorted(path.name for path in tmp_path.glob("pdf*")) == ["pdf-2.npz", "pdf-2.pdf", "pdf.npz", "pdf.pdf"]
+
+
+def test_a_section_by_an_indicator_that_the_command_does_not_compute(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*SECTION, "--colour", "SALI", "--vmin", "-12", "--out", "s"]) == 0
+    arrays, facts = files.contents("s.npz")
+    assert facts["colour"] == "sali"
+    assert arrays["colour_values"].shape == arrays["z0"].shape[1:]
+    assert "[chaos_map]" in facts["job"]
+    drawn, _ = _of_file(tmp_path / "s.npz", Look(vmin=-12.0))
+    points = next(c for c in drawn["poincare"].axes[0].collections if c.get_array() is not None)
+    assert set(points.get_array()) <= set(arrays["colour_values"])
+    assert (points.norm.vmin, points.norm.vcenter) == (-12.0, pytest.approx(facts["colour_limit"]))
+    # The command again finds the same numbers as a chaos map of its own.
+    assert cli.main(["chaos-map", *SURFACE, "--grid", "4x4", "--indicators", "sali", "--no-figure", "--out", "c"]) == 0
+    np.testing.assert_array_equal(files.load("c.npz")["sali"], arrays["colour_values"])
+
+
+def test_columns_of_the_result_and_what_is_none(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*MAP, "--colour", "energy_error", "--out", "e"]) == 0
+    found = files.load("e.npz")
+    drawn, _ = _of_file(tmp_path / "e.npz", Look(colour="energy_error"))
+    (points,) = (c for c in drawn["chaos_map"].axes[0].collections if c.get_array() is not None)
+    assert sorted(points.get_array()) == sorted(found.energy_error)
+    capsys.readouterr()
+    assert cli.main(["plot", "e.npz", "--colour", "nothing"]) == 2
+    assert "--colour must be one of longer," in capsys.readouterr().err
+    assert cli.main(["plot", "e.npz", "--vmin", "2", "--vmax", "1"]) == 2
+    assert "--vmin must be below --vmax" in capsys.readouterr().err
+    assert cli.main([*MAP, "--scan", "energy=1:1.5:2", "--colour", "sali"]) == 2
+    assert "belong to maps, not to --scan" in capsys.readouterr().err
+
+
+def test_a_job_computes_what_a_colour_needs():
+    from fastaff.jobs import Job
+    from fastaff.jobs.analyses import Chaos, Poincare
+    from fastaff.jobs.system import Surface
+
+    job = Job(surface=Surface(energy=1.0), poincare=Poincare())
+    assert figures.with_colour(job, "megno").chaos_map == Chaos(indicators="megno")
+    assert figures.with_colour(job, "beta/alpha").frequency_map is not None
+    assert figures.with_colour(job, "counts") == job
+    both = Job(surface=Surface(energy=1.0), chaos_map=Chaos(indicators="megno"))
+    assert figures.with_colour(both, "gali-2").chaos_map.indicators == "megno,gali_2"
+    assert figures.with_colour(both, "megno") == both
+    with pytest.raises(Wrong, match="--colour must be one of"):
+        figures.colours(Look(colour="x"), {})
+
+
+def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
+    pytest.importorskip("zarr")
+    monkeypatch.chdir(tmp_path)
+    scan = [*MAP, "--scan", "energy=1:1.5:2"]
+    assert cli.main([*scan, "--write-job", "s.toml"]) == cli.main(["run", "s.toml", "--quiet"]) == 0
+    drawn, _ = _of_store(tmp_path / "s.zarr", Look())
+    assert "10 random orbits a case" in drawn["scan"].get_supxlabel()
+    assert "neo-Hookean body" in drawn["scan"].get_suptitle()
+    assert cli.main(["plot", "s.zarr", "--out", "s.pdf"]) == 0
+    assert (tmp_path / "s.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_captions_are_mathematics():
+    import fastaff as fa
+
+    body = fa.Body(fa.NeoHookean(G=1.0, K=2e-7), mu=3.0)
+    assert captions.titled(body) == r"neo-Hookean body ($G = 1$, $K = 2\times10^{-7}$, $\mu = 3$)"
+    own = fa.hamiltonian("(x**2+y**2)/2 + k*x**2*y", coordinates="x y", k=1.5)
+    assert captions.titled(own) == r"$V = \frac{x^{2}+y^{2}}{2}$ $+k\,x^{2}\,y$ ($k = 1.5$)"
+    assert captions.in_words(fa.Linear((0, 1, 0, 0), 0.5), own) == "$y = 0.5$, rising"
+    assert captions.in_words(fa.BetaTurning(-1), body) == r"$p_{\beta} = 0$, falling"
+    status = np.array([0, 0, 3, 5])
+    assert captions.outcomes(status) == "4 orbits, of these 1 escaped, 1 few crossings"
+
+
+def test_animate(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = ["animate", *SURFACE, "--start", "0.9,0.1", "--start", "0.5,0", "--time", "2", "--frames", "3"]
+    assert cli.main([*run, "--out", "a.gif"]) == 0
+    assert capsys.readouterr().out.split() == ["a.gif"]
+    from PIL import Image
+
+    with Image.open("a.gif") as image:
+        assert image.n_frames == 3
+    for wrong, message in (
+        (["--start", "1"], "--start must be two numbers U,P"),
+        (["--start", "0.5,nan"], "--start must be two numbers U,P"),
+        (["--out", "a.avi"], "--out must end with .gif or .mp4"),
+        (["--out", "no/a.gif"], "does not exist"),
+        (["--start", "0.5,0"] * 3, "--start is taken up to 4 times, got 5"),
+        (["--start", "9,9"], "reach"),
+    ):
+        assert cli.main([*run, *wrong]) == 2
+        assert message in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
