@@ -57,7 +57,7 @@ def test_columns_of_the_result_and_what_is_none(tmp_path, capsys, monkeypatch):
     assert sorted(points.get_array()) == sorted(found.energy_error)
     capsys.readouterr()
     assert cli.main(["plot", "e.npz", "--colour", "nothing"]) == 2
-    assert "--colour must be one of longer," in capsys.readouterr().err
+    assert "colour must be one of verdict, longer," in capsys.readouterr().err
     assert cli.main(["plot", "e.npz", "--vmin", "2", "--vmax", "1"]) == 2
     assert "--vmin must be below --vmax" in capsys.readouterr().err
     assert cli.main([*MAP, "--scan", "energy=1:1.5:2", "--colour", "sali"]) == 2

@@ -13,7 +13,7 @@ import fastaff as fa
 from fastaff import plot
 from fastaff.analysis import Stability
 from fastaff.plot import labels as plot_labels
-from fastaff.plot import scars
+from fastaff.plot import periodic, scars
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
@@ -100,6 +100,17 @@ def test_periodic_orbits_close_over_what_is_drawn(ax, orbits):
         assert curve.get_linestyle() == ("-" if orbits.stability[k] == Stability.ELLIPTIC else "--")
     with pytest.raises(ValueError, match="chart must be one of"):
         plot.plot_scars(orbits, HH, ax=ax, chart=fa.charts.ELLIPTIC)
+    ax.set_xlabel("$r$")
+    with pytest.raises(ValueError, match="chart must be that of the axes"):
+        plot.plot_scars(orbits, HH, ax=ax)
+
+
+def test_reduced_orbits_are_on_the_sheet_of_the_charts():
+    points = np.array([[1.0, 1.2], [-0.3, 0.4], [0.1, 0.2], [0.5, -0.6]])
+    names = ("alpha", "beta", "p_alpha", "p_beta")
+    found = periodic.on_one_sheet(points, names)
+    assert found.tolist() == [[1.0, 1.2], [0.3, 0.4], [0.1, 0.2], [-0.5, -0.6]]
+    assert periodic.on_one_sheet(points, ("x", "y", "p_x", "p_y")) is points
 
 
 def test_invariants_of_charts_are_those_of_the_charts():
@@ -252,7 +263,7 @@ def test_points_in_their_potential_and_orbits_that_escape(tmp_path):
     made = plot.animate(HH, z0, time=30.0, frames=6, titles=("stays", "goes"))
     left, right = made.figure.axes
     made.draw(5)
-    run = fa.integrate(HH, z0, time=30.0, samples=5, accuracy=1e-8)
+    run = fa.integrate(HH, z0, time=30.0, samples=40, accuracy=1e-8)
     point = left.lines[2].get_data()
     np.testing.assert_allclose(np.ravel(point), run.samples[-1, :2, 0], rtol=1e-12)
     assert left.get_title() == "stays"

@@ -25,6 +25,8 @@ SPOKES, RINGS = 8, (1 / 3, 2 / 3)
 """Material lines: diameters' halves, and circles inside the body's edge."""
 COLOURS = 128
 """Colours of a GIF."""
+FINE = 8
+"""States of a point's trace for each frame."""
 TRAIL = 0.2
 """Part of the time that a trace is drawn for."""
 ROUND = np.linspace(0.0, 2 * np.pi, 121)
@@ -73,16 +75,17 @@ def animate(
     Source: Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
     """
     time, frames, rate = positive("time", time), whole("frames", frames, 2), whole("rate", rate, 1)
-    run = integrate(model, z0, time=time, samples=frames - 1, accuracy=accuracy, threads=threads)
-    rows = len(run.z)
+    rows = np.shape(z0)[0] if np.ndim(z0) else 0
+    fine = 1 if rows == 8 else FINE  # a trace is a curve
+    run = integrate(model, z0, time=time, samples=fine * (frames - 1), accuracy=accuracy, threads=threads)
     if rows not in (4, 8) or (rows == 8 and tuple(run.names[:4]) != ("a1", "a2", "b1", "b2")):
         raise ValueError(f"model must be a body in the planes a and b or have two coordinates, got {len(run.z) // 2}")
     start = np.asarray(z0, float).reshape(rows, -1)
-    states = np.concatenate([start[None], run.samples.reshape(frames - 1, rows, -1)])
+    states = np.concatenate([start[None], run.samples.reshape(fine * (frames - 1), rows, -1)])
     status, motions = np.atleast_1d(run.status), start.shape[1]
     if titles is not None and len(titles) != motions:
         raise ValueError(f"titles must have {motions} entries, one for each motion, got {len(titles)}")
-    states, times = _held(states), np.linspace(0.0, time, frames)
+    states, times = _held(states), np.linspace(0.0, time, len(states))
     heads = [""] * motions if titles is None else list(titles)
     heads = [_head(title, code) for title, code in zip(heads, status, strict=True)]
     with styled():
@@ -90,7 +93,7 @@ def animate(
 
     def draw(k: int) -> None:
         for panel in panels:
-            panel(int(k))
+            panel(fine * int(k))
 
     draw(0)
     return Animation(figure, draw, frames, rate)
@@ -182,7 +185,7 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
     figure = Figure(figsize=(4.4 * count, 4.4), dpi=100, layout="constrained")
     axes = figure.subplots(1, count, squeeze=False)[0]
     middle = 0.5 * (states[:, :2].max(axis=(0, 2)) + states[:, :2].min(axis=(0, 2)))
-    half = 0.62 * float(np.ptp(states[:, :2], axis=0).max()) or 1.0
+    half = 0.7 * float(np.ptp(states[:, :2], axis=0).max()) or 1.0
     x, y = (np.linspace(c - half, c + half, 181) for c in middle)
     X, Y = np.meshgrid(x, y)
     with np.errstate(all="ignore"):

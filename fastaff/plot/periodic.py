@@ -81,8 +81,18 @@ def _name(kind: Stability) -> str:
 def _coordinates(orbits: PeriodicOrbits, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
     """Return names and values (names, period, orbits) of all coordinates of the crossings."""
     if len(orbits.points) != 8:
-        return orbits.names, orbits.points
+        return orbits.names, on_one_sheet(orbits.points, orbits.names)
     return (*chart.names, *chart.momenta), in_chart(orbits.points, chart)
+
+
+def on_one_sheet(points: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
+    """Return phase points (2n, ...) of a body reduced by its rotations with alpha and beta as they are in charts,
+    positive: (-beta, -p_beta) is the same state. Those of other systems stay.
+    """
+    if tuple(names[:2]) != ALPHA_BETA.names[:2] or len(points) != 4:
+        return points
+    sign = np.where(points[:2] < 0, -1.0, 1.0)
+    return points * np.concatenate([sign, sign])
 
 
 def _free(orbits: PeriodicOrbits, names: tuple[str, ...]) -> str:

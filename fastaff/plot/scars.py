@@ -13,6 +13,7 @@ from ..base.status import Status
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..models.contracts import Model
 from .backbone import STABLE
+from .periodic import on_one_sheet
 from .picking import carry
 from .style import Artists, figure, symbol
 
@@ -54,8 +55,8 @@ def plot_scars(
 
     Parameters: orbits; model: whose orbits they are, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
     TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
-    unstable, white with a dark casing. The limits of axes with something on them stay. Returns Artists: points are the
-    curves; `missing` counts orbits that are not OK. Raises ValueError for a chart that it does not take.
+    unstable, white with a dark casing. alpha and beta are drawn positive. The limits of axes with something on them stay. Returns Artists: points are the
+    curves; `missing` counts orbits that are not OK. Raises ValueError for a chart that it does not take, or that is not that of the axes.
     Cost: one integration of each orbit over its period.
     Source: Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
     """
@@ -68,10 +69,14 @@ def plot_scars(
         u, v = np.hypot(z[0], z[1]), np.hypot(z[2], z[3])
         names: tuple[str, ...] = ALPHA_BETA.names
     else:
-        u, v, names = z[0], z[1], tuple(orbits.names)
+        u, v = on_one_sheet(z, orbits.names)[:2]
+        names = tuple(orbits.names)
     if chart is not None and tuple(names[:2]) == ALPHA_BETA.names[:2]:
         (u, v), names = in_plane(u, v, chart), chart.names
     drawn, limits = ax.has_data(), (ax.get_xlim(), ax.get_ylim())
+    shown = ax.get_xlabel()
+    if drawn and shown and not shown.startswith(f"${symbol(names[0])}$"):
+        raise ValueError(f"chart must be that of the axes, whose first coordinate is {shown}, got {names[0]}")
     curves = []
     for k in np.flatnonzero(orbits.status == Status.OK):
         steady = orbits.stability[k] in STABLE
