@@ -21,48 +21,15 @@ import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import singledispatch
 from importlib import import_module
-from typing import Any, ClassVar, NamedTuple, Self, cast, get_type_hints
+from typing import Any, ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 
 from . import status as outcomes
+from .axes import Axes, declared, padded
 from .display import brief, screen, short
 from .numbers import an_array, shown
 from .provenance import provenance
-
-
-class Axes(NamedTuple):
-    """What `along` keeps of a field: names of its axes, its unit, which field has the labels of its first axis and
-    whether these alone name its rows, and the axis that is filled with NaN to a common length.
-    """
-
-    names: tuple[str, ...]
-    unit: str
-    labels: str
-    plain: bool
-    padded: str
-
-
-def along(*axes: str, unit: str = "", labels: str = "", plain: bool = False, padded: str = "") -> Axes:
-    """Declare what an array of a `Result` runs along: the names of its axes in their order.
-
-    unit: of its numbers, in words; labels: the field that names the entries of its first axis, so that
-    `result["FIELD_LABEL"]` is one of them; plain: `result["LABEL"]` too; padded: an axis that may differ between
-    results to be joined, NaN past its end. A number in place of an array holds for all items, None for a field that
-    was not asked for, a result within the result has the same items.
-    """
-    return Axes(axes, unit, labels, plain, padded)
-
-
-@functools.cache
-def _declared(cls: type) -> dict[str, Axes]:
-    """Return what a class declares of its arrays."""
-    hints = get_type_hints(cls, include_extras=True)
-    found = {
-        name: [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Axes)]
-        for name, hint in hints.items()
-    }
-    return {name: marks[0] for name, marks in found.items() if marks}
 
 
 class Drawable:
@@ -123,7 +90,7 @@ class Result(Drawable):
             if isinstance(value, Result):
                 return value.item_shape
             if isinstance(value, (np.ndarray, np.generic)):
-                before, after = _around(axes, self.axis)
+                before, after = axes.around(self.axis)
                 return value.shape[before : value.ndim - after]
         raise TypeError(f"{type(self).__name__} is one result, not one of many items")
 
@@ -244,7 +211,7 @@ def put(result: Any, items: Any, part: Any) -> None:
         if isinstance(value, Result) and isinstance(new, Result):
             put(value, items, new)
         elif isinstance(value, np.ndarray) and isinstance(new, np.ndarray):
-            value[_place(axes, result.axis, index)] = new
+            value[axes.place(result.axis, index)] = new
 
 
 def named(result: Result, name: str) -> Any:
@@ -266,18 +233,7 @@ def _names(result: Any) -> list[str]:
 
 
 def _axes(result: Any, name: str) -> Axes | None:
-    return _declared(cast(Any, type(result))).get(name)
-
-
-def _around(axes: Axes, axis: str | None) -> tuple[int, int]:
-    """Return how many axes stand before and after that of the items."""
-    before = axes.names.index(cast(str, axis))
-    return before, len(axes.names) - before - 1
-
-
-def _place(axes: Axes, axis: str | None, index: tuple) -> tuple:
-    """Return the index into a whole array for an index of its items."""
-    return (*(slice(None),) * _around(axes, axis)[0], *index)
+    return declared(cast(Any, type(result))).get(name)
 
 
 def _rows(result: Any) -> dict[str, Callable[[], np.ndarray]]:
@@ -307,7 +263,7 @@ def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
 
 
 def _taken(value: Any, axes: Axes, result: Any, index: tuple) -> Any:
-    return value.take(index) if isinstance(value, Result) else value[_place(axes, result.axis, index)]
+    return value.take(index) if isinstance(value, Result) else value[axes.place(result.axis, index)]
 
 
 def _index(result: Any, items: Any) -> tuple:
@@ -380,26 +336,18 @@ def _joined(cls: type, parts: list[Any]) -> Any:
 
 def _joined_arrays(name: str, axes: Axes, axis: str | None, entries: list, parts: list) -> np.ndarray:
     """Return the arrays of one field as one, a number that holds for all as an array too."""
-    place = _around(axes, axis)[0]
+    place = axes.around(axis)[0]
     arrays = [
         entry if np.ndim(entry) else np.full(part.item_shape, entry) for entry, part in zip(entries, parts, strict=True)
     ]
     if axes.padded:
         grown = axes.names.index(axes.padded)
         longest = max(array.shape[grown] for array in arrays)
-        arrays = [_padded(array, grown, longest) for array in arrays]
+        arrays = [padded(array, grown, longest) for array in arrays]
     rest = [(*array.shape[:place], *array.shape[place + 1 :]) for array in arrays]
     if any(shape != rest[0] for shape in rest):
         raise ValueError(f"parts must have {name} of the same other axes, got {' and '.join(map(str, rest[:2]))}")
     return np.concatenate(arrays, axis=place)
-
-
-def _padded(array: np.ndarray, axis: int, length: int) -> np.ndarray:
-    if array.shape[axis] == length:
-        return array
-    width = [(0, 0)] * array.ndim
-    width[axis] = (0, length - array.shape[axis])
-    return np.pad(array, width, constant_values=np.nan)
 
 
 def _alike(one: Any, other: Any) -> bool:

@@ -11,10 +11,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import entries, function, numbers, portion, positive, shown, texts
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.flow import Report

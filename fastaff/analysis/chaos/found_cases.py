@@ -7,7 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
-from ...base.results import Result, along
+from ...base.axes import along
+from ...base.results import Result
 from .chaotic_fraction import ChaoticFraction
 
 

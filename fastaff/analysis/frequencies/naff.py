@@ -13,9 +13,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
-from ...base.results import Result, along
+from ...base.results import Result
 from ...compile.threads import checked_threads
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of

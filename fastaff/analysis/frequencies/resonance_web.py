@@ -10,8 +10,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
-from ...base.results import Result, along
+from ...base.results import Result
 from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
 
 

@@ -10,9 +10,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.status import Status, describe
 from ...compile.jit import LANES
 from ...compile.threads import checked_threads

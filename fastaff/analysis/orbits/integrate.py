@@ -8,10 +8,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.results import Result, along
+from ...base.axes import along
+from ...base.results import Result
 from .periodic_orbits import PeriodicOrbits
 
 VANISHING, NEAR = 1e-5, 1e-10

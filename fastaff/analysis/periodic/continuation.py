@@ -9,10 +9,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, real, shown, whole
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
 from ...flows.checks import checked_section, checked_tangent_model, energies

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section, energies
 from ...formulas.section_text import section_in_words, section_of

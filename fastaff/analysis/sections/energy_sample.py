@@ -7,9 +7,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.numbers import entries, fits, shown, span, whole
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import takes
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Model, Section, isotropic

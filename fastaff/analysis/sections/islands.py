@@ -12,8 +12,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, positive, whole
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
 from ..frequencies.fundamental import SPANS, damping

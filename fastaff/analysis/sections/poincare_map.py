@@ -8,10 +8,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
-from ...base.results import Result, along, put
+from ...base.results import Result, put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...charts import Chart

@@ -9,10 +9,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.threads import checked_threads

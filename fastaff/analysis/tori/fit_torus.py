@@ -12,10 +12,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, shown, whole
 from ...base.recipe import recorded
-from ...base.results import Result, along
+from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
 from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points

@@ -9,9 +9,10 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
+from ...base.axes import along
 from ...base.display import screen
 from ...base.numbers import real, shown, whole
-from ...base.results import Drawable, Result, along
+from ...base.results import Drawable, Result
 from ...base.status import Status
 from .state import Shape, State
 from .symmetry import SymmetryClass
