@@ -1,0 +1,290 @@
+"""The messages of the explorer's page answered by the package itself: what its notebook widget talks to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis.chaos.chaos_map import chaos_map
+from ..analysis.chaos.indicators import MEGNO, Character, Lyapunov
+from ..analysis.frequencies.frequency_map import frequency_map
+from ..analysis.orbits.integrate import integrate
+from ..analysis.sections.energy_grid import lift
+from ..analysis.sections.energy_sample import edge
+from ..analysis.sections.islands import rotation_number
+from ..analysis.sections.poincare_map import poincare_map
+from ..base.status import Status
+from ..flows.coordinates import chart_row
+from ..flows.motion import natural_rates
+from ..formulas.formula import formula, hamiltonian
+from ..models.contracts import coordinate_names, isotropic
+from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ..schemes.catalogue import scheme_named
+from .parameters import parameter_values, with_parameters
+
+PERIODS = 20.0
+"""Natural periods for each crossing after which an orbit has no more."""
+
+MARGIN = 0.03
+LETTERS = {"alpha": "α", "beta": "β"}
+STATUS = {Status.OK: "done", Status.ESCAPED: "escaped", Status.NONFINITE: "escaped", Status.COLLAPSED: "collapsed"}
+INTERRUPTED = "no more crossings"
+
+
+class Launched(NamedTuple):
+    """An orbit: its state at the start, its time at the last crossing, and how many crossings have been sent."""
+
+    z0: np.ndarray
+    point: tuple[float, float]
+    sent: int
+    time: float
+
+
+class Answers:
+    """Answers messages: `post` gets each as a dictionary, with NumPy arrays where the page has typed ones.
+
+    systems: models by the name that the page has for them. Every launch is a `poincare_map`, each reading a
+    `rotation_number`, a `chaos_map` and a `frequency_map`; wrong input is answered, never raised.
+    """
+
+    def __init__(self, systems: dict[str, Any], post: Callable[[dict[str, Any]], None]):
+        self.systems, self.post = systems, post
+        self.body: Any = None
+        self.section: Any = None
+        self.where: dict[str, float] = {}
+        self.orbits: dict[int, Launched] = {}
+        self.scheme, self.accuracy = "", 1e-10
+
+    def receive(self, message: dict[str, Any]) -> None:
+        """Answer one message."""
+        kind = message.get("type")
+        try:
+            answer = getattr(self, f"on_{kind}", None)
+            if answer is not None:
+                answer(message)
+        except (ValueError, TypeError, KeyError, ImportError) as problem:
+            what = {"system": "formula", "parse": "formula", "surface": "energy", "parameters": "parameter"}.get(
+                str(kind), "orbit"
+            )
+            text = str(problem).replace("text:", "formula:", 1)
+            self.post({"type": "wrong", "what": what, "message": text, "orbit": message.get("orbit")})
+
+    def on_system(self, message: dict[str, Any]) -> None:
+        """Take a model: one of the systems by its name, or a formula."""
+        given = message["system"]
+        parameters = {name: float(value) for name, value in (given.get("parameters") or {}).items()}
+        if given.get("code") is None and "formula" in given:
+            self.body = _typed(given, parameters)
+        else:
+            self.body = with_parameters(self.systems[given["name"]], parameters)
+        self.scheme, self.accuracy = message.get("scheme") or "", float(message.get("accuracy") or 1e-10)
+        self.orbits.clear()
+        self.section = None
+        names = list(coordinate_names(self.body))
+        self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
+
+    def on_parse(self, message: dict[str, Any]) -> None:
+        """Say whether a text is a formula, and which parameters it has."""
+        names: list[str] = []
+        said = None
+        try:
+            for _ in range(64):
+                try:
+                    _typed(message, dict.fromkeys(names, 1.0))
+                    break
+                except ValueError as problem:
+                    unknown = str(problem).partition("unknown name '")[2].partition("'")[0]
+                    if not unknown or unknown in names:
+                        raise
+                    names.append(unknown)
+        except (ValueError, TypeError, ImportError) as problem:
+            said = str(problem).replace("text:", "formula:", 1)
+        kept = {"formula": message.get("formula"), "kind": message.get("kind")}
+        self.post({"type": "parsed", **kept, "names": names, "message": said})
+
+    def on_parameters(self, message: dict[str, Any]) -> None:
+        """Take other values of the parameters."""
+        self.body = with_parameters(self.body, {k: float(v) for k, v in message["parameters"].items()})
+        self.orbits.clear()
+        self.section = None
+
+    def on_surface(self, message: dict[str, Any]) -> None:
+        """Take a section of an energy surface; answer with the region that it allows."""
+        self.orbits.clear()
+        self.section = None
+        where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
+        section = section_of(self.body, message["section"], message.get("constant"), int(message["direction"]))
+        (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
+        width, height = int(message["width"]), int(message["height"])
+        du, dv = MARGIN * (u1 - u0), MARGIN * (v1 - v0)
+        extent = [max(u0 - du, 0.0) if isotropic(self.body) else u0 - du, u1 + du, v0 - dv, v1 + dv]
+        u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
+        v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
+        first, second = (x.ravel() for x in np.meshgrid(u, v))
+        _, allowed, names = lift(self.body, section, **where, u=first, v=second)
+        self.section, self.where, self.names = section, where, names
+        self.post(
+            {
+                "type": "surface",
+                "labels": [_label(name) for name in names],
+                "axes": list(names),
+                "extent": extent,
+                "width": width,
+                "height": height,
+                "allowed": allowed.astype(np.uint8),
+                "minimum": None,
+                "escape": None,
+                "section": message["section"],
+                "constant": message.get("constant"),
+                "energy": where["energy"],
+            }
+        )
+
+    def on_launch(self, message: dict[str, Any]) -> None:
+        """Launch an orbit and follow it to its crossings."""
+        if self.section is None:
+            raise ValueError("there is no section yet")
+        if message.get("z0") is not None:
+            z0 = np.array(message["z0"], dtype=np.float64)
+            point = tuple(map(float, message.get("point") or self._projected(z0[:, None])[:, 0]))
+        else:
+            point = tuple(map(float, message["point"]))
+            z, found, names = lift(self.body, self.section, **self.where, u=np.array(point[:1]), v=np.array(point[1:]))
+            if not found[0]:
+                u, v = (f"{_label(name)} = {value:.5g}" for name, value in zip(names, point))
+                said = f"{u}, {v} is not on the energy surface"
+                self.post({"type": "refused", "orbit": message["orbit"], "point": list(point), "message": said})
+                return
+            z0 = z[:, 0]
+        self.orbits[message["orbit"]] = Launched(z0, point, 0, 0.0)  # type: ignore[arg-type]
+        self.post({"type": "launched", "orbit": message["orbit"], "point": list(point), "z0": z0})
+        self._follow(message["orbit"], int(message.get("crossings") or 1000))
+
+    def on_fill(self, message: dict[str, Any]) -> None:
+        """Launch a grid of orbits."""
+        u0, u1, v0, v1 = message["view"]
+        columns, rows, number = int(message["columns"]), int(message["rows"]), int(message.get("first") or 0)
+        u = u0 + (u1 - u0) * (np.arange(columns) + 0.5) / columns
+        v = v0 + (v1 - v0) * (np.arange(rows) + 0.5) / rows
+        first, second = (x.ravel() for x in np.meshgrid(u, v))
+        _, found, _ = lift(self.body, self.section, **self.where, u=first, v=second)
+        for k in np.flatnonzero(found):
+            point = [float(first[k]), float(second[k])]
+            self.on_launch({"orbit": number, "point": point, "crossings": message.get("crossings") or 300})
+            number += 1
+
+    def on_more(self, message: dict[str, Any]) -> None:
+        """Follow an orbit further."""
+        self._follow(message["orbit"], self.orbits[message["orbit"]].sent + int(message["crossings"]))
+
+    def on_forget(self, message: dict[str, Any]) -> None:
+        """Forget an orbit, or all."""
+        if message.get("orbit") is None:
+            self.orbits.clear()
+        else:
+            self.orbits.pop(message["orbit"], None)
+
+    def on_motion(self, message: dict[str, Any]) -> None:
+        """Send states of an orbit at equal times."""
+        begin, end = float(message["from"]), float(message["to"])
+        z, samples = self.orbits[message["orbit"]].z0, max(2, min(int(message["samples"]), 20000))
+        if begin > 0:
+            z = integrate(self.body, z, time=begin, accuracy=self.accuracy).z[:, 0]
+        run = integrate(self.body, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
+        states = np.concatenate([z[None], run.samples[:, :, 0]])
+        if isotropic(self.body):
+            a1, a2, b1, b2 = states[:, :4].T
+            phi = np.array([a1 + b1, b2 - a2, a2 + b2, a1 - b1]).T / np.sqrt(2.0)
+            states = np.concatenate([phi, states], axis=1)
+        kept = {"orbit": message["orbit"], "from": begin, "to": end}
+        self.post({"type": "motion", **kept, "rows": samples, "states": np.ascontiguousarray(states).ravel()})
+
+    def _projected(self, z: np.ndarray) -> np.ndarray:
+        """Return the section coordinates (2, ...) of states (2n, ...)."""
+        names = list(coordinate_names(self.body))
+        rows = {**dict(zip([*names, *(f"p_{name}" for name in names)], z))}
+        found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
+        return np.array(found)
+
+    def _follow(self, number: int, crossings: int) -> None:
+        """Find the crossings of an orbit, send those that are new, and what is read of it."""
+        orbit = self.orbits[number]
+        rate = float(natural_rates(self.body, orbit.z0[:, None])[0])
+        run = poincare_map(
+            self.body,
+            orbit.z0,
+            section=self.section,
+            crossings=crossings,
+            max_time=PERIODS * crossings * 2 * np.pi / rate,
+            accuracy=self.accuracy,
+            scheme=scheme_named(self.scheme) if self.scheme else None,
+        )
+        count = int(run.counts[0])
+        points, times = self._projected(run.points[:, :count, 0]), run.times[:count, 0]
+        new = slice(orbit.sent, count)
+        sent = {"orbit": number, "first": orbit.sent, "points": np.ascontiguousarray(points[:, new].T).ravel()}
+        self.post({"type": "points", **sent, "times": times[new].copy()})
+        time = float(times[-1]) if count else 2 * np.pi / rate
+        self.orbits[number] = orbit._replace(sent=count, time=time)
+        status = STATUS.get(Status(int(run.status[0])), INTERRUPTED)
+        reading = self._reading(orbit.z0, points, time)
+        error = float(run.energy_error[0])
+        facts = {"crossings": count, "time": time, "energy_error": error, "status": status}
+        self.post({"type": "reading", "orbit": number, **facts, **reading})
+
+    def _reading(self, z0: np.ndarray, points: np.ndarray, time: float) -> dict[str, Any]:
+        """Return rotation number, indicators of chaos and frequencies of an orbit."""
+        turning = rotation_number(points) if points.shape[1] else None
+        rotation = None
+        if turning is not None and np.isfinite(turning.error[0]):
+            rotation = {"value": float(turning.rotation[0]), "error": float(turning.error[0])}
+        chaos = chaos_map(self.body, z0, time=time, indicators=(MEGNO(), Lyapunov()))
+        found = frequency_map(self.body, z0, time=time)
+        values, errors = [*found.leading[:, 0]], [*found.leading_error[:, 0]]
+        names = list(found.names)
+        if found.nu_eta is not None and found.nu_gamma is not None:
+            names[2:], values[2:] = ["eta", "gamma"], [found.nu_eta[0], found.nu_gamma[0]]
+        lines = {"names": names, "values": _finite(values), "errors": _finite(errors)}
+        verdict = Character(int(chaos.verdict[0])).name.lower()
+        megno, lyapunov = _finite([chaos.megno[0], chaos.lyapunov[0]])
+        return {"rotation": rotation, "megno": megno, "lyapunov": lyapunov, "verdict": verdict, "frequencies": lines}
+
+
+def _finite(values: Any) -> list[float | None]:
+    return [float(value) if np.isfinite(value) else None for value in values]
+
+
+def _label(name: str) -> str:
+    stem = name.removeprefix("p_")
+    return ("p_" if stem != name else "") + LETTERS.get(stem, stem)
+
+
+def _typed(given: dict[str, Any], parameters: dict[str, Any]) -> Any:
+    """Return the model of a typed formula."""
+    text = given["formula"]
+    if given["kind"] == "body":
+        own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
+        made = formula(text, mu=parameters.get("mu", 1.0), **own)
+        if not isotropic(made):
+            raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
+        return made
+    return hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters)
+
+
+def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:
+    """Return the section of that name; ValueError where the body has none such."""
+    if isotropic(body):
+        turning: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
+        equals: dict[str, Any] = {"alpha=c": AlphaEquals, "beta=c": BetaEquals, "area=c": AreaEquals}
+        if name in turning:
+            return turning[name](direction)
+        if name in equals:
+            return equals[name](float(constant or 0.0), direction)
+    planes = [f"{q}=c" for q in coordinate_names(body)]
+    if name not in planes or isotropic(body):
+        raise ValueError(f"the section must be one of those of {type(body).__name__}, got {name}")
+    normal = [0.0] * (2 * len(planes))
+    normal[planes.index(name)] = 1.0
+    return Linear(tuple(normal), float(constant or 0.0), direction)

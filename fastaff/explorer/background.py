@@ -1,0 +1,127 @@
+"""A chaos map or frequency map as the background of a page: its numbers on the cells of a grid of the section."""
+
+from __future__ import annotations
+
+import base64
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis.chaos.chaos_map import ChaosMap
+from ..analysis.frequencies.frequency_map import FrequencyMap
+from ..analysis.sections.energy_grid import EnergyGrid
+from ..base.numbers import shown
+from ..base.status import Status
+from ..files import contents, load
+from ..jobs.job import Job, Plan
+from ..jobs.results import JobResults
+from ..jobs.store import Store, is_store
+
+SPREAD = 1e-6
+"""Relative difference of the distances of neighbours on an axis up to which they count as equal."""
+
+LABELS = {"megno": "MEGNO", "sali": "log10 SALI", "lyapunov": "Lyapunov exponent", "fli": "FLI", "ofli": "OFLI"}
+
+
+class Found(NamedTuple):
+    """A map with its grid, and the job that it is from where there is one."""
+
+    result: Any
+    grid: Any
+    job: Job | None = None
+    plan: Plan | None = None
+
+
+def found(background: Any) -> Found:
+    """Return the map of a path, or of a pair (result, grid); raises ValueError or TypeError for others."""
+    if isinstance(background, (str, os.PathLike)):
+        path = Path(background)
+        read = _of_store(path) if is_store(path) else _of_file(path)
+    elif isinstance(background, tuple) and len(background) == 2:
+        read = Found(*background)
+    else:
+        raise TypeError(
+            "background must be the path of a file or store of a chaos or frequency map, or a pair of a result and its "
+            f"EnergyGrid, got {shown(background)}"
+        )
+    if not isinstance(read.result, (ChaosMap, FrequencyMap)):
+        raise TypeError(f"background must be a ChaosMap or a FrequencyMap, got {type(read.result).__name__}")
+    if not isinstance(read.grid, EnergyGrid):
+        raise TypeError(f"background must be over an EnergyGrid of a section, got {type(read.grid).__name__}")
+    if read.result.status.shape != read.grid.cell.shape:
+        raise ValueError(
+            f"background has {read.result.status.size} orbits for {read.grid.cell.size} cells: result and grid must "
+            "belong together"
+        )
+    return read
+
+
+def _of_store(path: Path) -> Found:
+    store, results = Store(path), JobResults.stored(path)
+    names = [name for name in ("chaos_map", "frequency_map") if name in results.names]
+    if not names:
+        raise ValueError(f"background {path} has no chaos_map and no frequency_map, but {', '.join(results.names)}")
+    place, plan = results.place, results.job.plan()
+    if not place.size:
+        raise ValueError(f"background {path}: no orbit is finished yet")
+    grid = plan.launch.placed(store.root["launch/z0"][:][:, place], place)
+    return Found(results[names[0]], grid, results.job, plan)
+
+
+def _of_file(path: Path) -> Found:
+    arrays, facts = contents(path)
+    result = load(path)
+    if not isinstance(facts.get("job"), str) or "place" not in arrays:
+        raise ValueError(
+            f"background {path} does not say where its orbits start: give it with its grid, (load({str(path)!r}), grid)"
+        )
+    job = Job.parsed(facts["job"], str(path))
+    plan = job.plan()
+    return Found(result, plan.launch.placed(arrays["z0"], arrays["place"]), job, plan)
+
+
+def background_record(read: Found, of: dict[str, Any]) -> dict[str, Any]:
+    """Return what a page has of a map; of: the system and surface that it is of."""
+    label, values = _values(read.result)
+    cells = np.ma.filled(read.grid.spread(values.astype(np.float64)), np.nan)
+    fine = cells[np.isfinite(cells)]
+    low, high = np.quantile(fine, [0.01, 0.99]) if fine.size else (0.0, 1.0)
+    if not high > low:
+        low, high = low - 0.5, high + 0.5
+    extent = [edge for axis in read.grid.axes for edge in _edges(axis)]
+    return {
+        "title": "Chaos map" if isinstance(read.result, ChaosMap) else "Frequency map",
+        "label": label,
+        "axes": list(read.grid.names),
+        "extent": extent,
+        "width": cells.shape[0],
+        "height": cells.shape[1],
+        "values": base64.b64encode(np.ascontiguousarray(cells.T, dtype="<f4").tobytes()).decode(),
+        "low": float(low),
+        "high": float(high),
+        "log": False,
+        "of": of,
+    }
+
+
+def _values(result: Any) -> tuple[str, np.ndarray]:
+    """Return the label and the numbers (orbits,) that are shown of a map, NaN for orbits without."""
+    if isinstance(result, ChaosMap):
+        name = "megno" if "megno" in result.names else result.names[0]
+        label, values = LABELS.get(name, name), result.values[result.names.index(name)]
+    else:
+        label, values = "log10 diffusion", result.diffusion
+    return label, np.where((result.status == Status.OK) & np.isfinite(values), values, np.nan)
+
+
+def _edges(axis: np.ndarray) -> tuple[float, float]:
+    """Return where the cells of equidistant middles begin and end."""
+    steps = np.diff(axis)
+    if axis.size < 2 or not (steps > 0).all() or np.ptp(steps) > SPREAD * np.abs(steps).max():
+        raise ValueError(
+            "background must be over a grid of equidistant, ascending section coordinates, at least 2 a side"
+        )
+    half = 0.5 * (axis[-1] - axis[0]) / (axis.size - 1)
+    return float(axis[0] - half), float(axis[-1] + half)

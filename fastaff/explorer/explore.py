@@ -1,0 +1,212 @@
+"""`explore`: a page in which sections of a system are looked at by clicking on them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..analysis.sections.energy_grid import NotReached
+from ..analysis.sections.energy_sample import edge
+from ..base.numbers import numbers, positive, real
+from ..base.provenance import provenance
+from ..files import free_stem
+from ..flows.checks import checked_model
+from ..jobs.system import Surface
+from ..models.contracts import isotropic, quadratic
+from ..schemes.automatic import cheapest
+from ..schemes.catalogue import Splitting, scheme_named
+from .background import Found, background_record, found
+from .page import page
+from .parameters import parameter_values
+from .setup import frames, named_body, named_systems, scheme_record, section_record, splittings, system_record
+
+ACCURACY = 1e-10
+"""Error of the first crossings where none is asked for."""
+
+
+def explore(
+    body: Any = None,
+    *,
+    energy: float | None = None,
+    section: Any = None,
+    p_eta: float = 0.0,
+    p_gamma: float = 0.0,
+    accuracy: float = ACCURACY,
+    scheme: Any = None,
+    background: Any = None,
+    points: Any = None,
+    out: Any = None,
+) -> Path:
+    """Write the explorer of a system, one HTML file that needs no server, network or Python, and return its path.
+
+    Parameters: body: a Body with a doubly isotropic potential or a system of two coordinates (default: neo-Hookean; the
+    page has all named models anyway); energy; section: a value of `fastaff.models.sections` or a text such as
+    "alpha-turning", "beta=0.4", "x=0" (default: alpha-turning, or the first coordinate 0); p_eta, p_gamma: the angular
+    momenta of a body's planes; accuracy: relative error that the first crossings may have; scheme: a splitting or its
+    name (default: the one that needs the fewest forces); background: a file of a chaos or frequency map over a grid of
+    the section, or such a pair (result, EnergyGrid); points (2, orbits): section coordinates at which orbits start when
+    the page is opened; out: the file (default: fastaff-explorer.html, with a number where it exists). Returns the path.
+    Raises ValueError or TypeError for wrong input, TypeError for a model whose methods cannot be printed as JavaScript,
+    naming the construct; OSError as `open` does.
+
+    The model's methods are printed as JavaScript from their Python source, the scheme's coefficients are the package's;
+    crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later
+    ones of chaotic orbits differ as elementary functions of browsers do. The page executes nothing that is not in it.
+    Source: Henon 1982, Physica D 5, 412 (sections); the indicators and averages name theirs.
+    """
+    given = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma, "accuracy": accuracy}
+    setup, _ = setup_of(body, **given, scheme=scheme, background=background, points=points)
+    path = _free(out)
+    path.write_text(page(setup), encoding="utf-8")
+    return path
+
+
+def setup_of(
+    body: Any = None,
+    *,
+    energy: float | None = None,
+    section: Any = None,
+    p_eta: float = 0.0,
+    p_gamma: float = 0.0,
+    accuracy: float = ACCURACY,
+    scheme: Any = None,
+    background: Any = None,
+    points: Any = None,
+) -> tuple[dict[str, Any], Any]:
+    """Return the set-up of a page, arguments as of `explore`, and the model that it begins with."""
+    under = None if background is None else found(background)
+    if under is not None and under.plan is not None and body is None:
+        body, own = under.plan.body, under.job.surface  # type: ignore[union-attr]
+        energy, p_eta, p_gamma = (
+            own.energy if energy is None else energy,
+            p_eta or own.p_eta,
+            p_gamma or own.p_gamma,
+        )
+        section = under.plan.section if section is None else section
+    chosen = named_body("neo-hookean") if body is None else checked_model(body)
+    accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    systems = named_systems()
+    usual = _usual(chosen, systems)
+    start: dict[str, Any] = {"energy": _energy(energy, usual), "p_eta": p_eta, "p_gamma": p_gamma}
+    if not isotropic(chosen) and (p_eta or p_gamma):
+        raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
+    if usual is None:
+        systems.insert(0, system_record(chosen, "own", _title(chosen), _formula(chosen), start))
+    elif energy is None:
+        start.update({name: usual[name] for name in ("p_eta", "p_gamma") if not start[name]})
+    start["system"] = "own" if usual is None else usual["name"]
+    start["parameters"] = parameter_values(chosen)
+    cut = _section(section, chosen)
+    start |= section_record(cut, chosen)
+    _reached(chosen, cut, start)
+    start["accuracy"], start["scheme"] = accuracy, _scheme(scheme, accuracy, chosen).name
+    start["points"] = _points(points)
+    schemes = splittings()
+    if start["scheme"] not in [entry["name"] for entry in schemes]:
+        schemes.insert(0, scheme_record(_scheme(scheme, accuracy, chosen)))
+    setup = {
+        "version": provenance()["fastaff"],
+        "systems": systems,
+        "schemes": schemes,
+        "frames": frames(),
+        "start": start,
+        "background": None if under is None else background_record(under, _of(under, start)),
+    }
+    return setup, chosen
+
+
+def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
+    """Refuse an energy that reaches nothing of the section; one that lets orbits escape is fine."""
+    try:
+        edge(body, section, energy=start["energy"], p_eta=start["p_eta"], p_gamma=start["p_gamma"])
+    except NotReached:
+        raise
+    except ValueError as problem:
+        if "bound" not in str(problem):
+            raise
+
+
+def _of(under: Found, start: dict[str, Any]) -> dict[str, Any]:
+    """Return the system and surface of a map: those of its job, else those of the page."""
+    kept = {name: start[name] for name in ("system", "energy", "section", "constant", "p_eta", "p_gamma")}
+    kept |= {"direction": start["direction"], "parameters": start["parameters"], "energy": float(under.grid.energy)}
+    if under.plan is not None and under.job is not None:
+        surface = under.job.surface
+        kept |= section_record(under.plan.section, under.plan.body)
+        kept |= {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "parameters": parameter_values(under.plan.body)}
+    return kept
+
+
+def _usual(body: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Return the record of a named system that the body is one of, whatever its parameters."""
+    for record in systems:
+        named = named_body(record["name"])
+        inner, own = getattr(named, "potential", named), getattr(body, "potential", body)
+        if type(named) is type(body) and type(inner) is type(own):
+            return record
+    return None
+
+
+def _energy(energy: Any, usual: dict[str, Any] | None) -> float:
+    if energy is not None:
+        return real("energy", energy)
+    if usual is None:
+        raise ValueError("energy must be given for a model of your own: the energy of every orbit")
+    return float(usual["energy"])
+
+
+def _section(section: Any, body: Any) -> Any:
+    """Return a section given as a value or a text."""
+    if section is None or isinstance(section, str):
+        return Surface(section=section).section_of(body)
+    return section
+
+
+def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting:
+    """Return the scheme, which must be a splitting that suits the body."""
+    if scheme is None:
+        return cheapest(accuracy, quadratic(body))
+    found = scheme_named(scheme) if isinstance(scheme, str) else scheme
+    if not isinstance(found, Splitting):
+        raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {found!r}")
+    if found.nystrom and not quadratic(body):
+        raise ValueError(f"scheme {found.name} takes T quadratic in the momenta, which that of the body is not")
+    return found
+
+
+def _points(points: Any) -> list[list[float]]:
+    if points is None:
+        return []
+    array = numbers("points", points).astype(np.float64)
+    array = array[:, None] if array.ndim == 1 else array
+    if array.ndim != 2 or array.shape[0] != 2 or not np.isfinite(array).all():
+        raise ValueError(f"points must be finite section coordinates (2, orbits), got {array.shape}")
+    return array.T.tolist()
+
+
+def _title(body: Any) -> str:
+    return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
+
+
+def _formula(body: Any) -> str:
+    """Return what people read of a model: its formula, or its class."""
+    inner = getattr(body, "potential", body)
+    text = getattr(inner, "formula", None)
+    return f"V = {text}" if isinstance(text, str) else type(inner).__name__
+
+
+def _free(out: Any) -> Path:
+    """Return the path that is written."""
+    if out is not None and not isinstance(out, (str, os.PathLike)):
+        raise TypeError(f"out must be the path of a file, got {out!r} ({type(out).__name__})")
+    if out is None:
+        stem = free_stem(Path("fastaff-explorer"), (".html",))
+        return stem.with_name(stem.name + ".html")
+    path = Path(out)
+    path = path if path.suffix.lower() in (".html", ".htm") else path.with_name(path.name + ".html")
+    if not path.parent.is_dir():
+        raise ValueError(f"out {path}: the folder {path.parent} does not exist")
+    return path

@@ -1,0 +1,150 @@
+"""The data of a page: systems with their parameters and code, schemes, and where it starts."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .. import models
+from ..analysis.chaos.streamed import symplectic_frame
+from ..jobs.system import described
+from ..models.contracts import coordinate_names, isotropic
+from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ..schemes.catalogue import SCHEMES, Splitting
+from .javascript import model_code
+from .parameters import parameter_values
+
+NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
+    "neo-hookean": (
+        "NeoHookean",
+        "Neo-Hookean body",
+        "V = G/2 (D₁² + D₂² − 2) − G ln(D₁D₂) + K/2 (D₁D₂ − 1)²",
+        {"energy": 1.5, "p_eta": 0.3, "p_gamma": 0.2},
+    ),
+    "hyperelastic": (
+        "Hyperelastic",
+        "Hyperelastic body",
+        "V = C (1/(D₁D₂) + (D₁² + D₂²)/2)",
+        {"energy": 3.5, "p_eta": 0.3, "p_gamma": 0.2},
+    ),
+    "harmonic": (
+        "Harmonic",
+        "Harmonic body",
+        "V = C (D₁² + D₂²)/2",
+        {"energy": 2.0, "p_eta": 0.3, "p_gamma": 0.2},
+    ),
+    "anharmonic": (
+        "Anharmonic",
+        "Anharmonic body",
+        "V = C (D₁² + D₂²)/2 + 4C/(D₁ + D₂)²",
+        {"energy": 3.5, "p_eta": 0.3, "p_gamma": 0.2},
+    ),
+    "heavy-top": (
+        "HeavyTop",
+        "Heavy-top body",
+        "V = C r/2 + A cos ϑ/r, r = α² + β²",
+        {"energy": 2.0, "p_eta": 0.5, "p_gamma": 0.4},
+    ),
+    "henon-heiles": (
+        "HenonHeiles",
+        "Hénon–Heiles",
+        "V = (x² + y²)/2 + λ (x²y − y³/3)",
+        {"energy": 0.125, "p_eta": 0.0, "p_gamma": 0.0},
+    ),
+}
+"""Class, title, formula and where to begin, of the systems that every page has."""
+
+BODY_SECTIONS = (("alpha-turning", None), ("beta-turning", None), ("alpha=c", 1.0), ("beta=c", 0.5), ("area=c", 1.0))
+
+
+def named_body(name: str) -> Any:
+    """Return the system of that name with its usual parameters."""
+    made = getattr(models, NAMED[name][0])()
+    return made if hasattr(made, "coordinates") else models.Body(made)
+
+
+def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
+    """Return what a page has of a system."""
+    names = list(coordinate_names(body))
+    plane = not isotropic(body)
+    sections = [(f"{q}=c", 0.0) for q in names] if plane else BODY_SECTIONS
+    return {
+        "name": name,
+        "title": title,
+        "formula": formula,
+        "kind": "plane" if plane else "body",
+        "coordinates": names,
+        "momenta": [f"p_{q}" for q in names],
+        "parameters": [_slider(key, value) for key, value in parameter_values(body).items()],
+        "code": model_code(body),
+        "sections": [{"name": section, "constant": constant} for section, constant in sections],
+        "energy": start["energy"],
+        "p_eta": start["p_eta"],
+        "p_gamma": start["p_gamma"],
+        "job": job_record(body),
+    }
+
+
+def job_record(body: Any) -> dict[str, str] | None:
+    """Return the keys of a job's table [model] that name a system, without its parameters; None where none do."""
+    found = described(body)
+    keys = ("model", "formula", "hamiltonian", "coordinates", "domain")
+    return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
+
+
+def _slider(name: str, value: float) -> dict[str, Any]:
+    """Return a parameter with a range around its value."""
+    low, high = (0.0, 2.0) if value == 0 else sorted((value * 0.1, value * 3.0))
+    return {"name": name, "value": value, "from": low, "to": high}
+
+
+def named_systems() -> list[dict[str, Any]]:
+    """Return the records of the systems of the package."""
+    return [system_record(named_body(name), name, *entry[1:]) for name, entry in NAMED.items()]
+
+
+def splittings() -> list[dict[str, Any]]:
+    """Return the splittings of the package as data."""
+    return [scheme_record(scheme) for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
+
+
+def scheme_record(scheme: Splitting) -> dict[str, Any]:
+    """Return a splitting as data."""
+    return {
+        "name": scheme.name,
+        "order": scheme.order,
+        "nystrom": scheme.nystrom,
+        "a": list(scheme.drift),
+        "b": list(scheme.kick),
+    }
+
+
+def frames() -> dict[str, list[float]]:
+    """Return the tangent vectors that orbits of 2 and 4 degrees of freedom start with: the first of `chaos_map`."""
+    return {str(n): [float(x) for x in symplectic_frame(n, 1)[0]] for n in (2, 4)}
+
+
+def section_record(section: Any, body: Any) -> dict[str, Any]:
+    """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
+    simple: dict[type, str] = {AlphaTurning: "alpha-turning", BetaTurning: "beta-turning"}
+    constant: dict[type, str] = {AlphaEquals: "alpha=c", BetaEquals: "beta=c", AreaEquals: "area=c"}
+    kind = type(section)
+    if isotropic(body) and kind in simple:
+        return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
+    if isotropic(body) and kind in constant:
+        return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
+    names = coordinate_names(body)
+    if isinstance(section, Linear) and not isotropic(body) and len(section.normal) == 4:
+        at = np.flatnonzero(section.normal)
+        if at.size == 1 and at[0] < 2 and math.isfinite(section.offset):
+            factor = float(section.normal[at[0]])
+            direction = int(section.direction) * (1 if factor > 0 else -1)
+            return {"section": f"{names[at[0]]}=c", "constant": section.offset / factor, "direction": direction}
+    takes = (
+        "AlphaTurning, BetaTurning, AlphaEquals, BetaEquals, AreaEquals"
+        if isotropic(body)
+        else f"Linear with one coordinate, {names[0]} = c or {names[1]} = c,"
+    )
+    raise TypeError(f"section must be {takes} for {type(body).__name__}, got {section!r}")

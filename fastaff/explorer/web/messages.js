@@ -1,0 +1,162 @@
+// What the backend answers, and what the page makes of it.
+
+import { askFrame } from "./drawing.js";
+import { takeMotion } from "./motion.js";
+import { addPoints, knownOrbit, newOrbit, showOrbit } from "./orbits.js";
+import { rangeEnergy, showWrong } from "./panel.js";
+import { queueDensity } from "./view_density.js";
+import { takeRegion } from "./view_configuration.js";
+import { frequencyAxes } from "./view_frequency.js";
+import { appendPoints } from "./view_points.js";
+import { showsDensity, takeSurface } from "./view_section.js";
+import { fillList } from "./controls.js";
+import { systemOf } from "./state.js";
+
+const MOST = 2e7; // points kept
+const REGION_GRID = 160; // cells of the configuration region, each way
+
+const ANSWERS = {
+  ready: takeReadyMessage,
+  parsed: takeParsedMessage,
+  surface: takeSurfaceMessage,
+  region: takeRegionMessage,
+  launched: takeLaunchedMessage,
+  refused: takeRefusedMessage,
+  points: takePointsMessage,
+  reading: takeReadingMessage,
+  motion: takeMotionMessage,
+  speed: takeSpeedMessage,
+  wrong: takeWrongMessage,
+};
+
+export function receive(app, message) {
+  if (message && Object.hasOwn(ANSWERS, message.type)) ANSWERS[message.type](app, message);
+}
+
+function takeReadyMessage(app) {
+  app.ready = true;
+  showWrong(app.panel, "formula", null);
+  app.actions.askSurface();
+}
+
+function takeParsedMessage(app, message) {
+  if (message.formula !== app.state.formula) return;
+  if (message.message) {
+    app.actions.closeSurface();
+    showWrong(app.panel, "formula", sentence(message.message));
+  } else app.actions.takeParsed(message.names);
+}
+
+function takeSurfaceMessage(app, message) {
+  const { state, section } = app;
+  if (message.energy !== state.energy) return;
+  showWrong(app.panel, "energy", null);
+  showWrong(app.panel, "section", null);
+  const key = [state.system, message.axes, message.labels].join();
+  takeSurface(section, message, app.keepView && key === app.surfaceFor);
+  app.keepView = true;
+  app.surfaceFor = key;
+  if (state.view) {
+    section.frame.view = [...state.view];
+    state.view = null;
+  }
+  rangeEnergy(app.panel, state, message);
+  const axes = frequencyAxes(message.labels, systemOf(app.setup, state));
+  const chosen = axes.some(([name]) => name === app.frequency.axes) ? app.frequency.axes : "first";
+  app.frequency.axes = chosen;
+  fillList(app.part("frequency-axes"), axes, chosen);
+  app.send({ type: "region", width: REGION_GRID, height: REGION_GRID });
+  app.actions.launchPending();
+  app.actions.showBackgroundState();
+  askFrame(app, "section", "configuration", "frequency", "body", "table");
+}
+
+function takeRegionMessage(app, message) {
+  takeRegion(app.configuration, message);
+  askFrame(app, "configuration");
+}
+
+function takeLaunchedMessage(app, message) {
+  const { orbits } = app;
+  let orbit = orbits.shown.get(message.orbit);
+  if (!orbit) {
+    const fill = app.fills?.find((entry) => message.orbit >= entry.first && message.orbit < entry.end);
+    if (!fill || fill.gone) return;
+    orbit = newOrbit(message.orbit, orbits.nextMark++, message.point);
+    fill.numbers.push(message.orbit);
+    showOrbit(orbits, orbit);
+  }
+  orbit.point = Array.from(message.point);
+  orbit.z0 = Array.from(message.z0);
+  app.part("hello").hidden = true;
+  if (orbits.chosen === null) app.actions.choose(orbit.number, true);
+  app.actions.remembered();
+  askFrame(app, "section", "table");
+}
+
+function takeRefusedMessage(app, message) {
+  app.actions.dropRefused(message.orbit);
+  app.actions.notice(sentence(message.message), true);
+}
+
+function takePointsMessage(app, message) {
+  const { orbits, section } = app;
+  const orbit = knownOrbit(orbits, message.orbit);
+  if (!orbit || !addPoints(orbits, orbit, message.first, message.points)) return;
+  if (message.first === 0 && app.launchedAt.has(message.orbit)) noteFirst(app, message.orbit);
+  if (orbits.shown.has(message.orbit)) {
+    if (showsDensity(section, orbits)) {
+      queueDensity(section.density, orbit, message.first);
+      if (section.layer) section.layer.stale = true;
+    } else if (section.layer) appendPoints(section.layer, orbit, message.first);
+    askFrame(app, "section", "table");
+  }
+  if (orbits.total > MOST && !app.full) {
+    app.full = true;
+    app.send({ type: "stop", orbit: null });
+    app.actions.notice("20 million points are as many as a page keeps: all orbits are stopped. Clear or forget some to go on.", true);
+  }
+}
+
+// How long after a click its first points were drawn, for the benchmarks.
+function noteFirst(app, number) {
+  const began = app.launchedAt.get(number);
+  app.launchedAt.delete(number);
+  requestAnimationFrame(() => app.firstPoints.push(performance.now() - began));
+}
+
+function takeReadingMessage(app, message) {
+  const orbit = knownOrbit(app.orbits, message.orbit);
+  if (!orbit) return;
+  const { type, orbit: number, ...values } = message;
+  orbit.reading = values;
+  if (orbit.number === app.orbits.chosen && values.step !== app.step) {
+    app.step = values.step;
+    app.actions.showFoot();
+  }
+  askFrame(app, "table", "frequency");
+}
+
+function takeMotionMessage(app, message) {
+  if (takeMotion(app.motion, message)) askFrame(app, "configuration", "body", "moving");
+}
+
+function takeSpeedMessage(app, message) {
+  app.speed = message.steps_per_second;
+  app.actions.showFoot();
+}
+
+function takeWrongMessage(app, message) {
+  if (message.what === "formula" || message.what === "energy" || message.what === "section") {
+    app.actions.closeSurface();
+    showWrong(app.panel, message.what, sentence(message.message));
+  } else if (message.what === "orbit" && app.motion.asked !== null) app.motion.asked = null;
+  else app.actions.notice(sentence(message.message), true);
+  askFrame(app, "section");
+}
+
+function sentence(text) {
+  const said = String(text ?? "");
+  return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
+}
+

@@ -1,0 +1,211 @@
+// The worker of one system: messages in, orbits followed in turns of a few milliseconds, messages out.
+
+import { Orbit } from "./engine.js";
+import { landscape } from "./landscape.js";
+import { regionOf } from "./region.js";
+import { Surface, wrong } from "./sections.js";
+
+const SLICE = 8, BATCH = 64, EVERY = 16, READ_EVERY = 300;
+
+/** Answer messages of a page for one system; post(message, transfer) answers. */
+export class Explorer {
+  constructor(system, post) {
+    Object.assign(this, { system, post, orbits: new Map(), queue: [], surface: null, next: 0, steps: 0, since: now() });
+    this.waiting = false;
+  }
+
+  receive(message) {
+    try {
+      const answer = this[`on_${message.type}`];
+      if (answer) answer.call(this, message);
+    } catch (problem) {
+      this.post({ type: "wrong", what: problem.what ?? "system", message: problem.message, orbit: message.orbit });
+    }
+  }
+
+  on_system({ system, coordinates, scheme, accuracy, frame }) {
+    Object.assign(this, { coordinates: coordinates ?? system.coordinates, scheme, accuracy, frame });
+    this.on_parameters({ parameters: system.parameters });
+    this.post({ type: "ready", names: this.coordinates, angles: this.system.angles, parameters: system.parameters });
+  }
+
+  on_parameters({ parameters }) {
+    this.P = Float64Array.from(this.system.parameters, (name) => {
+      const value = parameters?.[name];
+      if (!Number.isFinite(value)) throw wrong("parameter", `${name} must be a finite number, got ${value}`);
+      if (name === "mu" && !(value > 0)) throw wrong("parameter", `mu must be positive, got ${value}`);
+      return value;
+    });
+    this.orbits.clear();
+    this.queue = [];
+    this.surface = null;
+  }
+
+  on_surface(message) {
+    this.orbits.clear();
+    this.queue = [];
+    this.surface = null;
+    const surface = new Surface(this.system, this.P, this.coordinates, message), { width = 200, height = 160 } = message;
+    const extent = surface.extent(), { minimum, escape } = landscape(surface);
+    if (!extent) {
+      const lowest = minimum === null ? "" : `: the minimum there is ${Number(minimum.toPrecision(8))}`;
+      throw wrong("energy", `energy ${surface.energy} reaches no point of the section${lowest}`);
+    }
+    Object.assign(this, { surface, extent });
+    const allowed = surface.mask(extent, width, height);
+    this.post({
+      type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, minimum, escape,
+      section: surface.section, constant: surface.constant, energy: surface.energy,
+    }, [allowed.buffer]);
+  }
+
+  on_region({ width = 120, height = 120 }) {
+    const region = this.surface && regionOf(this.surface, this.extent, width, height);
+    if (region) this.post({ type: "region", ...region });
+  }
+
+  on_launch({ orbit, point, z0, crossings = 1000 }) { this.launch(orbit, point, z0, crossings); }
+
+  launch(id, point, z0, crossings) {
+    if (!this.surface) throw wrong("point", "there is no section yet");
+    const z = z0 ? Float64Array.from(z0) : this.surface.lift(point[0], point[1]);
+    if (!z || z.length !== 2*this.system.n || !z.every(Number.isFinite)) {
+      const [u, v] = this.surface.labels;
+      const where = point ? `${u} = ${point[0].toPrecision(5)}, ${v} = ${point[1].toPrecision(5)}` : "the state";
+      this.post({ type: "refused", orbit: id, point, message: `${where} is not on the energy surface` });
+      return;
+    }
+    const at = new Float64Array(2);
+    this.surface.project(z, at, 0);
+    this.orbits.set(id, new Orbit(id, point ?? [at[0], at[1]], z, this.surface, { ...this, crossings }));
+    this.post({ type: "launched", orbit: id, point: point ?? [at[0], at[1]], z0: z.slice() });
+    this.turn();
+  }
+
+  on_fill({ columns, rows, view, crossings = 300, first = 0 }) {
+    const [u0, u1, v0, v1] = view;
+    let id = first;
+    for (let j = 0; j < rows; j++) {
+      for (let i = 0; i < columns; i++) {
+        const u = u0 + (u1 - u0)*(i + 0.5)/columns, v = v0 + (v1 - v0)*(j + 0.5)/rows;
+        if (this.surface?.allows(u, v)) this.queue.push({ id: id++, point: [u, v], crossings });
+      }
+    }
+    this.turn();
+  }
+
+  on_more({ orbit, crossings }) {
+    const known = this.known(orbit);
+    known.wanted = known.count + crossings;
+    if (known.status === "done" || known.status === "stopped") known.status = "running";
+    known.finished = false;
+    this.turn();
+  }
+
+  on_stop({ orbit = null }) {
+    if (orbit === null) this.queue = [];
+    for (const one of this.chosen(orbit)) one.end("stopped");
+    this.turn();
+  }
+
+  on_forget({ orbit = null }) {
+    if (orbit === null) { this.orbits.clear(); this.queue = []; } else this.orbits.delete(orbit);
+  }
+
+  on_motion({ orbit, from, to, samples }) {
+    const states = this.known(orbit).motionBetween(from, to, Math.max(2, Math.min(samples, 20000)));
+    const rows = states.length/(2*this.system.n);
+    this.post({ type: "motion", orbit, from, to, rows, states: this.system.kind === "body" ? withPhi(states) : states });
+  }
+
+  chosen(orbit) { return orbit === null ? [...this.orbits.values()] : [this.known(orbit)]; }
+
+  known(orbit) {
+    const found = this.orbits.get(orbit);
+    if (!found) throw wrong("orbit", `there is no orbit ${orbit}`);
+    return found;
+  }
+
+  /** See to it that a slice comes. */
+  turn() {
+    if (this.waiting) return;
+    this.waiting = true;
+    later(() => { this.waiting = false; this.slice(); });
+  }
+
+  /** Follow the running orbits for some milliseconds, each a batch of steps in turn, and tell what there is. */
+  slice() {
+    const end = now() + SLICE;
+    while (this.queue.length && now() < end) {
+      const { id, point, crossings } = this.queue.shift();
+      this.receive({ type: "launch", orbit: id, point, crossings });
+    }
+    const running = [...this.orbits.values()].filter((orbit) => orbit.status === "running");
+    while (running.some((orbit) => orbit.status === "running") && now() < end) {
+      for (let k = 0; k < running.length && now() < end; k++) {
+        const orbit = running[this.next++ % running.length], before = orbit.steps;
+        orbit.run(BATCH);
+        this.steps += orbit.steps - before;
+        this.tell(orbit);
+      }
+    }
+    for (const orbit of this.orbits.values()) this.tell(orbit);
+    this.speed();
+    const busy = this.queue.length || [...this.orbits.values()].some((orbit) => orbit.status === "running");
+    if (busy) this.turn();
+  }
+
+  speed() {
+    const time = now() - this.since;
+    if (time < 1000) return;
+    this.post({ type: "speed", steps_per_second: 1000*this.steps/time });
+    this.steps = 0;
+    this.since = now();
+  }
+
+  /** Send new points of an orbit, at most every 16 ms, and its reading a few times a second and at its end. */
+  tell(orbit) {
+    const time = now(), ended = orbit.status !== "running";
+    if (orbit.finished) return;
+    if (orbit.count > orbit.sent && (ended || !(time - orbit.told < EVERY))) {
+      const first = orbit.sent, points = orbit.points.array.slice(2*first, 2*orbit.count);
+      const times = orbit.times.array.slice(first, orbit.count);
+      this.post({ type: "points", orbit: orbit.id, first, points, times }, [points.buffer, times.buffer]);
+      orbit.sent = orbit.count;
+      orbit.told = time;
+    }
+    if (ended || !(time - orbit.readAt < READ_EVERY)) {
+      this.post({ type: "reading", orbit: orbit.id, ...orbit.reading() });
+      orbit.readAt = now();
+      orbit.finished = ended;
+    }
+  }
+}
+
+const HALF = Math.SQRT1_2;
+
+/** Rows x, y, z, u of phi in front of the states of a body. */
+function withPhi(states) {
+  const rows = states.length/8, out = new Float64Array(12*rows);
+  for (let k = 0; k < rows; k++) {
+    const [a1, a2, b1, b2] = states.subarray(8*k, 8*k + 4);
+    out.set([HALF*(a1 + b1), HALF*(b2 - a2), HALF*(a2 + b2), HALF*(a1 - b1)], 12*k);
+    out.set(states.subarray(8*k, 8*k + 8), 12*k + 4);
+  }
+  return out;
+}
+
+function now() { return performance.now(); }
+
+const CHANNEL = new MessageChannel(), CALLS = [];
+CHANNEL.port1.onmessage = () => CALLS.shift()?.();
+CHANNEL.port1.unref?.();
+
+/** Call back after the messages that wait; without the delay of timers. */
+function later(call) { CALLS.push(call); CHANNEL.port2.postMessage(0); }
+
+/** Serve messages of the page in a worker. */
+export function serve(system) {
+  const explorer = new Explorer(system, (message, transfer = []) => self.postMessage(message, transfer));
+  self.onmessage = (event) => explorer.receive(event.data);
+}
