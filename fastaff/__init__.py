@@ -42,6 +42,7 @@ from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
 from .base.names import did_you_mean
 from .base.status import OrbitError, Status
+from .explorer.explore import explore
 from .files import load, save
 from .formulas.formula import formula, hamiltonian
 from .jobs import Job, rerun, resume, run
@@ -116,6 +117,7 @@ __all__ = [
     "energy_grid",
     "energy_of_actions",
     "energy_sample",
+    "explore",
     "find_periodic_orbits",
     "fit_torus",
     "formula",
@@ -145,6 +147,7 @@ _FOLDERS = (
     "charts",
     "cli",
     "compile",
+    "explorer",
     "files",
     "flows",
     "formulas",

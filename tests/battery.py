@@ -321,8 +321,8 @@ CALLS = {
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
 
-FILES = {"load", "rerun", "resume", "save"}
-"""What takes the name of a file: tests/test_recipe.py and tests/test_jobs.py hand it everything."""
+FILES = {"explore", "load", "rerun", "resume", "save"}
+"""What takes the name of a file: tests/test_recipe.py, test_jobs.py and test_explorer.py hand it everything."""
 
 CONTAINERS = {
     "Bifurcation",

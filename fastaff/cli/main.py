@@ -17,6 +17,7 @@ from .commands.animate import animate
 from .commands.chaos_map import chaos_map
 from .commands.demo import demo
 from .commands.doctor import doctor
+from .commands.explore import explore
 from .commands.frequency_map import frequencies
 from .commands.jobs import rerun, resume, run, status
 from .commands.plot import plot
@@ -42,6 +43,7 @@ COMMANDS: dict[str, Any] = {
     "animate": animate,
     "warmup": warmup,
     "doctor": doctor,
+    "explore": explore,
 }
 NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
 

@@ -1,0 +1,76 @@
+"""`fastaff explore`: a page of its own in which sections are looked at by clicking."""
+
+# ruff: noqa: B008
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from ...jobs.system import Model, Surface
+from ...jobs.wording import Wrong
+from ..options import HOW, WHERE, WRITTEN, Parameter
+
+
+def explore(
+    data: Path | None = None,
+    /,
+    *,
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    point: Annotated[list[str] | None, Parameter(group=WHERE)] = None,
+    accuracy: Annotated[float, Parameter(group=HOW)] = 1e-10,
+    scheme: Annotated[str | None, Parameter(group=HOW)] = None,
+    out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
+    force: Annotated[bool, Parameter(group=WRITTEN)] = False,
+) -> int:
+    """Write the explorer, one HTML file in which a click on a section launches an orbit: no server, network or Python.
+
+    The page has all named models, a box for formulas, sliders for parameters, energy and section, and links sections,
+    frequencies, configuration space and the moving body.
+
+    Parameters
+    ----------
+    data
+        File or store of a chaos or frequency map on a grid, which lies under the section; its system is the page's.
+    point
+        U,V: section coordinates at which an orbit starts when the page is opened; once for each.
+    accuracy
+        Relative error that the first crossings may have. [1e-10]
+    scheme
+        A splitting by name, such as KAHAN_LI8. [the one that needs the fewest forces]
+    out
+        Path of the page. [fastaff-explorer.html]
+    force
+        Replace an existing file instead of numbering the new one.
+    """
+    import fastaff
+
+    if data is not None and not data.exists():
+        raise Wrong(f"{data} does not exist")
+    body = None if data is not None and options == Model() else options.build()
+    section = surface.section_of(body) if body is not None else None
+    if out is not None and out.exists() and not force:
+        raise Wrong(f"--out {out} exists; --force replaces it")
+    path = fastaff.explore(
+        body,
+        energy=surface.energy,
+        section=section,
+        p_eta=surface.p_eta,
+        p_gamma=surface.p_gamma,
+        accuracy=accuracy,
+        scheme=scheme,
+        background=data,
+        points=None if not point else list(zip(*map(_point, point))),
+        out=out,
+    )
+    print(path)
+    return 0
+
+
+def _point(text: str) -> tuple[float, float]:
+    """Return the numbers of U,V."""
+    try:
+        u, v = map(float, text.split(","))
+    except ValueError:
+        raise Wrong(f"--point must be two numbers U,V, for example 0.1,0.05, got {text!r}") from None
+    return u, v

@@ -1,0 +1,467 @@
+// What people do: launch, fill, undo, choose, change the system, save.
+
+import { askFrame, sceneOf } from "./drawing.js";
+import { backgroundDiffers } from "./background.js";
+import { innerOf } from "./frame.js";
+import { followOrbit } from "./motion.js";
+import { newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
+import { schemeTitle } from "./controls.js";
+import { showConstant, showParameters, showState, showWrong } from "./panel.js";
+import { makeSaving } from "./offers.js";
+import { OWN, firstState, hashOf, systemOf } from "./state.js";
+import { showRow } from "./table.js";
+import { shownNumber, writeLabel } from "./text.js";
+import { takeRegion } from "./view_configuration.js";
+import { changeView, wholeView, zoomView } from "./view_section.js";
+
+const REGION_CELLS = 256; // cells of the accessible region, each way
+const LIVE = 60; // milliseconds between two surfaces while a slider moves
+
+export function makeActions(app) {
+  const { orbits, section, part, setup } = app;
+  const redraw = (...names) => askFrame(app, ...names);
+  const everything = () => redraw("section", "configuration", "body", "frequency", "table");
+  let timer = null, hashTimer = null;
+
+  function notice(text, isWrong = false) {
+    writeLabel(part("notice"), text);
+    part("notice").classList.toggle("is-wrong", isWrong);
+  }
+
+  // The address follows the state a little later.
+  function remembered() {
+    if (!app.options.standalone) return;
+    clearTimeout(hashTimer);
+    hashTimer = setTimeout(() => {
+      if (location.hash !== app.lastHash) return; // another address has just been given
+      app.lastHash = "#" + addressOf();
+      location.replace(app.lastHash);
+      app.lastHash = location.hash;
+    }, 250);
+  }
+
+  function addressOf() {
+    const starts = [...orbits.shown.values()].map((orbit) => orbit.point);
+    return hashOf(app.state, starts.length ? starts : (app.pending ?? []).map((start) => start.point).filter(Boolean), section.past.length ? section.frame.view : null);
+  }
+
+  // ---- orbits
+
+  function launch(start, crossings, mark) {
+    const orbit = newOrbit(orbits.next++, mark ?? orbits.nextMark++, start.point ?? null);
+    showOrbit(orbits, orbit);
+    app.launchedAt.set(orbit.number, performance.now());
+    const where = start.z0 ? { z0: start.z0 } : { point: start.point };
+    app.send({ type: "launch", orbit: orbit.number, ...where, crossings });
+    return orbit;
+  }
+
+  // Numbers no longer than a hundredth of a pixel needs, which make a short address.
+  function shortPoint(u, v) {
+    const [u0, u1, v0, v1] = section.frame.view;
+    const short = (value, width) => Number(value.toFixed(Math.min(15, Math.max(0, Math.ceil(-Math.log10(width / 1e5))))));
+    return [short(u, u1 - u0), short(v, v1 - v0)];
+  }
+
+  function click(u, v) {
+    if (!section.surface) return;
+    notice("");
+    const orbit = launch({ point: shortPoint(u, v) }, app.state.crossings);
+    forget(remember(orbits, { launched: [orbit.number] }));
+    choose(orbit.number, true);
+    redraw("section", "table");
+  }
+
+  function fill() {
+    if (!section.surface) return;
+    const cells = Number(part("grid").value);
+    const entry = { first: orbits.next, end: orbits.next + cells * cells, numbers: [] };
+    orbits.next = entry.end;
+    app.fills = [...(app.fills ?? []), entry].slice(-40);
+    forget(remember(orbits, { launched: entry.numbers, fill: entry }));
+    app.send({ type: "fill", columns: cells, rows: cells, view: [...section.frame.view], crossings: app.state.crossings, first: entry.first });
+    notice(cells + " × " + cells + " starts over the view, where the energy reaches.");
+  }
+
+  function forget(gone) {
+    for (const orbit of gone) app.send({ type: "forget", orbit: orbit.number });
+  }
+
+  // Take an orbit away from the page; undo can bring it back.
+  function take(number) {
+    const orbit = removeOrbit(orbits, number);
+    if (!orbit) return null;
+    if (section.layer) section.layer.stale = true;
+    if (orbit.reading.status === "running") {
+      app.send({ type: "stop", orbit: number });
+      orbit.unfinished = true;
+    }
+    section.revision++;
+    app.full = false;
+    return orbit;
+  }
+
+  function takeAll(numbers) {
+    const removed = numbers.map(take).filter(Boolean);
+    if (!orbits.shown.has(orbits.chosen)) choose([...orbits.shown.keys()].at(-1) ?? null, true);
+    section.hover = null;
+    everything();
+    remembered();
+    return removed;
+  }
+
+  function clear() {
+    const fills = (app.fills ?? []).filter((entry) => !entry.gone);
+    for (const entry of fills) entry.gone = true;
+    if (fills.length) app.send({ type: "stop", orbit: null });
+    const removed = takeAll([...orbits.shown.keys()]);
+    if (removed.length) forget(remember(orbits, { removed }));
+    orbits.nextMark = 1;
+    notice(removed.length ? "Cleared; U brings the orbits back." : "");
+  }
+
+  function undo() {
+    const action = orbits.actions.pop();
+    if (!action) return notice("Nothing to undo.");
+    if (action.fill) action.fill.gone = true;
+    if (action.launched) {
+      if (action.fill) app.send({ type: "stop", orbit: null });
+      forget(takeAll([...action.launched]));
+      orbits.nextMark = Math.max(0, ...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
+      return notice("The launch is undone.");
+    }
+    for (const orbit of action.removed) {
+      showOrbit(orbits, orbit);
+      if (orbit.unfinished) app.send({ type: "more", orbit: orbit.number, crossings: Math.max(1, app.state.crossings - orbit.count) });
+      orbit.unfinished = false;
+    }
+    orbits.nextMark = Math.max(0, ...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
+    if (section.layer) section.layer.stale = true;
+    section.revision++;
+    choose(action.removed.at(-1)?.number ?? null, true);
+    everything();
+    return notice("Brought back.");
+  }
+
+  function dropRefused(number) {
+    if (!removeOrbit(orbits, number)) return;
+    for (const action of orbits.actions) if (action.launched) action.launched = action.launched.filter((entry) => entry !== number);
+    orbits.nextMark = Math.max(0, ...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
+    orbits.actions = orbits.actions.filter((action) => action.fill || action.removed || action.launched.length);
+    if (orbits.chosen === null) choose([...orbits.shown.keys()].at(-1) ?? null, true);
+    everything();
+  }
+
+  function choose(number, quietly = false) {
+    orbits.chosen = number !== null && number === orbits.chosen && !quietly ? null : number;
+    followOrbit(app.motion, orbits.shown.get(orbits.chosen) ?? null);
+    if (section.layer) section.layer.chosenStale = true;
+    everything();
+    if (orbits.chosen !== null) requestAnimationFrame(() => showRow(app.table, orbits.chosen));
+  }
+
+  function step(by) {
+    const order = [...orbits.shown.keys()].reverse();
+    if (!order.length) return;
+    const at = order.indexOf(orbits.chosen);
+    choose(order[Math.max(0, Math.min(order.length - 1, at < 0 ? 0 : at + by))], true);
+  }
+
+  function more(number) {
+    const numbers = number === null || number === undefined ? [...orbits.shown.keys()] : [number];
+    for (const orbit of numbers) app.send({ type: "more", orbit, crossings: app.state.crossings });
+  }
+
+  function hide(number) {
+    const orbit = orbits.shown.get(number);
+    if (!orbit) return;
+    orbit.hidden = !orbit.hidden;
+    section.revision++;
+    if (section.layer) section.layer.stale = true;
+    everything();
+  }
+
+  function forgetOne(number) {
+    const removed = takeAll([number]);
+    if (removed.length) forget(remember(orbits, { removed }));
+  }
+
+  // ---- system, surface
+
+  // Show a whole state: another system, or that of an address.
+  function useState(state) {
+    app.state = state;
+    const system = systemOf(setup, state);
+    app.pending = state.points.map((point) => ({ point }));
+    showState(app.panel, state, system);
+    for (const what of ["formula", "energy", "section"]) showWrong(app.panel, what, null);
+    part("title").textContent = system.title;
+    writeLabel(part("formula-shown"), system.formula ?? "");
+    part("body-figure").hidden = system.kind !== "body";
+    dropOrbits();
+    app.keepView = false;
+    section.past = state.view ? [[...state.view]] : [];
+    closeSurface();
+    sendSystem();
+    everything();
+  }
+
+  function sendSystem() {
+    const { state } = app;
+    const system = systemOf(setup, state);
+    app.ready = false;
+    takeRegion(app.configuration, null);
+    if (system.own) return app.send({ type: "parse", formula: state.formula, kind: system.kind, coordinates: system.coordinates });
+    app.send({ type: "system", system: { name: system.name, kind: system.kind, coordinates: system.coordinates, parameters: { ...state.parameters }, code: system.code }, scheme: state.scheme, accuracy: state.accuracy });
+    return showFoot();
+  }
+
+  // A formula is one: give its letters values and hand it over.
+  function takeParsed(names) {
+    const { state } = app;
+    showWrong(app.panel, "formula", null);
+    const letters = OWN[state.system] === "body" ? [...names.filter((name) => name !== "mu"), "mu"] : names;
+    const parameters = Object.fromEntries(letters.map((name) => [name, state.parameters[name] ?? 1]));
+    const same = Object.keys(state.parameters).join() === letters.join();
+    state.parameters = parameters;
+    const system = systemOf(setup, state);
+    if (!same) showParameters(app.panel, state, system);
+    writeLabel(part("formula-shown"), system.formula);
+    app.send({ type: "system", system: { kind: system.kind, formula: state.formula, coordinates: system.coordinates, parameters: { ...parameters } }, scheme: state.scheme, accuracy: state.accuracy });
+    showFoot();
+  }
+
+  // All orbits go, for another surface.
+  function dropOrbits() {
+    orbits.shown.clear();
+    Object.assign(orbits, { total: 0, actions: [], chosen: null });
+    app.fills = [];
+    orbits.nextMark = 1;
+    section.revision++;
+    if (section.layer) section.layer.stale = true;
+    followOrbit(app.motion, null);
+  }
+
+  function closeSurface() {
+    section.surface = null;
+    takeRegion(app.configuration, null);
+    everything();
+  }
+
+  function askSurface() {
+    const { state } = app;
+    if (!app.ready) return;
+    const system = systemOf(setup, state);
+    app.send({ type: "surface", energy: state.energy, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
+    remembered();
+    showBackgroundState();
+  }
+
+  // Another surface of the same system: orbits start anew from the same points of the section, or of phase space.
+  function surfaceChanged(byState, first) {
+    if (!app.pending) {
+      app.pending = [...orbits.shown.values()].filter((orbit) => orbit.point).map((orbit) => (byState && orbit.z0 ? { z0: orbit.z0, mark: orbit.mark } : { point: orbit.point, mark: orbit.mark }));
+    }
+    dropOrbits();
+    notice("");
+    clearTimeout(timer);
+    timer = setTimeout(first ?? askSurface, LIVE);
+  }
+
+  function launchPending() {
+    const starts = app.pending ?? [];
+    app.pending = null;
+    for (const start of starts) launch(start, app.state.crossings, start.mark);
+    if (starts.length) orbits.nextMark = Math.max(...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
+    if (orbits.shown.size) {
+      choose([...orbits.shown.keys()].at(-1), true);
+      forget(remember(orbits, { launched: [...orbits.shown.keys()] }));
+    } else part("hello").hidden = false;
+  }
+
+  const panel = {
+    state: () => app.state,
+    system: (name) => useState(firstState(setup, name)),
+    formula(text, coordinates) {
+      Object.assign(app.state, { formula: text, coordinates: coordinates || "x y" });
+      if (OWN[app.state.system] === "plane" && !/^[A-Za-z]\w*[ ,]+[A-Za-z]\w*$/.test(app.state.coordinates)) {
+        return showWrong(app.panel, "formula", "Coordinates must be two names, such as x y.");
+      }
+      surfaceChanged(false, sendSystem);
+      return undefined;
+    },
+    parameter(name, value) {
+      app.state.parameters[name] = value;
+      surfaceChanged(false, () => {
+        app.send({ type: "parameters", parameters: { ...app.state.parameters } });
+        askSurface();
+      });
+    },
+    set(name, value) {
+      app.state[name] = value;
+      surfaceChanged(name === "direction" || name === "constant");
+    },
+    quiet(name, value) {
+      app.state[name] = value;
+      remembered();
+    },
+    section(name) {
+      const found = systemOf(setup, app.state).sections.find((entry) => entry.name === name);
+      Object.assign(app.state, { section: name, constant: found.constant });
+      showConstant(app.panel, app.state);
+      app.keepView = false;
+      surfaceChanged(true);
+    },
+    integration(name, value) {
+      app.state[name] = value;
+      surfaceChanged(false, sendSystem);
+    },
+  };
+
+  // ---- view
+
+  const viewChanged = () => {
+    redraw("section", "hover");
+    remembered();
+  };
+
+  const pointer = {
+    click,
+    boxMode: () => app.boxMode,
+    hover(place) {
+      app.pointer = place;
+      redraw("hover");
+    },
+    grab: () => section.past.push(section.frame.view),
+    drag(view) {
+      changeView(section, view, false);
+      viewChanged();
+    },
+    box(box) {
+      section.box = box;
+      redraw("section");
+    },
+    boxed(view) {
+      changeView(section, view);
+      if (app.boxMode) act("box");
+      viewChanged();
+    },
+    zoom(u, v, factor, begins) {
+      zoomView(section, u, v, factor, begins);
+      viewChanged();
+    },
+  };
+
+  function zoomBy(factor) {
+    const [u0, u1, v0, v1] = section.frame.view;
+    const [u, v] = section.cursor ?? [(u0 + u1) / 2, (v0 + v1) / 2];
+    zoomView(section, u, v, factor, true);
+    viewChanged();
+  }
+
+  function pan(dx, dy) {
+    const [u0, u1, v0, v1] = section.frame.view;
+    const du = 0.15 * dx * (u1 - u0), dv = 0.15 * dy * (v1 - v0);
+    changeView(section, [u0 + du, u1 + du, v0 + dv, v1 + dv]);
+    viewChanged();
+  }
+
+  function moveCursor(dx, dy) {
+    const [u0, u1, v0, v1] = section.frame.view;
+    const [u, v] = section.cursor ?? [(u0 + u1) / 2, (v0 + v1) / 2];
+    section.cursor = [Math.min(u1, Math.max(u0, u + (dx * (u1 - u0)) / 60)), Math.min(v1, Math.max(v0, v + (dy * (v1 - v0)) / 60))];
+    app.pointer = pixelOfCursor();
+    redraw("section", "hover");
+  }
+
+  function pixelOfCursor() {
+    const inner = innerOf(section.frame);
+    const [u0, u1, v0, v1] = section.frame.view;
+    return [inner.x + ((section.cursor[0] - u0) / (u1 - u0)) * inner.width, inner.y + ((v1 - section.cursor[1]) / (v1 - v0)) * inner.height];
+  }
+
+  // The sentence for a map that is not of this state, and its button.
+  function showBackgroundState() {
+    const button = app.root.querySelector('[data-do="background"]');
+    button.hidden = !app.background;
+    if (!app.background) return;
+    button.textContent = "Map: " + app.background.label;
+    const differs = backgroundDiffers(app.background, app.state);
+    button.setAttribute("aria-pressed", String(section.wantsBackground && !differs));
+    button.disabled = Boolean(differs);
+    if (differs && section.wantsBackground && !part("notice").classList.contains("is-wrong")) notice("The map under the section is that of " + differs + ": it is not shown.");
+  }
+
+  function showFoot() {
+    const { state, speed, step: length } = app;
+    const said = [
+      "First crossings are those of fastaff in Python to 1e-9; late ones of chaotic orbits may differ with the browser's sin, exp and log.",
+      "fastaff " + setup.version,
+      schemeTitle(state.scheme) + ", accuracy " + state.accuracy + (length ? ", step " + shownNumber(length, 3) : ""),
+    ];
+    if (speed) said.push(shownNumber(Math.round(speed), 2) + " steps/s");
+    part("foot").textContent = said.join(" · ");
+    part("exact").textContent = said[0];
+  }
+
+  const saving = makeSaving(app, { notice, sceneOf, redraw, addressOf });
+
+  const named = {
+    undo, clear, fill, launch: () => section.cursor && click(...section.cursor),
+    more: () => more(orbits.chosen), stop: () => app.send({ type: "stop", orbit: null }),
+    hide: () => hide(orbits.chosen), forget: () => forgetOne(orbits.chosen), none: () => choose(null, true),
+    "zoom-in": () => zoomBy(1 / 1.6), "zoom-out": () => zoomBy(1.6),
+    whole() {
+      wholeView(section);
+      section.past = [];
+      viewChanged();
+    },
+    back() {
+      const view = section.past.pop();
+      if (view) section.frame.view = view;
+      viewChanged();
+    },
+    box() {
+      app.boxMode = !app.boxMode;
+      app.root.querySelector('[data-do="box"]').setAttribute("aria-pressed", String(app.boxMode));
+    },
+    density() {
+      section.wantsDensity = !section.wantsDensity;
+      app.root.querySelector('[data-do="density"]').setAttribute("aria-pressed", String(section.wantsDensity));
+      redraw("section", "table", "hover");
+    },
+    background() {
+      section.wantsBackground = !section.wantsBackground;
+      showBackgroundState();
+      redraw("section", "hover");
+    },
+    play() {
+      app.motion.playing = !app.motion.playing;
+      showPlaying();
+      redraw("configuration", "body", "moving");
+    },
+    theme() {
+      app.themeChoice = { system: "light", light: "dark", dark: "system" }[app.themeChoice];
+      app.applyTheme();
+    },
+    help() {
+      const dialog = part("help-dialog");
+      if (dialog.open) dialog.close();
+      else dialog.showModal();
+    },
+    ...saving,
+  };
+
+  function showPlaying() {
+    const button = app.root.querySelector('[data-do="play"]');
+    button.textContent = app.motion.playing ? "Pause" : "Play";
+  }
+
+  function act(name) {
+    if (Object.hasOwn(named, name)) named[name]();
+  }
+
+  return {
+    do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, showBackgroundState, showFoot, showPlaying, click,
+  };
+}

@@ -1,0 +1,114 @@
+// One loop of frames: only what has changed is drawn, and nothing runs while nothing changes.
+
+import { backgroundDiffers, backgroundValue } from "./background.js";
+import { innerOf, insideFrame, toPlane } from "./frame.js";
+import { askMotion, tickMotion } from "./motion.js";
+import { hasRotation, nearestPoint, summaryOf } from "./orbits.js";
+import { systemOf } from "./state.js";
+import { drawTable } from "./table.js";
+import { shownNumber, shownWithError, writeLabel } from "./text.js";
+import { drawBody } from "./view_body.js";
+import { drawConfiguration } from "./view_configuration.js";
+import { countAround } from "./view_density.js";
+import { drawFrequency } from "./view_frequency.js";
+import { drawSection, isAllowed, showsDensity } from "./view_section.js";
+
+const CALM = 160; // milliseconds between two drawings of table and frequency view
+
+export function makeDrawing(app) {
+  app.waiting = false;
+  app.lastCalm = 0;
+  app.frames = 0;
+  app.drawSection = () => drawSection(app.section, sceneOf(app));
+}
+
+// Ask that parts be drawn in the next frame: "section", "configuration", "body", "frequency", "table", "hover".
+export function askFrame(app, ...names) {
+  for (const name of names) app.dirty.add(name);
+  if (app.waiting) return;
+  app.waiting = true;
+  requestAnimationFrame((now) => {
+    app.waiting = false;
+    drawFrame(app, now);
+  });
+}
+
+export function sceneOf(app) {
+  const system = systemOf(app.setup, app.state);
+  const orbit = app.orbits.shown.get(app.orbits.chosen) ?? null;
+  const labels = { section: app.section.surface?.labels ?? ["u", "v"], places: system.kind === "body" ? ["α", "β"] : system.coordinates };
+  return { orbits: app.orbits, background: app.background, state: app.state, theme: app.theme, colours: app.colours, kind: system.kind, motion: app.motion, orbit, labels };
+}
+
+function drawFrame(app, now) {
+  const { dirty, motion } = app;
+  app.frames++;
+  const scene = sceneOf(app);
+  const next = [];
+  if (dirty.delete("section") && drawSection(app.section, scene)) next.push("section");
+  if (dirty.delete("hover")) drawReadout(app);
+  if (dirty.has("table") || dirty.has("frequency")) {
+    if (now - app.lastCalm > CALM) {
+      app.lastCalm = now;
+      if (dirty.delete("table")) {
+        drawTable(app.table, app.orbits, app.theme);
+        app.part("empty").hidden = app.orbits.shown.size > 0;
+        app.part("count").textContent = summaryOf(app.orbits) + " · " + app.orbits.total.toLocaleString("en").replaceAll(",", "\u202f") + " points" + (showsDensity(app.section, app.orbits) ? ", density" : "");
+      }
+      if (dirty.delete("frequency")) drawFrequency(app.frequency, scene);
+    } else next.push(dirty.has("table") ? "table" : "frequency");
+  }
+  if (tickMotion(motion, now) && scene.orbit) {
+    next.push("moving");
+    dirty.add("configuration");
+    if (scene.kind === "body") dirty.add("body");
+  }
+  if (scene.orbit) askMotion(motion, scene.orbit);
+  dirty.delete("moving");
+  if (dirty.delete("configuration")) {
+    drawConfiguration(app.configuration, scene);
+    app.part("moment").textContent = scene.orbit && motion.windows.length ? "t = " + motion.time.toFixed(1) : "";
+  }
+  if (dirty.delete("body") && scene.kind === "body") drawBody(app.body, scene);
+  if (next.length || dirty.size) askFrame(app, ...next);
+}
+
+// The line under the section: where the pointer is, what is there.
+function drawReadout(app) {
+  const { section, pointer, part } = app;
+  const before = section.hover;
+  section.hover = null;
+  if (section.surface && pointer && insideFrame(section.frame, ...pointer)) writeLabel(part("readout"), readoutAt(app, pointer));
+  else part("readout").replaceChildren();
+  if (before || section.hover) app.dirty.add("section");
+}
+
+function readoutAt(app, [x, y]) {
+  const { section, orbits, background, state } = app;
+  const { frame, surface } = section;
+  const inner = innerOf(frame);
+  const [u, v] = toPlane(frame, x, y);
+  const [u0, u1, v0, v1] = frame.view;
+  const digits = Math.max(4, Math.ceil(-Math.log10((u1 - u0) / Math.max(Math.abs(u0), Math.abs(u1)))) + 3);
+  const said = [surface.labels[0] + " = " + shownNumber(u, digits) + ", " + surface.labels[1] + " = " + shownNumber(v, digits)];
+  if (!isAllowed(surface, u, v)) said.push("beyond the energy");
+  if (background && section.wantsBackground && !backgroundDiffers(background, state)) {
+    const value = backgroundValue(background, u, v);
+    if (!Number.isNaN(value)) said.push(background.label + " " + shownNumber(value, 4) + " (map)");
+  }
+  if (showsDensity(section, orbits)) {
+    const ratio = section.density.width / inner.width;
+    said.push(countAround(section.density, Math.round((x - inner.x) * ratio), Math.round((y - inner.y) * ratio), 2) + " points here");
+    return said.join(" · ");
+  }
+  const near = nearestPoint(orbits, u, v, (u1 - u0) / inner.width, (v1 - v0) / inner.height, 9);
+  if (near) {
+    section.hover = near;
+    const { reading, mark } = near.orbit;
+    said.push("orbit " + mark + ", crossing " + (near.index + 1) + ": " + reading.verdict);
+    if (hasRotation(near.orbit)) said.push("ν = " + shownWithError(reading.rotation.value, reading.rotation.error));
+    if (Number.isFinite(reading.megno)) said.push("MEGNO " + shownNumber(reading.megno, 3));
+    said.push("|ΔE| " + shownNumber(reading.energy_error, 2));
+  }
+  return said.join(" · ");
+}

@@ -1,0 +1,46 @@
+// Saving from the page: picture, jobs, address.
+
+import { captionOf, fileOfStarts, gridOfStarts, jobText, npyOf, offerFile, pictureOf } from "./saving.js";
+import { systemOf } from "./state.js";
+
+export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
+  const { orbits, section, setup, part } = app;
+  const stem = (system) => system.name.replace(/[^A-Za-z0-9_-]+/g, "-");
+
+  // The lines of [starts] and the files beside the job.
+  function saveJob(suffix, starts) {
+    const system = systemOf(setup, app.state);
+    const name = stem(system) + suffix;
+    const text = jobText(app.state, system, starts(name));
+    if (text === null) return notice("This system is made in Python: no text describes it, so it has no job file.", true);
+    offerFile(name + ".toml", [text], "application/toml");
+    return notice("Saved " + name + ".toml; run it with: fastaff run " + name + ".toml");
+  }
+
+  return {
+    async "save-picture"() {
+      const system = systemOf(setup, app.state);
+      const blob = await pictureOf(section, sceneOf(app), system.title, captionOf(app.state, system));
+      redraw("section");
+      offerFile(stem(system) + ".png", [blob], "image/png");
+    },
+    "save-job"() {
+      const states = [...orbits.shown.values()].filter((orbit) => orbit.z0).map((orbit) => orbit.z0);
+      if (!states.length) return notice("There are no orbits to save: launch some, or save a grid over the view.", true);
+      return saveJob("", (name) => {
+        offerFile(name + ".npy", [npyOf(states)], "application/octet-stream");
+        return fileOfStarts(name + ".npy");
+      });
+    },
+    "save-grid": () => saveJob("-grid", () => gridOfStarts(section.frame.view, Number(part("grid").value))),
+    async "copy-address"() {
+      const address = location.href.replace(/#.*$/, "") + "#" + addressOf();
+      try {
+        await navigator.clipboard.writeText(address);
+        notice("The address is copied.");
+      } catch {
+        notice("The browser does not let the page copy; the address is in its bar.", true);
+      }
+    },
+  };
+}

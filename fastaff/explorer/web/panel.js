@@ -1,0 +1,104 @@
+// The panel of controls: it shows the state and tells what people change in it.
+
+import { fillList, makeSlider, rangeSlider, saysWrong, schemeTitle, sectionTitle } from "./controls.js";
+
+const WAIT = 140; // milliseconds after the last sign of a formula before it is read
+
+// act: {system(name), formula(text, coordinates), parameter(name, value), surface(), section(name), integration()}
+export function makePanel(part, setup, act) {
+  const panel = { part, setup, act, sliders: {}, parameters: {}, constant: null, energyRange: "" };
+  const choices = setup.systems.map((system) => [system.name, system.title]);
+  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: two coordinates"]], "");
+  fillList(part("scheme"), setup.schemes.map((scheme) => [scheme.name, schemeTitle(scheme.name)]), "");
+  part("system").addEventListener("change", () => act.system(part("system").value));
+  let timer = null;
+  for (const name of ["formula", "coordinates"]) {
+    part(name).addEventListener("input", () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => act.formula(part("formula").value.trim(), part("coordinates").value.trim()), WAIT);
+    });
+  }
+  part("section").addEventListener("change", () => act.section(part("section").value));
+  part("direction").addEventListener("change", () => act.set("direction", Number(part("direction").value)));
+  part("scheme").addEventListener("change", () => act.integration("scheme", part("scheme").value));
+  part("accuracy").addEventListener("change", () => act.integration("accuracy", Number(part("accuracy").value)));
+  part("crossings").addEventListener("change", () => {
+    const value = Number(part("crossings").value);
+    if (Number.isInteger(value) && value >= 1 && value <= 1e6) act.quiet("crossings", value);
+    else part("crossings").value = act.state().crossings;
+  });
+  return panel;
+}
+
+// Show a state; the controls of its system are made anew.
+export function showState(panel, state, system) {
+  const { part, act } = panel;
+  part("system").value = state.system;
+  part("own").hidden = !system.own;
+  part("coordinates-row").hidden = system.kind !== "plane";
+  if (system.own && part("formula").value.trim() !== state.formula) part("formula").value = state.formula;
+  part("coordinates").value = state.coordinates;
+  part("formula-hint").textContent = system.kind === "body" ? "in D1, D2, alpha, beta, r, vartheta and letters of your own" : "in the coordinates and letters of your own";
+  showParameters(panel, state, system);
+  const names = system.kind === "body" ? ["energy", "p_eta", "p_gamma"] : ["energy"];
+  panel.sliders = Object.fromEntries(names.map((name) => [name, makeSlider({ name: name === "energy" ? "E" : name, value: state[name], ...rangeAbout(state[name], name === "energy" ? 0 : -1.5) }, (value, final) => act.set(name, value, final))]));
+  part("surface").replaceChildren(...names.map((name) => panel.sliders[name].row));
+  panel.energyRange = "";
+  fillList(part("section"), system.sections.map((section) => [section.name, sectionTitle(section.name)]), state.section);
+  part("direction").value = String(state.direction);
+  part("scheme").value = state.scheme;
+  const accuracies = part("accuracy");
+  if (![...accuracies.options].some((option) => Number(option.value) === state.accuracy)) accuracies.add(new Option(String(state.accuracy), String(state.accuracy)));
+  accuracies.value = [...accuracies.options].find((option) => Number(option.value) === state.accuracy).value;
+  part("crossings").value = state.crossings;
+  showConstant(panel, state);
+}
+
+function rangeAbout(value, least) {
+  const reach = Math.max(1.5, 2 * Math.abs(value));
+  return { from: least < 0 || value < 0 ? -reach : 0, to: reach };
+}
+
+export function showParameters(panel, state, system) {
+  const { part, act } = panel;
+  panel.parameters = Object.fromEntries(
+    Object.entries(state.parameters).map(([name, value]) => {
+      const known = system.parameters.find((entry) => entry.name === name);
+      const range = known && known.from < known.to ? { from: Math.min(known.from, value), to: Math.max(known.to, value) } : rangeAbout(value, value < 0 ? -1 : 0);
+      return [name, makeSlider({ name, value, ...range }, (number, final) => act.parameter(name, number, final))];
+    }),
+  );
+  part("parameters").replaceChildren(...Object.values(panel.parameters).map((slider) => slider.row));
+}
+
+export function showConstant(panel, state) {
+  const { part, act } = panel;
+  part("section").value = state.section;
+  panel.constant = null;
+  if (state.constant === null) return part("constant").replaceChildren();
+  const name = state.section === "area=c" ? "c" : state.section.replace("=c", "");
+  panel.constant = makeSlider({ name, value: state.constant, ...(state.constant > 0 ? { from: 0, to: 2 * Math.max(1, state.constant) } : rangeAbout(state.constant, -1)) }, (value, final) => act.set("constant", value, final));
+  return part("constant").replaceChildren(panel.constant.row);
+}
+
+// Let the slider of the energy run from the minimum to the escape energy, once for each system.
+export function rangeEnergy(panel, state, surface) {
+  const key = state.system + Object.values(state.parameters).join();
+  const slider = panel.sliders.energy;
+  if (!slider || panel.energyRange === key || !Number.isFinite(surface.minimum)) return;
+  panel.energyRange = key;
+  const height = state.energy - surface.minimum;
+  const top = Number.isFinite(surface.escape) && surface.escape !== null ? Math.max(surface.escape, surface.minimum + 1.1 * height) : surface.minimum + Math.max(1e-6, 3 * height);
+  rangeSlider(slider, surface.minimum, top);
+}
+
+// Sentences beside the controls that they are about; null takes one away. Returns false where there is no such place.
+export function showWrong(panel, what, sentence) {
+  const places = { formula: "wrong-formula", energy: "wrong-energy", section: "wrong-section" };
+  if (!Object.hasOwn(places, what)) return false;
+  saysWrong(panel.part(places[what]), sentence);
+  const marked = { formula: panel.part("formula"), energy: panel.sliders.energy?.box, section: panel.constant?.box }[what];
+  if (sentence) marked?.setAttribute("aria-invalid", "true");
+  else marked?.removeAttribute("aria-invalid");
+  return true;
+}

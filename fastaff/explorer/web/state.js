@@ -1,0 +1,119 @@
+// What the page shows, as one record of numbers, names and formulas; and the same as the part of an address after "#".
+
+import { shownFormula } from "./text.js";
+
+const NUMBER = /^[+-]?(\d{1,17}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?$/;
+const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
+const FORMULA = /^[\w\s+\-*/().,^]{1,600}$/;
+const COORDINATES = /^[A-Za-z]\w{0,15}[ ,]+[A-Za-z]\w{0,15}$/;
+const MOST_POINTS = 400;
+
+export const OWN = { "your-body": "body", "your-plane": "plane" };
+
+const OWN_SECTIONS = {
+  body: [{ name: "alpha-turning", constant: null }, { name: "beta-turning", constant: null }, { name: "alpha=c", constant: 1.5 }, { name: "beta=c", constant: 0.3 }, { name: "area=c", constant: 1 }],
+};
+
+export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)" };
+
+// The system of a state: that of the set-up, or one made of the user's formula.
+export function systemOf(setup, state) {
+  const kind = OWN[state.system];
+  if (!kind) return setup.systems.find((system) => system.name === state.system);
+  const names = state.coordinates.split(/[ ,]+/);
+  const sections = kind === "body" ? OWN_SECTIONS.body : names.map((name) => ({ name: name + "=c", constant: 0 }));
+  const job = kind === "body" ? { formula: state.formula } : { hamiltonian: state.formula, coordinates: names.join(" ") };
+  return { name: state.system, title: "Your formula", formula: "V = " + shownFormula(state.formula), kind, own: true, coordinates: names, parameters: [], sections, job };
+}
+
+// The state that a system begins with.
+export function firstState(setup, name) {
+  const start = setup.start ?? {};
+  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
+  const kind = OWN[name];
+  if (kind) {
+    const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
+    const surface = kind === "body" ? { energy: 1.5, p_eta: 0.3, p_gamma: 0.2, section: "alpha-turning", constant: null } : { energy: 0.125, p_eta: 0, p_gamma: 0, section: "x=c", constant: 0 };
+    return { ...common, ...surface, system: name, formula: OWN_FORMULAS[kind], parameters: values, view: null, points: [] };
+  }
+  const system = setup.systems.find((entry) => entry.name === name) ?? setup.systems[0];
+  const parameters = Object.fromEntries(system.parameters.map((entry) => [entry.name, entry.value]));
+  const own = { energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
+  const given = start.system === system.name ? { ...start, parameters: { ...parameters, ...start.parameters } } : {};
+  return { ...common, ...own, ...picked(given, Object.keys(own)), system: system.name };
+}
+
+function picked(record, names) {
+  return Object.fromEntries(names.filter((name) => record[name] !== undefined).map((name) => [name, record[name]]));
+}
+
+// The state as text after "#".
+export function hashOf(state, startPoints, view) {
+  const parts = [["system", state.system]];
+  if (OWN[state.system]) parts.push(["formula", state.formula]);
+  if (OWN[state.system] === "plane") parts.push(["coordinates", state.coordinates]);
+  for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
+  for (const name of ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
+    if (state[name] !== null && state[name] !== undefined) parts.push([name, state[name]]);
+  }
+  if (view) parts.push(["view", view.join(":")]);
+  if (startPoints.length) parts.push(["points", startPoints.slice(0, MOST_POINTS).map((point) => point.join(":")).join(",")]);
+  return parts.map(([name, value]) => name + "=" + encodeURIComponent(value).replaceAll("%3A", ":").replaceAll("%2C", ",").replaceAll("%20", "+")).join("&");
+}
+
+// Read such a text strictly: {state, wrong} with a sentence for each part that is no number, name or formula and is left out.
+export function readHash(setup, text) {
+  const wrong = [];
+  const given = new Map();
+  for (const part of text.replace(/^#/, "").slice(0, 40000).split("&").filter(Boolean)) {
+    const at = part.indexOf("=");
+    try {
+      given.set(part.slice(0, at), decodeURIComponent(part.slice(at + 1).replaceAll("+", "%20")));
+    } catch {
+      wrong.push(part.slice(0, Math.max(0, at)));
+    }
+  }
+  // A plus sign of a formula is written %2B, so that + can stand for a space.
+  const name = given.get("system");
+  const known = name !== undefined && (Object.hasOwn(OWN, name) || setup.systems.some((system) => system.name === name));
+  if (name !== undefined && !known) wrong.push("system");
+  const state = firstState(setup, known ? name : setup.start?.system);
+  if (given.size && !given.has("points")) state.points = [];
+  const read = (key, accepts, take) => {
+    if (!given.has(key)) return;
+    const value = given.get(key);
+    if (accepts(value)) state[key] = take(value);
+    else wrong.push(key);
+    given.delete(key);
+  };
+  given.delete("system");
+  const isNumber = (value) => NUMBER.test(value) && Number.isFinite(Number(value));
+  if (OWN[state.system]) {
+    read("formula", (value) => FORMULA.test(value), String);
+    read("coordinates", (value) => COORDINATES.test(value), String);
+    if (given.size && [...given.keys()].some((key) => key.startsWith("parameter."))) state.parameters = {};
+  }
+  const system = systemOf(setup, state);
+  const hadConstant = given.has("constant");
+  for (const key of ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
+  read("accuracy", (value) => isNumber(value) && Number(value) >= 1e-14 && Number(value) <= 0.1, Number);
+  read("crossings", (value) => /^\d{1,7}$/.test(value) && Number(value) >= 1, Number);
+  read("direction", (value) => ["1", "-1", "0"].includes(value), Number);
+  const section = (value) => system.sections.find((entry) => entry.name === value);
+  read("section", section, String);
+  if (!hadConstant) state.constant = section(state.section)?.constant ?? null;
+  read("scheme", (value) => setup.schemes.some((scheme) => scheme.name === value), String);
+  for (const key of [...given.keys()].filter((entry) => entry.startsWith("parameter."))) {
+    const parameter = key.slice(10), value = given.get(key);
+    const has = OWN[state.system] ? NAME.test(parameter) && Object.keys(state.parameters).length < 24 : Object.hasOwn(state.parameters, parameter);
+    if (has && isNumber(value)) state.parameters[parameter] = Number(value);
+    else wrong.push(NAME.test(parameter) ? key : "parameter");
+    given.delete(key);
+  }
+  const isView = (ends) => ends.length === 4 && ends.every(isNumber) && Number(ends[0]) < Number(ends[1]) && Number(ends[2]) < Number(ends[3]);
+  read("view", (value) => isView(value.split(":")), (value) => value.split(":").map(Number));
+  const pairs = (value) => value.split(",").map((pair) => pair.split(":"));
+  read("points", (value) => pairs(value).length <= MOST_POINTS && pairs(value).every((pair) => pair.length === 2 && pair.every(isNumber)), (value) => pairs(value).map((pair) => pair.map(Number)));
+  for (const key of given.keys()) wrong.push(/^[a-z_.]{1,24}$/i.test(key) ? key : "a part without a name");
+  return { state, wrong };
+}
