@@ -4,7 +4,9 @@ BIN := $(VENV)/bin
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark --durations=10
 
-.PHONY: demo test test-ci bounds bench bench-peers bench-compare gate peers lint clean
+DOCS_JOBS ?= 2
+
+.PHONY: demo test test-ci bounds docs bench bench-peers bench-compare gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -25,6 +27,9 @@ test-ci: $(VENV)/.dev  ## the slow ones too
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
+
+docs: $(VENV)/.dev  ## the site, all its code run: docs/_build/html/index.html; any warning is an error
+	$(BIN)/python -m sphinx -b html -E -W --keep-going -q -j $(DOCS_JOBS) docs docs/_build/html
 
 bench: $(VENV)/.dev  ## benchmarks with their errors
 	$(BIN)/python -m pytest bench -s --benchmark-columns=min,median,rounds
@@ -47,4 +52,4 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 
 clean:
-	rm -rf $(VENV) demo build *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .benchmarks
+	rm -rf $(VENV) demo build docs/_build docs/_generated *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .benchmarks

@@ -913,9 +913,9 @@ def test_the_generated_text_is_readable():
 
 
 def test_the_page_on_own_models_runs(tmp_path, capsys):
-    """The example of examples/OWN_MODEL.md as it stands, and its potential against the same formula."""
-    page = (ROOT / "examples" / "OWN_MODEL.md").read_text()
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    """The example of docs/systems.md as it stands, and its potential against the same formula."""
+    page = (ROOT / "docs" / "systems.md").read_text()
+    (code,) = [cell for cell in re.findall(r"```{code-cell}\n(.*?)```", page, re.DOTALL) if "class Stiffening" in cell]
     path = tmp_path / "own_model.py"
     path.write_text(code)
     spec = importlib.util.spec_from_file_location("own_model_page", path)

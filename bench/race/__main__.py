@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def main() -> None:
-    """Run the rows asked for; the whole race is written to a folder and to README, some rows are printed."""
+    """Run the rows asked for; the whole race is written to a folder, README and the site, some rows are printed."""
     parser = argparse.ArgumentParser(prog="race", description=__doc__)
     parser.add_argument("--rows", default="", help="only rows whose title matches this pattern, printed")
     parser.add_argument("--cells", type=int, default=None, help="cells along each axis of the frequency map")

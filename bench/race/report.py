@@ -1,4 +1,4 @@
-"""What the race writes: JSON with a stamp of the machine, Markdown tables, figures, and the summary in README."""
+"""What the race writes: JSON with a stamp of the machine, Markdown tables, figures, and summaries in README and the site."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def table(row: Row, timed: Sequence[Timed]) -> str:
     """Return a row's Markdown table: accuracies down, programs across; or one line for each run."""
     programs = list(dict.fromkeys(entry.program for entry in timed))
     lines = [
-        f"### {row.title}",
+        f"## {row.title}",
         "",
         f"Error: {row.error}." + (f" Note: {row.note}." if row.note else ""),
     ]
@@ -120,14 +120,41 @@ def summary(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
     return "\n".join(lines)
 
 
+def brief(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
+    """Return the table of README: for each row with peers the span of ratios over the accuracies asked, and to whom."""
+    lines = ["| work, at equal measured error | processor time of the best peer over ours |", "|---|---|"]
+    for row, timed in results:
+        ratios: dict[str, list[float]] = {}
+        for asked in row.asked:
+            own = next(iter(best(timed, asked, "fastaff")), None)
+            others = [e for e in timed if e.program != "fastaff" and e.error <= asked]
+            if own and others:
+                peer = min(others, key=lambda entry: entry.cpu)
+                ratios.setdefault(peer.program, []).append(peer.cpu / own.cpu)
+        said = []
+        for program, found in ratios.items():
+            span = " to ".join(f"{ratio:.{0 if ratio >= 10 else 1 if ratio >= 1 else 2}f}" for ratio in sorted({min(found), max(found)}))
+            said.append(f"{span} × {program}" + (" (**behind**)" if min(found) < 1 else ""))
+        if said:
+            lines.append(f"| {row.title} | {'; '.join(said)} |")
+    return "\n".join(lines)
+
+
+def put_between_marks(path: Path, block: str) -> None:
+    """Replace what a file has between the marks."""
+    before, rest = path.read_text().split(MARKS[0])
+    _, after = rest.split(MARKS[1])
+    path.write_text(f"{before}{MARKS[0]}\n\n{block}\n\n{MARKS[1]}{after}")
+
+
 def started(starts: dict[str, dict], grid: dict) -> str:
     """Return the tables of first starts and of the frequency map of a grid."""
-    lines = ["### Fresh processes", "", "Processor time (elapsed), import included; cold: nothing compiled before.", ""]
+    lines = ["## Fresh processes", "", "Processor time (elapsed), import included; cold: nothing compiled before.", ""]
     lines += ["| what | cold | warm |", "|---|---|---|"]
     for name, run in starts.items():
         cells = [f"{run[kind]:.2f} s ({run[kind + '_wall']:.2f} s)" for kind in ("cold", "warm")]
         lines.append(f"| {name} | {' | '.join(cells)} |")
-    lines += ["", "### Frequency map of a grid of the neo-Hookean body, E = 1.5, 100 periods, end to end", ""]
+    lines += ["", "## Frequency map of a grid of the neo-Hookean body, E = 1.5, 100 periods, end to end", ""]
     lines.append(
         f"{grid['cells']} × {grid['cells']} cells, {grid['orbits']} orbits, {grid['regular']} regular: "
         f"{grid['cpu']:.1f} s of processor time ({grid['wall']:.1f} s elapsed), "
@@ -167,7 +194,7 @@ def figure(results: Sequence[tuple[Row, Sequence[Timed]]], columns: int, path: P
 
 
 def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, folder: Path) -> None:
-    """Write race.json, race.md and the figures to a folder, and the summary to README."""
+    """Write race.json, race.md and the figures to a folder, and the summaries to README and docs/performance.md."""
     folder.mkdir(parents=True, exist_ok=True)
     made_on = stamp()
     rows = [
@@ -199,8 +226,6 @@ def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, 
         "",
     ]
     (folder / "race.md").write_text("\n".join(text))
-    readme = ROOT / "README.md"
-    before, rest = readme.read_text().split(MARKS[0])
-    _, after = rest.split(MARKS[1])
-    block = f"\n{summary(results)}\n\n{where}; commit {made_on['commit']}, {made_on['date']}.\n"
-    readme.write_text(before + MARKS[0] + "\n" + block + "\n" + MARKS[1] + after)
+    machine_line = f"{where}; commit {made_on['commit']}, {made_on['date']}."
+    put_between_marks(ROOT / "README.md", f"{brief(results)}\n\n{machine_line}")
+    put_between_marks(ROOT / "docs" / "performance.md", f"{summary(results)}\n\n{machine_line}")

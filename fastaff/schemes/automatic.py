@@ -46,7 +46,7 @@ SHARE = 0.25
 def cheapest(error: float, quadratic: bool) -> Splitting:
     """Return the splitting that needs the fewest forces for an error of states, for T quadratic in the momenta or not.
 
-    Source: the race of bench/test_schemes.py, docs/SCHEMES.md.
+    Source: the race of bench/test_schemes.py, docs/schemes.md.
     """
     if not quadratic:
         return KAHAN_LI8

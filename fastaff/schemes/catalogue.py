@@ -11,7 +11,7 @@ and on a Kepler orbit of eccentricity 0.3 (constants of the leading error, measu
     Hénon-Heiles     206500       1666             87         127                     84
     Kepler          1371000       5176            282         220                    169
 
-The race on seven systems is in docs/SCHEMES.md: BLANES_MOAN6 leads down to errors of 1e-9, BLANES_CASAS_ESCORIHUELA8
+The race on seven systems is in docs/schemes.md: BLANES_MOAN6 leads down to errors of 1e-9, BLANES_CASAS_ESCORIHUELA8
 from there to 1e-13, SOFRONIOU_SPALETTA10 below; for T not quadratic KAHAN_LI8 and SOFRONIOU_SPALETTA8 down to 1e-9.
 """
 

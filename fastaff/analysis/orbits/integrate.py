@@ -96,7 +96,7 @@ def integrate(
     Kutta scheme, the name of one of the package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which
     chooses by trial, or None: the splitting with the fewest forces for the accuracy (BLANES_MOAN6 from 1e-7, below it
     BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given;
-    docs/SCHEMES.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
+    docs/schemes.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
     energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads; report(fraction). Returns
     Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
     on Ctrl-C, with `.partial`.

@@ -1,0 +1,51 @@
+"""Pages that are files elsewhere in the repository: `<!-- page: ../CHANGELOG.md -->` becomes that file, its links as seen
+from the site.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+MARK = re.compile(r"<!-- page: (\S+) -->")
+LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)(#[^)\s]*)?\)")
+
+
+def relinked(text: str, source: Path, page: Path, pages: dict[Path, Path]) -> str:
+    """Return the Markdown text of a file as part of a page: relative links lead where they did, or to the page that has
+    the file.
+    """
+
+    def link(found: re.Match[str]) -> str:
+        target = found[2]
+        if "://" in target or target.startswith("mailto:"):
+            return found[0]
+        path = (source.parent / target).resolve()
+        path = pages.get(path, path)
+        return f"{found[1]}{Path(os.path.relpath(path, page.parent)).as_posix()}{found[3] or ''})"
+
+    return LINK.sub(link, text)
+
+
+def include(app: Any, docname: str, content: list[str]) -> None:
+    """Replace the marks of a page by the files they name."""
+    folder = Path(app.srcdir)
+    page = folder / f"{docname}.md"
+    if page.exists():
+        pages = {(folder / name).resolve(): folder / there for name, there in app.config.pages_of_files.items()}
+
+        def text(found: re.Match[str]) -> str:
+            source = (page.parent / found[1]).resolve()
+            app.env.note_dependency(str(source))
+            return relinked(source.read_text(), source, page.resolve(), pages)
+
+        content[0] = MARK.sub(text, content[0])
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Connect to Sphinx."""
+    app.add_config_value("pages_of_files", {}, "env")
+    app.connect("source-read", include)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

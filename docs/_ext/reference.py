@@ -1,0 +1,234 @@
+"""The pages of the API and of the command line, written before a build from the package itself."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from docstrings import converted, escaped, prose, signature_names
+
+
+class Page(NamedTuple):
+    """A page of the API: title, a sentence, and the names in its order, by the folder that has them ("" is fastaff)."""
+
+    title: str
+    about: str
+    names: dict[str, str]
+
+
+PAGES: dict[str, Page] = {
+    "models": Page(
+        "Models",
+        "Bodies, their potentials, and systems of one line of mathematics.",
+        {
+            "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian reduced "
+            "one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
+            "models": "StackelBody Barriers ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring Zero",
+        },
+    ),
+    "orbits": Page(
+        "Orbits",
+        "Integration of many orbits, with or without tangent vectors, and what became of each.",
+        {"": "integrate tangent_map Status Interrupted OrbitError", "analysis": "Orbits TangentMap"},
+    ),
+    "sections": Page(
+        "Sections",
+        "Surfaces of section, initial conditions on them, crossings, islands.",
+        {
+            "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
+            "BetaEquals AreaEquals Linear",
+            "analysis": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
+        },
+    ),
+    "schemes": Page(
+        "Schemes",
+        "Integration schemes are values: coefficients, order and source. Those of `fastaff.schemes` not listed under "
+        "`fastaff` are in that folder.",
+        {
+            "": "BLANES_MOAN6 KAHAN_LI8 SOFRONIOU_SPALETTA10 YOSHIDA4 LEAPFROG RK4 DOP853 VERNER9 AUTO TimeTransformed",
+            "schemes": "BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 Splitting RungeKutta Scheme compose triple_jump "
+            "scheme_named SCHEMES Automatic Exponential Logistic Algebraic",
+        },
+    ),
+    "frequencies": Page(
+        "Frequencies",
+        "Frequency maps, frequencies of signals, resonances.",
+        {
+            "": "frequency_map naff resonances resonance_web",
+            "analysis": "FrequencyMap FrequencyKind FrequencyLines NaffLines BirkhoffAverages Resonances ResonanceLine "
+            "diffusion_histogram ratio_web",
+        },
+    ),
+    "chaos": Page(
+        "Chaos",
+        "Indicators of chaos, maps of them, and the chaotic fraction over parameters.",
+        {
+            "": "chaos_map chaotic_fraction MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum ZeroOne BirkhoffDigits "
+            "FrequencyDiffusion ReversibilityError",
+            "analysis": "ChaosMap ChaoticFraction Character Verdict TangentIndicator",
+        },
+    ),
+    "periodic": Page(
+        "Periodic orbits",
+        "Periodic orbits, their stability, and families of them.",
+        {
+            "": "find_periodic_orbits periodic_orbits continuation",
+            "analysis": "PeriodicOrbits Stability Branch Bifurcation Event periodic_guesses",
+        },
+    ),
+    "tori": Page(
+        "Tori",
+        "Actions and angles, both ways, and tori of orbits of bodies that do not separate.",
+        {
+            "": "action_angles from_action_angles energy_of_actions constants_of_motion fit_torus",
+            "analysis": "ActionAngles EnergyOfActions TorusFit",
+        },
+    ),
+    "quantum": Page(
+        "Quantum mechanics",
+        "Spectra and wave functions on GL(2,R), packets, quasiclassical levels, level statistics.",
+        {
+            "quantum": "spectrum all_levels exact_levels level_list spectrum_table wavefunction level_diagram class_diagram "
+            "quasiclassical_levels quantizations coherent_packet number_packet projected_packet revivals husimi "
+            "weyl_count polynomial_count count_deviation unfold spacing_ratios mean_spacing_ratio number_variance "
+            "fit_spacings LevelTable State Packet Revivals TimeScales Multiplets LevelDiagram Quantizations Husimi "
+            "BerryRobnik Brody SpacingFit MeanRatio NoGroundState BOHR_SOMMERFELD EBK GOE_RATIO POISSON_RATIO"
+        },
+    ),
+    "charts": Page(
+        "Charts",
+        "Coordinates of GL(2,R), both ways, with velocities, momenta, metric and density.",
+        {
+            "charts": "Chart CHARTS from_matrix to_matrix angular_momenta AngularMomenta deformation Deformation rotate "
+            "reflect_space reflect_body b_of_vartheta vartheta_of_b bipolar elliptic TWO_POLAR ALPHA_BETA "
+            "ALPHA_BETA_PHI_PSI R_VARTHETA R_VARTHETA_ETA_GAMMA RHO_VARTHETA RHO_EPSILON EULER R_EULER EXPONENTIAL "
+            "DELTA_B ELLIPTIC PARABOLIC CARTESIAN SPHERICAL SPHERICAL_CARTESIAN POLAR_POLAR POLAR_CARTESIAN"
+        },
+    ),
+    "results": Page(
+        "Results and files",
+        "What all results can do, and results on disk.",
+        {"base.results": "Result", "": "save load", "files": "contents recipe Recipe Saved"},
+    ),
+    "jobs": Page(
+        "Jobs",
+        "Many orbits as data, computed unit by unit into a store.",
+        {
+            "": "Job run resume rerun",
+            "jobs": "Model Surface Starts Run Poincare Frequencies Chaos Actions Motion Scan JobResults Progress Store Unit "
+            "compute_unit",
+        },
+    ),
+    "plot": Page("Figures", "Every function takes `ax=` and returns the artists that it made.", {"plot": "*"}),
+    "extend": Page(
+        "For code of your own",
+        "Flows and observers, readings of tangent vectors, the text that is compiled.",
+        {
+            "flows": "Options plan Plan Flow Observer",
+            "kernels.readings": "Growth time length stretch log_volume volume alignment",
+            "compile": "source",
+        },
+    ),
+}
+
+
+def members(page: Page) -> list[tuple[str, str]]:
+    """Return (module, name) of all entries of a page."""
+    found = []
+    for folder, names in page.names.items():
+        module = f"fastaff.{folder}".rstrip(".")
+        listed = import_module(module).__all__ if names == "*" else names.split()
+        found += [(module, name) for name in listed]
+    return found
+
+
+def index() -> dict[str, str]:
+    """Return what each public name is called in the site: by its bare name and by its dotted one, without ambiguity."""
+    found: dict[str, str] = {}
+    for page in PAGES.values():
+        for module, name in members(page):
+            full = f"{module}.{name}"
+            shorter = full.removeprefix("fastaff.")
+            for called in (name, shorter, full):
+                found.setdefault(called, full)
+    return found
+
+
+def _entry(module: str, name: str) -> str:
+    value = getattr(import_module(module), name)
+    if inspect.isclass(value):
+        return f".. autoclass:: {module}.{name}\n   :members:\n"
+    if callable(value) and inspect.isroutine(value) or hasattr(value, "py_func"):
+        return f".. autofunction:: {module}.{name}\n"
+    about = "".join(f"   {line}\n" for line in _value(value))
+    return f".. py:data:: {module}.{name}\n\n{about}"
+
+
+def _value(value: Any) -> list[str]:
+    """Describe a value that is no function: what it is made of."""
+    if hasattr(value, "source") and hasattr(value, "order"):
+        stages = f", {value.stages} stages" if hasattr(value, "stages") else ""
+        return [f"{type(value).__name__} of order {value.order}{stages}.", "", f":Source: {escaped(value.source)}"]
+    if isinstance(value, dict):
+        return ["By name: " + ", ".join(f"``{name}``" for name in value) + "."]
+    if hasattr(value, "names"):
+        return [f"{type(value).__name__} with coordinates {escaped(', '.join(value.names))}."]
+    return [prose(f"`{value!r}`")]
+
+
+def page_text(name: str) -> str:
+    """Return a page of the API as reStructuredText."""
+    page = PAGES[name]
+    lines = [page.title, "=" * len(page.title), "", prose(page.about), ""]
+    for module in dict.fromkeys(module for module, _ in members(page)):
+        names = [f"   {entry}" for owner, entry in members(page) if owner == module]
+        lines += [f".. currentmodule:: {module}", "", ".. autosummary::", "   :nosignatures:", "", *names, ""]
+    lines += [".. currentmodule:: None", "", *(_entry(module, entry) for module, entry in members(page))]
+    return "\n".join(lines)
+
+
+def command_line() -> str:
+    """Return the options of all commands as Markdown, as the program itself prints them."""
+    from fastaff.cli import main
+
+    text = main._app().generate_docs(output_format="markdown")
+    text = re.sub(r"## Table of Contents\n.*?(?=\*\*Commands\*\*)", "", text, flags=re.DOTALL)
+    text = text.replace("\n        ", " ").replace("```console\nfastaff COMMAND\n```\n", "")
+    return text.replace("# fastaff\n", "", 1)
+
+
+def write_if_changed(path: Path, text: str) -> None:
+    """Write a file unless it has this text already, so that Sphinx reads again only what is new."""
+    path.parent.mkdir(exist_ok=True)
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+
+
+def write_pages(app: Any) -> None:
+    """Write api/*.rst and _generated/commands.md."""
+    source = Path(app.srcdir)
+    for name in PAGES:
+        write_if_changed(source / "api" / f"{name}.rst", page_text(name))
+    write_if_changed(source / "_generated" / "commands.md", command_line())
+
+
+def rewrite(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Turn a docstring into fields, when autodoc reads it."""
+    names = index()
+    lines[:] = converted(lines, signature_names(value), names.get)
+
+
+def skip(app: Any, what: str, name: str, value: Any, skipped: bool, options: Any) -> bool | None:
+    """Leave out the fields of named tuples, which the docstring of the class describes."""
+    return True if (getattr(value, "__doc__", None) or "").startswith("Alias for field number") else None
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Connect to Sphinx."""
+    app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", rewrite)
+    app.connect("autodoc-skip-member", skip)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,101 @@
+"""How Sphinx builds the site: `make docs`. All code of its pages runs while it is built; an error or a warning ends it."""
+
+import os
+import shutil
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+sys.path[:0] = [str(HERE / "_ext"), str(ROOT)]
+
+# Pages run in processes of their own: with this package, the program beside this Python, and figures of one style.
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+os.environ["MATPLOTLIBRC"] = str(HERE / "_ext" / "matplotlibrc")
+os.environ["COLUMNS"] = "96"
+
+from sphinx.util.parallel import make_chunks  # noqa: E402
+
+import fastaff  # noqa: E402
+
+project = "fastaff"
+author = "the fastaff developers"
+project_copyright = "the fastaff developers, MIT licence"
+version = release = fastaff.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx_copybutton",
+    "included",
+    "reference",
+    "gallery",
+]
+exclude_patterns = ["_build", "_generated", "_ext"]
+nitpicky = True
+suppress_warnings = ["mystnb.unknown_mime_type"]
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
+myst_heading_anchors = 4
+myst_dmath_double_inline = True
+nb_execution_mode = "force"  # a cache of outputs would not see that the package has changed
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # shapes and units are in the docstrings
+autosummary_generate = False
+add_module_names = False
+python_display_short_literal_types = True
+toc_object_entries = False
+maximum_signature_line_length = 88
+
+pages_of_files = {
+    "../ARCHITECTURE.md": "architecture.md",
+    "../CONTRIBUTING.md": "contributing.md",
+    "../CHANGELOG.md": "changelog.md",
+    "../README.md": "index.md",
+    "../bench/results/race.md": "race.md",
+}
+
+html_theme = "furo"
+html_title = f"fastaff {release}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {"sidebar_hide_name": False, "navigation_with_keys": True}
+copybutton_prompt_text = r"\$ |>>> "
+copybutton_prompt_is_regexp = True
+mathjax_path = "mathjax/tex-chtml.js"
+
+
+def share_notebooks(app, env, docnames):
+    """Order pages so that two processes, which take them in large chunks, have half of the code each."""
+    code = [name for name in docnames if "{code-cell}" in Path(env.doc2path(name)).read_text()]
+    rest = [name for name in docnames if name not in code]
+    chunk = max(len(make_chunks(docnames, max(app.parallel, 1))[0]), len(code) // 2 + 1)
+    first = code[::2] + rest[: chunk - len(code[::2])]
+    docnames[:] = [*first, *code[1::2], *(name for name in rest if name not in first)]
+
+
+def copy_mathjax(app, exception):
+    """Put MathJax, as its package has it, beside the pages: the formulas need no network."""
+    if exception is None and app.builder.format == "html":
+        package = Path(find_spec("sphinx-mathjax-offline").submodule_search_locations[0]) / "static" / "mathjax"
+        there = Path(app.outdir) / "_static" / "mathjax"
+        fonts = "output/chtml/fonts"
+        shutil.copytree(package / fonts, there / fonts, dirs_exist_ok=True)
+        shutil.copy(package / "tex-chtml.js", there)
+
+
+def setup(app):
+    """Connect to Sphinx."""
+    app.connect("env-before-read-docs", share_notebooks)
+    app.connect("build-finished", copy_mathjax)

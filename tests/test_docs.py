@@ -1,0 +1,160 @@
+"""The site and README: links lead to files, code runs, every public name has its place, docstrings become fields."""
+
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import fastaff
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = sorted(
+    path
+    for path in [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *(ROOT / "bench").rglob("*.md")]
+    if not {"_build", "_generated", "jupyter_execute"} & set(path.relative_to(ROOT).parts)
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def extensions():
+    """Make the site's extensions importable."""
+    sys.path.insert(0, str(DOCS / "_ext"))
+    yield
+    sys.path.remove(str(DOCS / "_ext"))
+
+
+def text_of(page):
+    """Return a page without its code."""
+    return re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL)
+
+
+def slugs(page):
+    """Return the anchors of a page's headings."""
+    headings = re.findall(r"^#+ +(.*)$", text_of(page), re.MULTILINE)
+    named = re.findall(r"^\((\S+)\)=$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings} | {*named}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_between_files_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
+        if "://" in target:
+            continue
+        name, _, anchor = target.partition("#")
+        file = (page.parent / name).resolve() if name else page
+        if file.is_relative_to(DOCS / "api") and file.suffix == ".rst":
+            assert file.stem in {"index", *import_module("reference").PAGES}, target
+            continue
+        assert file.exists(), target
+        if anchor and file.suffix == ".md":
+            assert anchor in slugs(file), target
+
+
+def test_every_page_is_in_the_table_of_contents():
+    index = (DOCS / "index.md").read_text()
+    listed = [line for block in re.findall(r"```{toctree}(.*?)```", index, re.DOTALL) for line in block.split("\n")]
+    for page in DOCS.rglob("*.md"):
+        name = page.relative_to(DOCS).with_suffix("").as_posix()
+        if not name.startswith(("_", "index")):
+            assert name in listed, name
+
+
+def test_code_of_pages_is_code_that_runs():
+    """Blocks of code are cells of notebooks; others are text, and directives of the page."""
+    for page in DOCS.rglob("*.md"):
+        if "_build" in page.parts or "_generated" in page.parts:
+            continue
+        kinds = set(re.findall(r"^```(\S+)$", page.read_text(), re.MULTILINE))
+        assert kinds <= {"{code-cell}", "{toctree}", "{gallery}", "text"}, page
+        if "{code-cell}" in kinds:
+            assert page.read_text().startswith("---\nfile_format: mystnb\n"), page
+            assert f"notebook <{page.stem}.ipynb>" in page.read_text(), page
+
+
+def test_python_of_readme_runs(capsys):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert len(blocks) == 2
+    names = {}
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), names)
+    assert (names["cut"].status == fastaff.Status.OK).all()
+    assert names["cut"].points.shape[1] == 200
+    assert abs(names["solvable"].potential.C - 1.0) == 0
+    again = fastaff.action_angles(names["solvable"], names["later"])
+    assert abs(again.J - names["tori"].J).max() < 1e-11
+    assert "OK" in capsys.readouterr().out
+
+
+def test_commands_of_readme_run(tmp_path, monkeypatch):
+    from fastaff.cli.main import main
+
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    commands = block.strip().splitlines()
+    assert len(commands) == 2
+    for command in commands:
+        program, *words = command.split()
+        assert program == "fastaff"
+        assert main(words) == 0, command
+    assert (tmp_path / "fastaff-poincare.png").exists()
+    assert fastaff.files.contents(tmp_path / "fastaff-poincare.npz")
+
+
+def test_every_public_name_is_on_one_page():
+    reference = import_module("reference")
+    entries = [entry for page in reference.PAGES.values() for entry in reference.members(page)]
+    assert len(entries) == len(set(entries))
+    for folder in ("", "analysis", "charts", "compile", "flows", "jobs", "models", "plot", "quantum", "schemes"):
+        module = f"fastaff.{folder}".rstrip(".")
+        own = {name for owner, name in entries if owner == module}
+        values = {id(getattr(import_module(owner), name)) for owner, name in entries}
+        for name in import_module(module).__all__:
+            assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
+
+
+DOCSTRING = """Do a thing; `|x|` and a*b_ are no markup.
+
+Parameters: z0 (2n,) or (2n, orbits): the start; with a second part; step, scheme: as in
+`integrate` (one; or two); report(fraction). Returns Orbits, whose step is used. Raises ValueError
+for wrong input; Interrupted on Ctrl-C.
+
+Cost: one force.
+Source: Somebody 1999, J. 1, 2.
+"""
+
+
+def test_docstrings_become_fields():
+    docstrings = import_module("docstrings")
+    known = {"z0", "step", "scheme", "report"}
+    links = {"Orbits": "fastaff.analysis.Orbits", "integrate": "fastaff.integrate"}
+    lines = docstrings.converted(DOCSTRING.splitlines(), known, links.get)
+    assert [line for line in lines if line] == [
+        r"Do a thing; ``|x|`` and a\*b\_ are no markup.",
+        ":Parameters:",
+        r"  * **z0** -- (2n,) or (2n, orbits): the start; with a second part",
+        r"  * **step, scheme** -- as in :py:obj:`integrate <fastaff.integrate>` (one; or two)",
+        r"  * **report** -- (fraction)",
+        r":Returns: :py:obj:`Orbits <fastaff.analysis.Orbits>`\ , whose step is used.",
+        ":Raises: ValueError for wrong input; Interrupted on Ctrl-C.",
+        ":Cost: one force.",
+        ":Source: Somebody 1999, J. 1, 2.",
+    ]
+
+
+def test_what_is_no_list_of_parameters_stays_prose():
+    docstrings = import_module("docstrings")
+    assert docstrings.parameters("the usual ones; see there", {"z0"}) is None
+    lines = docstrings.converted(["Parameters: as in `energy_grid`."], {"z0"})
+    assert lines == ["Parameters: as in ``energy_grid``\\ .", ""]
+    assert docstrings.converted(["", "    code_ here", ""]) == ["::", "", "        code_ here", ""]
+
+
+def test_files_of_the_repository_become_pages(tmp_path):
+    included = import_module("included")
+    source, page = tmp_path / "A.md", tmp_path / "docs" / "a.md"
+    pages = {tmp_path / "B.md": tmp_path / "docs" / "b.md"}
+    text = "[b](B.md#x) [c](docs/c.md) ![d](figures/d.png) [e](https://e.org)"
+    assert included.relinked(text, source, page, pages) == "[b](b.md#x) [c](c.md) ![d](../figures/d.png) [e](https://e.org)"
