@@ -1,5 +1,6 @@
-"""How Sphinx builds the site: `make docs`. All code of its pages runs while it is built; an error or a warning ends it."""
+"""How Sphinx builds the site: `make docs`. The code of its pages runs in the build; an error or a warning ends it."""
 
+import logging
 import os
 import shutil
 import sys
@@ -14,11 +15,17 @@ sys.path[:0] = [str(HERE / "_ext"), str(ROOT)]
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 os.environ["MATPLOTLIBRC"] = str(HERE / "_ext" / "matplotlibrc")
-os.environ["COLUMNS"] = "96"
+os.environ["COLUMNS"] = "88"
+os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")
+settings = HERE / "_build" / "ipython" / "profile_default" / "ipython_kernel_config.py"
+settings.parent.mkdir(parents=True, exist_ok=True)
+settings.write_text('c = get_config()\nc.Application.log_level = "ERROR"\nc.HistoryManager.enabled = False\n')
 
 from sphinx.util.parallel import make_chunks  # noqa: E402
 
 import fastaff  # noqa: E402
+
+logging.getLogger("traitlets").setLevel(logging.WARNING)  # a style for Pygments prints everything otherwise
 
 project = "fastaff"
 author = "the fastaff developers"
@@ -54,7 +61,7 @@ autosummary_generate = False
 add_module_names = False
 python_display_short_literal_types = True
 toc_object_entries = False
-maximum_signature_line_length = 88
+maximum_signature_line_length = 240
 
 pages_of_files = {
     "../ARCHITECTURE.md": "architecture.md",

@@ -136,7 +136,7 @@ def test_docstrings_become_fields():
         ":Parameters:",
         r"  * **z0** -- (2n,) or (2n, orbits): the start; with a second part",
         r"  * **step, scheme** -- as in :py:obj:`integrate <fastaff.integrate>` (one; or two)",
-        r"  * **report** -- (fraction)",
+        r"  * **report(fraction)**",
         r":Returns: :py:obj:`Orbits <fastaff.analysis.Orbits>`\ , whose step is used.",
         ":Raises: ValueError for wrong input; Interrupted on Ctrl-C.",
         ":Cost: one force.",
@@ -157,4 +157,7 @@ def test_files_of_the_repository_become_pages(tmp_path):
     source, page = tmp_path / "A.md", tmp_path / "docs" / "a.md"
     pages = {tmp_path / "B.md": tmp_path / "docs" / "b.md"}
     text = "[b](B.md#x) [c](docs/c.md) ![d](figures/d.png) [e](https://e.org)"
-    assert included.relinked(text, source, page, pages) == "[b](b.md#x) [c](c.md) ![d](../figures/d.png) [e](https://e.org)"
+    assert (
+        included.relinked(text, source, page, pages)
+        == "[b](b.md#x) [c](c.md) ![d](../figures/d.png) [e](https://e.org)"
+    )

@@ -1,4 +1,4 @@
-"""What the race writes: JSON with a stamp of the machine, Markdown tables, figures, and summaries in README and the site."""
+"""What the race writes: JSON with a stamp of the machine, Markdown tables, figures, and the summaries."""
 
 from __future__ import annotations
 
@@ -133,7 +133,10 @@ def brief(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
                 ratios.setdefault(peer.program, []).append(peer.cpu / own.cpu)
         said = []
         for program, found in ratios.items():
-            span = " to ".join(f"{ratio:.{0 if ratio >= 10 else 1 if ratio >= 1 else 2}f}" for ratio in sorted({min(found), max(found)}))
+            span = " to ".join(
+                f"{ratio:.{0 if ratio >= 10 else 1 if ratio >= 1 else 2}f}"
+                for ratio in sorted({min(found), max(found)})
+            )
             said.append(f"{span} × {program}" + (" (**behind**)" if min(found) < 1 else ""))
         if said:
             lines.append(f"| {row.title} | {'; '.join(said)} |")

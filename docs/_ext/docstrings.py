@@ -82,6 +82,8 @@ def parameters(text: str, known: set[str]) -> list[tuple[str, str]] | None:
         names = [name for name in found[1].split(", ") if name.lstrip("*") in known] if found else []
         if names:
             taken = ", ".join(names)
+            call = re.match(r"\([^)]*\)", part[len(taken) :])  # a function, as it is called: report(fraction)
+            taken += call[0] if call else ""
             rest = part[len(taken) :].lstrip(",").strip()
             entries.append((taken, rest.removeprefix(":").strip().removesuffix(".")))
         elif entries:
@@ -117,14 +119,21 @@ def _sections(body: list[str]) -> list[str]:
 
 
 def converted(lines: list[str], known: set[str] = frozenset(), link: Link = no_link) -> list[str]:
-    """Return a docstring's lines as reStructuredText; known: the names of the signature, link: of names to the index."""
+    """Return a docstring's lines as reStructuredText.
+
+    known: the names of the signature, which are no links; link: what other names are called in the site's index.
+    """
     out: list[str] = []
+
+    def of_others(name: str) -> str | None:
+        return None if name in known else link(name)
+
     for kind, body in _blocks(lines):
         if kind == "code":
             out += ["::", "", *("    " + line for line in body), ""]
             continue
         for section in _sections(body):
-            out += [*_section(section, known, link), ""]
+            out += [*_section(section, known, of_others), ""]
     return out
 
 
@@ -137,7 +146,9 @@ def _section(text: str, known: set[str], link: Link) -> list[str]:
         entries = parameters(rest, known)
         if entries is None:
             return [prose(text, link)]
-        items = [f"  * **{escaped(names)}** -- {prose(about, link)}" for names, about in entries]
+        items = [
+            f"  * **{escaped(names)}**" + (f" -- {prose(about, link)}" if about else "") for names, about in entries
+        ]
         return [":Parameters:", *items]
     if name == "Returns":
         first = _CLASS.match(rest)

@@ -1,5 +1,5 @@
-"""Pages that are files elsewhere in the repository: `<!-- page: ../CHANGELOG.md -->` becomes that file, its links as seen
-from the site.
+"""Pages that are files elsewhere in the repository: `<!-- page: ../CHANGELOG.md -->` becomes that file, its links as
+seen from the site.
 """
 
 from __future__ import annotations

@@ -26,7 +26,8 @@ PAGES: dict[str, Page] = {
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian reduced "
             "one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
-            "models": "StackelBody Barriers ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring Zero",
+            "models": "StackelBody Barriers ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
+            "Zero",
         },
     ),
     "orbits": Page(
@@ -94,16 +95,17 @@ PAGES: dict[str, Page] = {
             "quantum": "spectrum all_levels exact_levels level_list spectrum_table wavefunction level_diagram class_diagram "
             "quasiclassical_levels quantizations coherent_packet number_packet projected_packet revivals husimi "
             "weyl_count polynomial_count count_deviation unfold spacing_ratios mean_spacing_ratio number_variance "
-            "fit_spacings LevelTable State Packet Revivals TimeScales Multiplets LevelDiagram Quantizations Husimi "
-            "BerryRobnik Brody SpacingFit MeanRatio NoGroundState BOHR_SOMMERFELD EBK GOE_RATIO POISSON_RATIO"
+            "fit_spacings LevelTable State Packet Revivals TimeScales Multiplets LevelDiagram Quantizations "
+            "Husimi BerryRobnik Brody SpacingFit MeanRatio NoGroundState BOHR_SOMMERFELD EBK GOE_RATIO "
+            "POISSON_RATIO"
         },
     ),
     "charts": Page(
         "Charts",
         "Coordinates of GL(2,R), both ways, with velocities, momenta, metric and density.",
         {
-            "charts": "Chart CHARTS from_matrix to_matrix angular_momenta AngularMomenta deformation Deformation rotate "
-            "reflect_space reflect_body b_of_vartheta vartheta_of_b bipolar elliptic TWO_POLAR ALPHA_BETA "
+            "charts": "Chart CHARTS from_matrix to_matrix angular_momenta AngularMomenta deformation Deformation "
+            "rotate reflect_space reflect_body b_of_vartheta vartheta_of_b bipolar elliptic TWO_POLAR ALPHA_BETA "
             "ALPHA_BETA_PHI_PSI R_VARTHETA R_VARTHETA_ETA_GAMMA RHO_VARTHETA RHO_EPSILON EULER R_EULER EXPONENTIAL "
             "DELTA_B ELLIPTIC PARABOLIC CARTESIAN SPHERICAL SPHERICAL_CARTESIAN POLAR_POLAR POLAR_CARTESIAN"
         },
@@ -118,8 +120,8 @@ PAGES: dict[str, Page] = {
         "Many orbits as data, computed unit by unit into a store.",
         {
             "": "Job run resume rerun",
-            "jobs": "Model Surface Starts Run Poincare Frequencies Chaos Actions Motion Scan JobResults Progress Store Unit "
-            "compute_unit",
+            "jobs": "Model Surface Starts Run Poincare Frequencies Chaos Actions Motion Scan JobResults Progress Store "
+            "Unit compute_unit",
         },
     ),
     "plot": Page("Figures", "Every function takes `ax=` and returns the artists that it made.", {"plot": "*"}),
@@ -152,7 +154,7 @@ def index() -> dict[str, str]:
         for module, name in members(page):
             full = f"{module}.{name}"
             shorter = full.removeprefix("fastaff.")
-            for called in (name, shorter, full):
+            for called in (shorter, full) if module.startswith("fastaff.kernels") else (name, shorter, full):
                 found.setdefault(called, full)
     return found
 
@@ -161,7 +163,7 @@ def _entry(module: str, name: str) -> str:
     value = getattr(import_module(module), name)
     if inspect.isclass(value):
         return f".. autoclass:: {module}.{name}\n   :members:\n"
-    if callable(value) and inspect.isroutine(value) or hasattr(value, "py_func"):
+    if inspect.isroutine(value) or hasattr(value, "py_func"):
         return f".. autofunction:: {module}.{name}\n"
     about = "".join(f"   {line}\n" for line in _value(value))
     return f".. py:data:: {module}.{name}\n\n{about}"
