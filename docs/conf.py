@@ -19,7 +19,14 @@ os.environ["COLUMNS"] = "88"
 os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")
 settings = HERE / "_build" / "ipython" / "profile_default" / "ipython_kernel_config.py"
 settings.parent.mkdir(parents=True, exist_ok=True)
-settings.write_text('c = get_config()\nc.Application.log_level = "ERROR"\nc.HistoryManager.enabled = False\n')
+settings.write_text(
+    """c = get_config()
+c.Application.log_level = "ERROR"
+c.HistoryManager.enabled = False
+# Programs in cells are no terminals: no bars of progress.
+c.InteractiveShellApp.exec_lines = ["import os", "os.environ.pop('FORCE_COLOR', None)", "del os"]
+"""
+)
 
 from sphinx.util.parallel import make_chunks  # noqa: E402
 
@@ -53,7 +60,6 @@ nb_execution_mode = "force"  # a cache of outputs would not see that the package
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_execution_timeout = 300
-nb_merge_streams = True
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # shapes and units are in the docstrings
@@ -97,8 +103,8 @@ def copy_mathjax(app, exception):
     if exception is None and app.builder.format == "html":
         package = Path(find_spec("sphinx-mathjax-offline").submodule_search_locations[0]) / "static" / "mathjax"
         there = Path(app.outdir) / "_static" / "mathjax"
-        fonts = "output/chtml/fonts"
-        shutil.copytree(package / fonts, there / fonts, dirs_exist_ok=True)
+        for part in ("output/chtml/fonts", "input/tex/extensions"):
+            shutil.copytree(package / part, there / part, dirs_exist_ok=True)
         shutil.copy(package / "tex-chtml.js", there)
 
 
