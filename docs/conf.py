@@ -12,7 +12,7 @@ ROOT = HERE.parent
 sys.path[:0] = [str(HERE / "_ext"), str(ROOT)]
 
 # Pages run in processes of their own: with this package, the program beside this Python, and figures of one style.
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), str(HERE / "_ext"), os.environ.get("PYTHONPATH")]))
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 os.environ["MATPLOTLIBRC"] = str(HERE / "_ext" / "matplotlibrc")
 os.environ["COLUMNS"] = "88"
@@ -23,8 +23,7 @@ settings.write_text(
     """c = get_config()
 c.Application.log_level = "ERROR"
 c.HistoryManager.enabled = False
-# Programs in cells are no terminals: no bars of progress.
-c.InteractiveShellApp.exec_lines = ["import os", "os.environ.pop('FORCE_COLOR', None)", "del os"]
+c.InteractiveShellApp.extensions = ["shell_cells"]
 """
 )
 

@@ -1,6 +1,7 @@
 """The site and README: links lead to files, code runs, every public name has its place, docstrings become fields."""
 
 import re
+import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -161,3 +162,13 @@ def test_files_of_the_repository_become_pages(tmp_path):
         included.relinked(text, source, page, pages)
         == "[b](b.md#x) [c](c.md) ![d](../figures/d.png) [e](https://e.org)"
     )
+
+
+def test_a_command_that_fails_ends_the_build(capsys):
+    """What was printed until then is shown, and nothing after it runs."""
+    cells = import_module("shell_cells")
+    cells.sh("", "echo one; echo two >&2\n")
+    assert capsys.readouterr().out == "one\ntwo\n"
+    with pytest.raises(subprocess.CalledProcessError):
+        cells.sh("", "echo one\nfalse\necho two\n")
+    assert capsys.readouterr().out == "one\n"
