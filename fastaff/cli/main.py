@@ -27,7 +27,7 @@ from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts
 from .progress import EXIT_INTERRUPTED, on_stop, say
 
-EXIT_WRONG_INPUT = 2
+EXIT_WRONG_INPUT, EXIT_BROKEN_PIPE = 2, 141
 NARROWEST = 40
 COMMANDS: dict[str, Any] = {
     "demo": demo,
@@ -49,13 +49,18 @@ NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need mat
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C or SIGTERM."""
+    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C or SIGTERM, 141
+    where nobody reads what it prints."""
     try:
         with on_stop(signal.default_int_handler):
             code = _run(sys.argv[1:] if arguments is None else arguments)
+        sys.stdout.flush()
     except KeyboardInterrupt:
         say("stopped by Ctrl-C; nothing was computed yet, nothing is kept")
         code = EXIT_INTERRUPTED
+    except BrokenPipeError:  # the reader, as head or less, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is flushed at the end
+        code = EXIT_BROKEN_PIPE
     if arguments is None:
         sys.exit(code)
     return code
@@ -78,6 +83,8 @@ def _run(arguments: list[str]) -> int:
         if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
             raise
         print(NO_EXTRAS, file=sys.stderr)
+    except BrokenPipeError:
+        raise
     except (ValueError, TypeError, OSError, ImportError) as problem:
         own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
         say(f"error: {_one_line(as_flags(str(problem), own))}")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import math
+import tempfile
 import typing
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -16,6 +18,7 @@ from ..jobs.job import Job, as_flags
 from ..jobs.launch import Starts
 from ..jobs.system import Model, Surface
 from ..jobs.wording import Wrong
+from .progress import say
 
 try:
     import cyclopts
@@ -36,7 +39,8 @@ HELP = """Poincaré sections, frequency maps and chaos maps of planar affinely-r
 
 Each command computes many orbits on all cores, draws a PNG and writes an .npz file with the numbers, all
 parameters, versions and the seed (read it with `fastaff.files.load`, or `contents`). Ctrl-C stops within a second and
-keeps what is finished, as does SIGTERM. Exit codes: 0, 2 for wrong input, 130 after either of these.
+keeps what is finished, as does SIGTERM. Exit codes: 0, 2 for wrong input, 130 after either of these,
+141 where the reader of a pipe has left.
 
 Large grids are jobs: the same flags with `--write-job map.toml` write one, `fastaff run map.toml` computes it into a
 store that is complete up to wherever it is stopped, `fastaff resume map.zarr` goes on, here or on other machines.
@@ -101,6 +105,10 @@ class Output:
         stem = stem.with_suffix("") if stem.suffix.lower() in (".npz", *FORMATS) else stem
         if not stem.parent.is_dir():
             raise Wrong(f"--out {stem}: the folder {stem.parent} does not exist")
+        try:
+            tempfile.TemporaryFile(dir=stem.parent).close()
+        except OSError as problem:
+            raise Wrong(f"--out {stem}: the folder {stem.parent} cannot be written: {problem.strerror}") from None
         return stem if self.force else free_stem(stem, (".npz", self.ending))
 
     def figure(self, stem: Path) -> Path:
@@ -113,12 +121,21 @@ class Output:
             raise ModuleNotFoundError("matplotlib", name="matplotlib")
 
     def save(self, stem: Path, result: Any, facts: dict[str, Any]) -> Path:
-        """Write the data with all that is known of them."""
+        """Write the data with all that is known of them; where that fails by now, elsewhere, and say so."""
         from ..files import save
 
         own = {entry.name for entry in fields(result)}
         facts = {name: value for name, value in facts.items() if name not in own or name in ("section", "time")}
-        return save(stem.with_name(stem.name + ".npz"), result, force=self.force, **facts)
+        path = stem.with_name(stem.name + ".npz")
+        try:
+            return save(path, result, force=self.force, **facts)
+        except OSError as problem:
+            for folder in (Path.cwd(), Path.home(), Path(tempfile.gettempdir())):
+                with contextlib.suppress(OSError):
+                    rescued = save(folder / path.name, result, **facts)
+                    say(f"{path} cannot be written: {problem.strerror or problem}; the results are in {rescued}")
+                    return rescued
+            raise
 
 
 @Parameter(name="*", group=WRITTEN)

@@ -1,0 +1,169 @@
+"""The command line where something fails: folders that cannot be written, pipes that nobody reads, any words."""
+
+import errno
+import importlib
+import os
+import random
+import subprocess
+import sys
+
+import pytest
+
+from fastaff import files
+from fastaff.cli.main import COMMANDS, main
+
+SMALL = ["--energy", "1.5", "--p-eta", "0.3", "--p-gamma", "0.2", "--grid", "3x3", "--crossings", "3", "--no-figure"]
+BROKEN = {"no room": errno.ENOSPC, "read-only": errno.EROFS, "quota": errno.EDQUOT}
+
+
+def failing(code):
+    def fail(*_, **__):
+        raise OSError(code, os.strerror(code))
+
+    return fail
+
+
+@pytest.mark.parametrize("code", BROKEN.values(), ids=BROKEN)
+def test_a_folder_that_cannot_be_written_is_found_before_the_run(code, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("tempfile.TemporaryFile", failing(code))
+    assert main(["poincare", *SMALL, "--out", str(tmp_path / "x")]) == 2
+    said = capsys.readouterr()
+    assert f"--out {tmp_path / 'x'}: the folder {tmp_path} cannot be written: {os.strerror(code)}" in said.err
+    assert "orbits/s" not in said.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_results_that_cannot_be_written_in_the_end_go_elsewhere(tmp_path, monkeypatch, capsys):
+    (tmp_path / "asked").mkdir()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    own = files.save
+
+    def full(path, *given, **named):
+        if path.parent.name == "asked":
+            failing(errno.ENOSPC)()
+        return own(path, *given, **named)
+
+    monkeypatch.setattr(files, "save", full)
+    assert main(["poincare", *SMALL, "--out", str(tmp_path / "asked" / "x")]) == 0
+    said = capsys.readouterr()
+    kept = tmp_path / "here" / "x.npz"
+    assert f"x.npz cannot be written: No space left on device; the results are in {kept}" in said.err
+    assert str(kept) in said.out
+    assert len(files.load(kept)) > 0
+    monkeypatch.setattr(files, "save", failing(errno.ENOSPC))
+    assert main(["poincare", *SMALL, "--out", str(tmp_path / "asked" / "x")]) == 2
+    assert "No space left on device" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command", [["--help"], ["doctor"], ["spectrum", "--model", "harmonic", "--levels", "4", "--no-figure"]]
+)
+def test_a_reader_that_leaves_is_no_error(command, tmp_path):
+    code = f"import sys; from fastaff.cli.main import main; sys.argv = ['fastaff', *{command!r}]; main()"
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code], stdout=writing, stderr=subprocess.PIPE, text=True, cwd=tmp_path, timeout=120
+        )
+    finally:
+        os.close(writing)
+    said = done.stderr
+    assert done.returncode == (1 if "--help" in command else 141)  # rich, which prints help, ends with 1
+    assert "roken" not in said
+    assert "Traceback" not in said
+
+
+# --- any words ----------------------------------------------------------------------------------------------------
+
+_FLAGS = """
+energy p-eta p-gamma section direction model formula hamiltonian coordinates parameter domain mu G K C lam grid orbits
+seed range1 range2 file scheme step accuracy threads crossings max-time time periods indicators early-stop scan method
+max-order levels m l states hbar tolerance out force no-figure write-job colour vmin vmax unit quiet log memory workers
+dask status json plot help version point samples diffusion no-diffusion
+"""
+_VALUES = """
+0 1 -1 2 0.5 1.5 1/6 pi/2 1e300 -1e300 1e-300 1e9 nan inf -inf 2.7 3x3 0x0 -1x2 100000x100000 x=0 alpha-turning
+alpha=nan beta=1/0 1:2 2:1 : 0:1:3 energy=1:2:3 K=0:1:0 neo-hookean henon-heiles harmonic MEGNO sali,megno naff
+KAHAN_LI8 leapfrog +1 x*y D1*D2 x**2+y**2 ((( )) __import__ os.system x;y C=1 C=nan a=b=c é 🙂 '' " -- --x -e
+/nonexistent/a ../../x . / nothing.npz nothing.toml json all OK escaped 99999999999999999999 0x10 1_000 true None
+"""
+FLAGS, VALUES = _FLAGS.split(), _VALUES.split()
+
+
+def words(random):
+    """A command line: mostly flags of some command with values that may suit others."""
+    line = (
+        [random.choice([*COMMANDS, "poincare", "chaos-map", "frequency-map", "spectrum"])]
+        if random.random() < 0.97
+        else []
+    )
+    for _ in range(random.randrange(1, 7)):
+        flag = random.choice(FLAGS)
+        if line[:1] == ["poincare"] and random.random() < 0.3:
+            flag = random.choice(["energy", "grid", "section", "out"])
+        line.append(f"--{flag}" if random.random() < 0.95 else random.choice(VALUES))
+        if random.random() < 0.85:
+            line.append(random.choice(VALUES))
+    return line
+
+
+BEGINNINGS = {
+    "cli.commands.maps": ("compiled",),
+    "cli.commands.animate": ("compiled",),
+    "cli.commands.warmup": ("compiled",),
+    "cli.commands.spectrum": ("_whole", "_scanned", "_some"),
+    "cli.commands.demo": ("is_cold",),
+    "cli.commands.doctor": ("_check",),
+    "jobs.running": ("begin",),
+}
+"""Where commands begin to compute."""
+
+
+class Ran(Exception):
+    """What stands for a run that would begin."""
+
+
+@pytest.fixture
+def idle(monkeypatch):
+    """No command computes: a line that is right ends where its work would begin."""
+
+    def begin(*_, **__):
+        raise Ran
+
+    for module, names in BEGINNINGS.items():
+        for name in names:
+            monkeypatch.setattr(importlib.import_module(f"fastaff.{module}"), name, begin)
+
+
+def no_traceback(seed, count, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    source, ran, codes = random.Random(seed), 0, {}
+    for _ in range(count):
+        line = words(source)
+        try:
+            code = main(line)
+        except Ran:
+            ran += 1
+            continue
+        codes[code] = codes.get(code, 0) + 1
+        said = capsys.readouterr()
+        assert code in (0, 1, 2), line
+        assert "Traceback" not in said.err + said.out, line
+        if code == 2:
+            assert said.err.startswith("fastaff: ") or "fastaff: error" in said.err, (line, said.err)
+            assert len(said.err.splitlines()) <= 4, (line, said.err)
+    assert codes[2] > count // 2
+    return ran, codes
+
+
+def test_no_line_of_words_leads_to_a_traceback(idle, tmp_path, monkeypatch, capsys):
+    no_traceback(1, 100, tmp_path, monkeypatch, capsys)
+
+
+@pytest.mark.slow
+def test_no_line_of_many_leads_to_a_traceback(idle, tmp_path, monkeypatch, capsys):
+    """A thousand; FASTAFF_LINES=10000 for more."""
+    no_traceback(2, int(os.environ.get("FASTAFF_LINES", "1000")), tmp_path, monkeypatch, capsys)
