@@ -52,7 +52,7 @@ def rows(text):
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--tolerance", "-1"], "tolerance must be positive"),
         ([*HYPERELASTIC, "--tolerance", "0"], "tolerance must be positive"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--below", "9"], "--below belongs to the whole body"),
-        ([*HYPERELASTIC, "--below", "nan"], "below must be finite"),
+        ([*HYPERELASTIC, "--below", "nan"], "must be finite"),
         ([*HYPERELASTIC, "--scan", "C=1:2:3"], "--scan needs --m and --l"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--scan", "K=1:2:3"], "--scan must be one of C, mu"),
         ([*HYPERELASTIC, "--m", "0", "--l", "0", "--scan", "C=2:1:3"], "NAME=LOW:HIGH:N"),
