@@ -16,6 +16,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), str(HERE / "
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 os.environ["MATPLOTLIBRC"] = str(HERE / "_ext" / "matplotlibrc")
 os.environ["COLUMNS"] = "88"
+os.environ["FASTAFF_SITE_PAGES"] = str(HERE / "_build" / "pages")  # what pages make to be opened beside them
 os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")
 settings = HERE / "_build" / "ipython" / "profile_default" / "ipython_kernel_config.py"
 settings.parent.mkdir(parents=True, exist_ok=True)
@@ -107,7 +108,15 @@ def copy_mathjax(app, exception):
         shutil.copy(package / "tex-chtml.js", there)
 
 
+def copy_pages(app, exception):
+    """Put what pages have made to be opened, such as an explorer, beside the site's own files."""
+    made = Path(os.environ["FASTAFF_SITE_PAGES"])
+    if exception is None and app.builder.format == "html" and made.is_dir():
+        shutil.copytree(made, Path(app.outdir) / "_static", dirs_exist_ok=True)
+
+
 def setup(app):
     """Connect to Sphinx."""
     app.connect("env-before-read-docs", share_notebooks)
     app.connect("build-finished", copy_mathjax)
+    app.connect("build-finished", copy_pages)

@@ -463,7 +463,7 @@ def test_a_job_of_a_formula(sheet, tmp_path):
 
 
 def test_hovering_reads_the_map_and_the_orbit(sheet, background):
-    sheet.state("crossings=200&points=0.3:0.2")
+    sheet.state("crossings=500&points=0.3:0.2")
     sheet.done(1)
     assert sheet.get("document.querySelector('[data-do=background]').hidden") is False
     for row, column in ((2, 3), (3, 5)):

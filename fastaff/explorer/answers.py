@@ -27,6 +27,9 @@ from .parameters import parameter_values, with_parameters
 PERIODS = 20.0
 """Natural periods for each crossing after which an orbit has no more."""
 
+CALM_PERIODS = 200.0
+"""Natural periods before an orbit is called regular, as in engine.js."""
+
 MARGIN = 0.03
 LETTERS = {"alpha": "α", "beta": "β"}
 STATUS = {Status.OK: "done", Status.ESCAPED: "escaped", Status.NONFINITE: "escaped", Status.COLLAPSED: "collapsed"}
@@ -247,9 +250,11 @@ class Answers:
         if found.nu_eta is not None and found.nu_gamma is not None:
             names[2:], values[2:] = ["eta", "gamma"], [found.nu_eta[0], found.nu_gamma[0]]
         lines = {"names": names, "values": _finite(values), "errors": _finite(errors)}
-        verdict = Character(int(chaos.verdict[0])).name.lower()
+        verdict = Character(int(chaos.verdict[0]))
+        early = time * natural_rates(self.body, z0[:, None])[0] < 2 * np.pi * CALM_PERIODS
+        said = (Character.UNDECIDED if early and verdict == Character.REGULAR else verdict).name.lower()
         megno, lyapunov = _finite([chaos.megno[0], chaos.lyapunov[0]])
-        return {"rotation": rotation, "megno": megno, "lyapunov": lyapunov, "verdict": verdict, "frequencies": lines}
+        return {"rotation": rotation, "megno": megno, "lyapunov": lyapunov, "verdict": said, "frequencies": lines}
 
 
 def _finite(values: Any) -> list[float | None]:

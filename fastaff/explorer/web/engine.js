@@ -6,7 +6,7 @@ import { fundamentalFrequencies, rotationNumber } from "./readings.js";
 const TRIAL_SPAN = 16, TRIAL_MOMENTS = 4, MEASURABLE = 3e-12, FIRST_PHASE = 0.25, COARSEST = 1.2, FINEST = 1.5e-3;
 const SHARE = 0.25, SAFETY = 0.5, HALVINGS = 3, HORIZON = 64, CHECKED = 16, SAME = 0.1;
 const LOOK_STEPS = 64, LOOK_PHASE = 0.2, LOOK_RANGE = [0.08, 0.5], LEAP = 32;
-const FARTHEST = 1e6, PATIENCE = 2000, LONGEST = 1e8, LN10 = Math.log(10), CALM_PERIODS = 10, MEGNO_LIMIT = 5;
+const FARTHEST = 1e6, PATIENCE = 2000, LONGEST = 1e8, LN10 = Math.log(10), CALM_PERIODS = 200, MEGNO_LIMIT = 5;
 const SAMPLED = 4096, SAMPLE_PHASE = 0.35, KEPT_FOR_ROTATION = 1 << 15, ROUNDING_OF_ENERGY = 8*2.220446049250313e-16;
 
 /** The steps of a scheme for a system with parameters P: advance moves a state in place. */
@@ -213,7 +213,8 @@ class Tangent {
     if (!kept || t >= 1.02*kept.time) this.history.push({ time: t, megno: this.area/t, decades: this.length/LN10 });
   }
 
-  /** MEGNO's mean, the exponent, and the verdict of both together. */
+  /** MEGNO's mean, the exponent, and the verdict of both together: as the package's, but regular no sooner than after
+   * CALM_PERIODS, since nearly half of the orbits that look regular after 20 turn out to be chaotic. */
   reading() {
     const t = this.last;
     if (!(t > 0)) return { megno: null, lyapunov: null, verdict: "undecided" };

@@ -1,96 +1,100 @@
-// The energy's minimum, and the energy from which orbits can escape over a saddle.
+// The energy's minimum, and the energy from which orbits can escape over a saddle; in units of any size.
 
-const GRID = 33, STEPS = 60;
+const RADII = 81, SMALLEST = 1e-8, LARGEST = 1e8, ANGLES = 24, TRIES = 60, LEAPS = 0.7, ARRIVED = 1e-9, APART = 1e-5;
+const REMOTE = 1e3, DOWNWARD = 4000;
 
 /** Return {minimum, escape} of a surface's system at its angular momenta; null for what is not found. */
 export function landscape(surface) {
-  const f = potentialOf(surface), [low, high] = f.range;
-  const found = criticalPoints(f, low, high);
+  const plane = planeOf(surface), found = criticalPoints(plane);
   const minima = found.filter((point) => point.kind === "minimum").map((point) => point.value);
   const minimum = minima.length ? Math.min(...minima) : null;
   const saddles = found.filter((point) => point.kind === "saddle" && (minimum === null || point.value > minimum));
-  const escape = saddles.filter((point) => leadsAway(f, point)).map((point) => point.value);
+  const escape = saddles.filter((point) => leadsAway(plane, point)).map((point) => point.value);
   return { minimum, escape: escape.length ? Math.min(...escape) : null };
 }
 
-/** The effective potential of two coordinates: those of a plane; ln alpha and ln beta of a body. */
-function potentialOf({ system, P, body, mu, p_eta, p_gamma }) {
-  if (body) {
-    const f = (s, t) => {
-      const A = Math.exp(2*s), B = Math.exp(2*t);
-      if (!(system.inside(A, B, P) > 0)) return Infinity;
-      return system.V(A, B, P) + (p_eta*p_eta/A + p_gamma*p_gamma/B)/(2*mu);
-    };
-    return Object.assign(f, { range: [-9, 6], far: 40, log: true });
-  }
-  const z = new Float64Array(4);
-  const f = (x, y) => {
-    z[0] = x; z[1] = y;
-    return system.margin(z, P) > 0 ? system.potential(z, P) : Infinity;
+/** The effective potential of two coordinates, those of a plane or alpha, beta of a body, and its gradient. */
+function planeOf({ system, P, body, mu, p_eta, p_gamma }) {
+  const n = system.n, other = body ? 2 : 1, z = new Float64Array(2*n), force = new Float64Array(n);
+  const E = body ? p_eta*p_eta/mu : 0, G = body ? p_gamma*p_gamma/mu : 0;
+  const inside = (x, y) => { z[0] = x; z[other] = y; return system.margin(z, P) > 0; };
+  return {
+    value: (x, y) => (inside(x, y) ? system.potential(z, P) + (E && E/(2*x*x)) + (G && G/(2*y*y)) : Infinity),
+    gradient(x, y) {
+      if (!inside(x, y)) return [NaN, NaN];
+      system.force(z, P, force);
+      return [-force[0] - (E && E/x**3), -force[other] - (G && G/y**3)];
+    },
   };
-  return Object.assign(f, { range: [-6, 6], far: 1e3, log: false });
 }
 
-/** Critical points of f, by Newton's method from where the slope is small on grids of three sizes. */
-function criticalPoints(f, low, high) {
+/** Critical points, by Newton's method from distances of all sizes in many directions; as energy_limits of the package. */
+function criticalPoints(plane) {
   const found = [];
-  for (const size of f.log ? [1] : [1, 0.2, 5]) {
-    const at = (k) => size*(low + (high - low)*(k + 0.37)/GRID);
-    for (let i = 0; i < GRID; i++) {
-      for (let j = 0; j < GRID; j++) {
-        const point = newton(f, at(i), at(j), size*(high - low)/GRID);
-        const near = (p) => Math.hypot(p.x - point.x, p.y - point.y) < 1e-5*(1 + Math.hypot(p.x, p.y));
-        if (point && !found.some(near)) found.push(point);
-      }
+  for (let i = 0; i < RADII; i++) {
+    const r = SMALLEST*(LARGEST/SMALLEST)**(i/(RADII - 1));
+    for (let j = 0; j < ANGLES; j++) {
+      const angle = 2*Math.PI*(j + 0.5)/ANGLES, point = newton(plane, r*Math.cos(angle), r*Math.sin(angle));
+      if (point && !found.some((one) => Math.hypot(one.x - point.x, one.y - point.y) <= 1e-5*Math.hypot(one.x, one.y))) found.push(point);
     }
   }
   return found;
 }
 
-function slopes(f, x, y) {
-  const h = 1e-4*(1 + Math.abs(x)), k = 1e-4*(1 + Math.abs(y)), c = f(x, y);
-  const [e, w, n, s] = [f(x + h, y), f(x - h, y), f(x, y + k), f(x, y - k)];
-  return {
-    c, gx: (e - w)/(2*h), gy: (n - s)/(2*k), xx: (e - 2*c + w)/(h*h), yy: (n - 2*c + s)/(k*k),
-    xy: (f(x + h, y + k) - f(x + h, y - k) - f(x - h, y + k) + f(x - h, y - k))/(4*h*k),
-  };
+/** Gradient and second derivatives, these by differences of the gradient. */
+function slopes(plane, x, y) {
+  const r = Math.hypot(x, y), h = APART*(Math.abs(x) + 1e-4*r), k = APART*(Math.abs(y) + 1e-4*r);
+  const [gx, gy] = plane.gradient(x, y), east = plane.gradient(x + h, y), west = plane.gradient(x - h, y);
+  const north = plane.gradient(x, y + k), south = plane.gradient(x, y - k);
+  const xy = (east[1] - west[1])/(4*h) + (north[0] - south[0])/(4*k);
+  return { gx, gy, xx: (east[0] - west[0])/(2*h), yy: (north[1] - south[1])/(2*k), xy };
 }
 
-function newton(f, x0, y0, most) {
-  let x = x0, y = y0;
-  for (let step = 0; step < STEPS; step++) {
-    const d = slopes(f, x, y), det = d.xx*d.yy - d.xy*d.xy;
+function newton(plane, x0, y0) {
+  const r0 = Math.hypot(x0, y0);
+  let x = x0, y = y0, d = null;
+  for (let step = 0; step < TRIES; step++) {
+    const r = Math.hypot(x, y);
+    if (!(r > ARRIVED*r0)) return critical(plane, x, y, r0, d);
+    d = slopes(plane, x, y);
+    const det = d.xx*d.yy - d.xy*d.xy;
     if (!Number.isFinite(det) || det === 0) return null;
     let dx = -(d.yy*d.gx - d.xy*d.gy)/det, dy = -(d.xx*d.gy - d.xy*d.gx)/det;
     const length = Math.hypot(dx, dy);
-    if (length > most) { dx *= most/length; dy *= most/length; }
+    if (length <= ARRIVED*r) return critical(plane, x, y, 0, d);
+    if (length > LEAPS*r) { dx *= LEAPS*r/length; dy *= LEAPS*r/length; }
     x += dx; y += dy;
-    if (Math.hypot(x - x0, y - y0) > 8*most) return null;
-    if (length < 1e-9*(1 + Math.hypot(x, y))) {
-      const value = f(x, y), scale = Math.max(Math.abs(d.xx), Math.abs(d.yy), Math.abs(d.xy));
-      if (!Number.isFinite(value) || !(Math.abs(det) > 1e-8*scale*scale) || !(scale > 1e-6*(Math.abs(value) + 1e-3))) return null;
-      return { x, y, value, kind: det < 0 ? "saddle" : d.xx > 0 ? "minimum" : "maximum", d };
-    }
   }
   return null;
 }
 
+/** The critical point that a search has come to; one from the distance `shrunk` that has come to the origin, if that is one. */
+function critical(plane, x, y, shrunk, d) {
+  const det = d.xx*d.yy - d.xy*d.xy;
+  const at = shrunk ? [0, 0] : [x, y], value = plane.value(...at), scale = Math.max(Math.abs(d.xx), Math.abs(d.yy), Math.abs(d.xy));
+  if (!Number.isFinite(value) || !(Math.abs(det) > 1e-8*scale*scale)) return null;
+  const slope = shrunk ? Math.hypot(...plane.gradient(0, 0)) : 0, rounding = 1e-15*shrunk;
+  if (slope > scale*Math.max(1e-3*Math.hypot(x, y), rounding)) return null;
+  return { x: at[0], y: at[1], value, kind: det < 0 ? "saddle" : d.xx > 0 ? "minimum" : "maximum", d };
+}
+
 /** Whether the way down from one side of a saddle goes to infinity and from the other it does not. */
-function leadsAway(f, { x, y, d }) {
-  const angle = 0.5*Math.atan2(2*d.xy, d.xx - d.yy) + Math.PI/2;
-  const ends = [1, -1].map((sign) => goesAway(f, x + sign*1e-3*Math.cos(angle), y + sign*1e-3*Math.sin(angle)));
+function leadsAway(plane, { x, y, d }) {
+  const angle = 0.5*Math.atan2(2*d.xy, d.xx - d.yy) + Math.PI/2, size = Math.hypot(x, y) || 1;
+  const ends = [1, -1].map((sign) => goesAway(plane, x + sign*1e-3*size*Math.cos(angle), y + sign*1e-3*size*Math.sin(angle), size));
   return ends[0] !== ends[1];
 }
 
-function goesAway(f, x0, y0) {
-  let x = x0, y = y0, step = 1e-3, value = f(x, y);
-  for (let k = 0; k < 4000; k++) {
-    const { gx, gy } = slopes(f, x, y), length = Math.hypot(gx, gy);
-    if (!(length > 1e-9)) return false;
-    const nx = x - step*gx/length, ny = y - step*gy/length, next = f(nx, ny);
+function goesAway(plane, x0, y0, size) {
+  let x = x0, y = y0, step = 1e-3*size, value = plane.value(x, y), least = null;
+  for (let k = 0; k < DOWNWARD; k++) {
+    const [gx, gy] = plane.gradient(x, y), length = Math.hypot(gx, gy);
+    least ??= 1e-9*length;
+    if (!(length > least)) return false;
+    const nx = x - step*gx/length, ny = y - step*gy/length, next = plane.value(nx, ny);
     if (next < value) { x = nx; y = ny; value = next; step *= 1.3; } else step /= 2;
-    if (step < 1e-10) return false;
-    if (Math.hypot(x, y) > f.far || value === -Infinity) return true;
+    if (step < 1e-10*size) return false;
+    if (Math.hypot(x, y) > REMOTE*size || value === -Infinity) return true;
   }
   return false;
 }

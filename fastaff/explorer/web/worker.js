@@ -5,12 +5,12 @@ import { landscape } from "./landscape.js";
 import { regionOf } from "./region.js";
 import { Surface, wrong } from "./sections.js";
 
-const SLICE = 8, BATCH = 64, EVERY = 16, READ_EVERY = 300;
+const SLICE = 8, BATCH = 64, EVERY = 16, READ_EVERY = 300, SPEED_EVERY = 500, SPEED_LEAST = 20;
 
 /** Answer messages of a page for one system; post(message, transfer) answers. */
 export class Explorer {
   constructor(system, post) {
-    Object.assign(this, { system, post, orbits: new Map(), queue: [], surface: null, next: 0, steps: 0, since: now() });
+    Object.assign(this, { system, post, orbits: new Map(), queue: [], surface: null, next: 0, steps: 0, spent: 0 });
     this.waiting = false;
   }
 
@@ -143,24 +143,23 @@ export class Explorer {
     const running = [...this.orbits.values()].filter((orbit) => orbit.status === "running");
     while (running.some((orbit) => orbit.status === "running") && now() < end) {
       for (let k = 0; k < running.length && now() < end; k++) {
-        const orbit = running[this.next++ % running.length], before = orbit.steps;
+        const orbit = running[this.next++ % running.length], before = orbit.steps, begun = now();
         orbit.run(BATCH);
+        this.spent += now() - begun;
         this.steps += orbit.steps - before;
         this.tell(orbit);
       }
     }
     for (const orbit of this.orbits.values()) this.tell(orbit);
-    this.speed();
     const busy = this.queue.length || [...this.orbits.values()].some((orbit) => orbit.status === "running");
+    if (this.spent > (busy ? SPEED_EVERY : SPEED_LEAST)) this.speed();
     if (busy) this.turn();
   }
 
+  /** Tell the steps in a second of following orbits: not of waiting for somebody to click. */
   speed() {
-    const time = now() - this.since;
-    if (time < 1000) return;
-    this.post({ type: "speed", steps_per_second: 1000*this.steps/time });
-    this.steps = 0;
-    this.since = now();
+    this.post({ type: "speed", steps_per_second: 1000*this.steps/this.spent });
+    this.steps = this.spent = 0;
   }
 
   /** Send new points of an orbit, at most every 16 ms, and its reading a few times a second and at its end. */
