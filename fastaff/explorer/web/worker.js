@@ -5,7 +5,7 @@ import { landscape } from "./landscape.js";
 import { regionOf } from "./region.js";
 import { Surface, wrong } from "./sections.js";
 
-const SLICE = 8, BATCH = 64, EVERY = 16, READ_EVERY = 300, SPEED_EVERY = 500, SPEED_LEAST = 20;
+const SLICE = 8, BATCH = 64, TOGETHER = 16, EVERY = 16, READ_EVERY = 300, SPEED_EVERY = 500, SPEED_LEAST = 20;
 
 /** Answer messages of a page for one system; post(message, transfer) answers. */
 export class Explorer {
@@ -133,14 +133,17 @@ export class Explorer {
     later(() => { this.waiting = false; this.slice(); });
   }
 
+  running() { return [...this.orbits.values()].filter((orbit) => orbit.status === "running"); }
+
   /** Follow the running orbits for some milliseconds, each a batch of steps in turn, and tell what there is. */
   slice() {
     const end = now() + SLICE;
-    while (this.queue.length && now() < end) {
+    let running = this.running();
+    while (this.queue.length && running.length < TOGETHER && now() < end) {
       const { id, point, crossings } = this.queue.shift();
       this.receive({ type: "launch", orbit: id, point, crossings });
+      running = this.running();
     }
-    const running = [...this.orbits.values()].filter((orbit) => orbit.status === "running");
     while (running.some((orbit) => orbit.status === "running") && now() < end) {
       for (let k = 0; k < running.length && now() < end; k++) {
         const orbit = running[this.next++ % running.length], before = orbit.steps, begun = now();
@@ -151,7 +154,7 @@ export class Explorer {
       }
     }
     for (const orbit of this.orbits.values()) this.tell(orbit);
-    const busy = this.queue.length || [...this.orbits.values()].some((orbit) => orbit.status === "running");
+    const busy = this.queue.length || this.running().length;
     if (this.spent > (busy ? SPEED_EVERY : SPEED_LEAST)) this.speed();
     if (busy) this.turn();
   }
@@ -164,8 +167,8 @@ export class Explorer {
 
   /** Send new points of an orbit, at most every 16 ms, and its reading a few times a second and at its end. */
   tell(orbit) {
-    const time = now(), ended = orbit.status !== "running";
     if (orbit.finished) return;
+    const time = now(), ended = orbit.status !== "running";
     if (orbit.count > orbit.sent && (ended || !(time - orbit.told < EVERY))) {
       const first = orbit.sent, points = orbit.points.array.slice(2*first, 2*orbit.count);
       const times = orbit.times.array.slice(first, orbit.count);
