@@ -2,6 +2,7 @@
 
 # ruff: noqa: E501 (lines of JavaScript)
 
+import base64
 import json
 import math
 import random
@@ -10,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from job_cases import JOBS
 from page_engine import (
     NODE,
     code_of,
@@ -651,8 +653,6 @@ def test_a_map_lies_under_the_section(tmp_path):
     result = fa.chaos_map(body, grid.z0, time=100.0, indicators=(fa.MEGNO(), fa.Lyapunov()), threads=1)
     path = fa.explore(body, energy=0.1, section=section, background=(result, grid), out=tmp_path / "a.html")
     record = json.loads(path.read_text().split('id="setup">')[1].split("</script>")[0])["background"]
-    import base64
-
     values = np.frombuffer(base64.b64decode(record["values"]), "<f4").reshape(4, 5)
     np.testing.assert_allclose(values.T, np.ma.filled(grid.spread(result.megno), np.nan), rtol=1e-6)
     np.testing.assert_allclose(record["extent"], [-0.4, 0.6, -0.4 - 0.4 / 3, 0.4 + 0.4 / 3])
@@ -661,6 +661,25 @@ def test_a_map_lies_under_the_section(tmp_path):
         background_of((result.take([0, 1]), grid))
     with pytest.raises(TypeError, match="ChaosMap or a FrequencyMap"):
         background_of((grid, grid))
+
+
+def test_a_store_lies_under_the_section(tmp_path):
+    """A job's Zarr store gives the system, the surface, the section and the numbers."""
+    results = fa.run(JOBS["neo-hookean"], tmp_path / "map.zarr")
+    path = fa.explore(background=tmp_path / "map.zarr", out=tmp_path / "a.html")
+    setup = json.loads(path.read_text().split('id="setup">')[1].split("</script>")[0])
+    start, record = setup["start"], setup["background"]
+    assert (start["system"], start["energy"], start["p_eta"], start["section"]) == (
+        "neo-hookean",
+        1.5,
+        0.3,
+        "alpha-turning",
+    )
+    assert (record["width"], record["height"], record["title"]) == (4, 5, "Chaos map")
+    values = np.frombuffer(base64.b64decode(record["values"]), "<f4")
+    chaos = results["chaos_map"]
+    shown = chaos.values[chaos.names.index("megno") if "megno" in chaos.names else 0]
+    np.testing.assert_allclose(np.sort(values[np.isfinite(values)]), np.sort(shown[np.isfinite(shown)]), rtol=1e-6)
 
 
 def test_the_package_answers_the_pages_messages():

@@ -246,7 +246,7 @@ def test_the_address_gives_the_same_page_back(sheet):
     sheet.click((u0 + 2 * u1) / 3, 0.2)
     sheet.done(2)
     sheet.do("zoom-in")
-    time.sleep(0.5)
+    sheet.wait("location.hash.includes('view=')")
     text, first, view = sheet.get("location.hash"), sheet.orbits(), sheet.get("app.section.frame.view")
     assert "constant=0.4" in text
     assert "parameter.K=2.5" in text

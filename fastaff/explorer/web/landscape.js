@@ -1,6 +1,6 @@
 // The energy's minimum, and the energy from which orbits can escape over a saddle; in units of any size.
 
-const RADII = 81, SMALLEST = 1e-8, LARGEST = 1e8, ANGLES = 24, TRIES = 60, LEAPS = 0.7, ARRIVED = 1e-9, APART = 1e-5;
+const RADII = 49, SMALLEST = 1e-8, LARGEST = 1e8, ANGLES = 12, TRIES = 60, LEAPS = 0.7, ARRIVED = 1e-9, APART = 1e-5;
 const REMOTE = 1e3, DOWNWARD = 4000;
 
 /** Return {minimum, escape} of a surface's system at its angular momenta; null for what is not found. */
@@ -19,6 +19,7 @@ function planeOf({ system, P, body, mu, p_eta, p_gamma }) {
   const E = body ? p_eta*p_eta/mu : 0, G = body ? p_gamma*p_gamma/mu : 0;
   const inside = (x, y) => { z[0] = x; z[other] = y; return system.margin(z, P) > 0; };
   return {
+    turn: body ? Math.PI/2 : 2*Math.PI, stride: body ? 2 : 1, // of a body alpha and beta are not negative
     value: (x, y) => (inside(x, y) ? system.potential(z, P) + (E && E/(2*x*x)) + (G && G/(2*y*y)) : Infinity),
     gradient(x, y) {
       if (!inside(x, y)) return [NaN, NaN];
@@ -33,8 +34,8 @@ function criticalPoints(plane) {
   const found = [];
   for (let i = 0; i < RADII; i++) {
     const r = SMALLEST*(LARGEST/SMALLEST)**(i/(RADII - 1));
-    for (let j = 0; j < ANGLES; j++) {
-      const angle = 2*Math.PI*(j + 0.5)/ANGLES, point = newton(plane, r*Math.cos(angle), r*Math.sin(angle));
+    for (let j = 0; j < ANGLES; j += plane.stride) {
+      const angle = plane.turn*(j + 0.5)/ANGLES, point = newton(plane, r*Math.cos(angle), r*Math.sin(angle));
       if (point && !found.some((one) => Math.hypot(one.x - point.x, one.y - point.y) <= 1e-5*Math.hypot(one.x, one.y))) found.push(point);
     }
   }

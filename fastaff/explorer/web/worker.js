@@ -46,7 +46,7 @@ export class Explorer {
     this.queue = [];
     this.surface = null;
     const surface = new Surface(this.system, this.P, this.coordinates, message), { width = 200, height = 160 } = message;
-    const extent = surface.extent(), { minimum, escape } = landscape(surface);
+    const extent = surface.extent(), { minimum, escape } = this.landscapeOf(surface);
     if (!extent) {
       const lowest = minimum === null ? "" : `: the minimum there is ${Number(minimum.toPrecision(8))}`;
       throw wrong("energy", `energy ${surface.energy} reaches no point of the section${lowest}`);
@@ -57,6 +57,13 @@ export class Explorer {
       type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, minimum, escape,
       section: surface.section, constant: surface.constant, energy: surface.energy,
     }, [allowed.buffer]);
+  }
+
+  /** The landscape, which is the same for all energies and sections. */
+  landscapeOf(surface) {
+    const key = [...this.P, surface.p_eta, surface.p_gamma].join();
+    if (this.seen?.key !== key) this.seen = { key, ...landscape(surface) };
+    return this.seen;
   }
 
   on_region({ width = 120, height = 120 }) {
