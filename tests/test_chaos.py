@@ -504,6 +504,23 @@ def test_orbits_that_fail_have_a_status_and_no_verdict():
     assert rough.status[0] in (Status.ENERGY_DRIFT, Status.ESCAPED)
 
 
+def test_orbits_that_meet_steep_forces_late_get_shorter_steps():
+    """A core that a trial of 16 radians misses: the energy of these stars is kept, beside DOP853's verdicts."""
+    galaxy = fastaff.hamiltonian("log(Rc**2 + x**2 + (y/q)**2)/2", Rc=0.2, q=0.9)
+    y = np.array([0.36837432, -0.33429969, 0.3880399, 0.51029282])
+    p_x = np.array([0.32057775, 0.25158198, 0.45574634, 0.12034896])
+    p_y = np.sqrt(2 * (-0.5 - galaxy.potential_energy(0.0, y)) - p_x**2)
+    z0 = np.array([0 * y, y, p_x, p_y])
+    found = chaos_map(galaxy, z0, time=500.0, indicators=(SALI(),))
+    assert (found.status == Status.OK).all(), found.summary()
+    assert (found.energy_error < 1e-6).all()
+    given = chaos_map(galaxy, z0, time=500.0, indicators=(SALI(),), step=0.13)
+    assert (given.status == Status.ENERGY_DRIFT).any()  # a step of one's own is kept
+    alone = chaos_map(galaxy, z0[:, 3], time=500.0, indicators=(SALI(),))
+    assert alone.values.tobytes() == found.values[:, 3:].tobytes()
+    assert alone.step < found.step[:3].max()
+
+
 def test_given_vectors_count_from_their_start():
     """Lengths and angles of the deviations change no growth: against the QR factors of the tangent map at both ends."""
     deviations = np.random.default_rng(3).standard_normal((4, 4)) * np.array([1e-200, 1.0, 30.0, 1e200])[:, None]

@@ -170,10 +170,13 @@ def _crossings(result: Any) -> str:
 
 def compiled(what: str, first: Any, announce: bool = True) -> None:
     """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the
-    compiler.
+    compiler. Says so where it does compile.
     """
+    from ..compile.cache import CodeCache
+
     failure: list[BaseException] = []
     finished = threading.Event()
+    before, cold = CodeCache.misses, is_cold()
 
     def work() -> None:
         try:
@@ -185,12 +188,13 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
 
     with on_stop(_leave_the_compiler):
         threading.Thread(target=work, daemon=True).start()
-        if announce and not finished.wait(0.5) and (is_cold() or not finished.wait(1.5)):
-            seconds = COMPILE_SECONDS.get(what, 60)
-            how_long = f"about {seconds} s" if is_cold() else "a few seconds, for a new model or section"
-            say(f"compiling once ({how_long})")
+        finished.wait(0.5 if cold else 2.0)  # a small kernel is not worth a word
         while not finished.wait(0.1):
-            pass
+            if announce and CodeCache.misses > before:
+                seconds = COMPILE_SECONDS.get(what, 60)
+                new = f"a few seconds for a new model or section, up to {seconds} s for a new analysis"
+                say(f"compiling once ({f'about {seconds} s' if cold else new})")
+                announce = False
     if failure:
         raise failure[0]
 

@@ -82,6 +82,9 @@ class CodeCache(NullCache):
     whatever its files have become, and stamps them by the content of one source file.
     """
 
+    misses = 0
+    """How often this process found no code and had to compile."""
+
     def __init__(self, function: Callable, folder: Path):
         self._function, self._folder = function, folder
 
@@ -95,10 +98,11 @@ class CodeCache(NullCache):
         target_context.refresh()
         key = self._key(sig, target_context.codegen())
         content = read(self._path(key))
-        if content is None:
-            return None
-        kept, code = pickle.loads(content)
-        return CompileResult._rebuild(target_context, *code) if kept == key else None
+        kept, code = (None, None) if content is None else pickle.loads(content)
+        if kept == key:
+            return CompileResult._rebuild(target_context, *code)
+        CodeCache.misses += 1
+        return None
 
     def save_overload(self, sig, data):
         """Keep the code for a signature, unless it holds addresses of this process."""

@@ -6,7 +6,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import flag, portion, positive, real, whole
 from ...base.recipe import recorded
-from ...base.results import Result
+from ...base.results import Result, put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
@@ -155,7 +155,8 @@ def chaos_map(
     FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOne (with fixed steps) are
     taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An indicator of an orbit
     is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors there are). A fixed step
-    is used as given, or the nearest shorter one that divides the time. A verdict needs evidence (each indicator says
+    is used as given, or the nearest shorter one that divides the time; one that is chosen is halved, twice at most,
+    where the energy drifts all the same. A verdict needs evidence (each indicator says
     which): where it is missing the orbit is UNDECIDED, and `longer` says what may decide.
     Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOne and averages up to one more each,
     FrequencyDiffusion some 15 (bench/test_chaos.py).
@@ -170,17 +171,54 @@ def chaos_map(
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     flow, z, _ = (stable_plan if tangent else plan)(body, z0, options)
     _check_scheme(chosen, flow)
-    work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+
+    def mapped(flow: Flow, z: np.ndarray, deviations: Any, report: Report | None) -> ChaosMap:
+        work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+        with keeping("chaos_map", lambda: _result(work, options.energy_tolerance, True)):
+            passes = _passes(work)
+            for number, run in enumerate(passes):
+                run(portion(report, number, len(passes)))
+        return _result(work, options.energy_tolerance, False)
+
+    found = mapped(flow, z, deviations, report)
+    for halving in range(1, 1 + (HALVINGS if step is None and not flow.adaptive else 0)):
+        drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
+        if drifted.size:
+            shorter = flow.of(drifted)
+            shorter = replace(shorter, step=shorter.step / 2**halving)
+            with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
+                put(found, drifted, mapped(shorter, z[:, drifted], _of_orbits(deviations, drifted), None))
+    return found
+
+
+HALVINGS = 2
+"""How often a step that a trial chose is halved where the orbit's energy drifts all the same: it came later to where
+forces are steeper.
+"""
+
+
+def _passes(work: ChaosRun) -> list[Callable[[Report | None], None]]:
+    """Return the stream, and what makes passes of its own."""
     passes: list[Callable[[Report | None], None]] = [work.stream] if work.streams else []
     passes += [work.correlate] if work.sampled else []
-    for j, entry in enumerate(chosen):
+    for j, entry in enumerate(work.chosen):
         for kind, own in _OWN_PASS.items():
             if isinstance(entry, kind) and (j, entry) not in work.sampled:
                 passes.append(functools.partial(work.adopt, entry, own))
-    with keeping("chaos_map", lambda: _result(work, options.energy_tolerance, True)):
-        for number, run in enumerate(passes):
-            run(portion(report, number, len(passes)))
-    return _result(work, options.energy_tolerance, False)
+    return passes
+
+
+def _unfinished(found: ChaosMap, orbits: np.ndarray) -> ChaosMap:
+    """Return the map with these orbits as still to be done."""
+    status = found.status.copy()
+    status[orbits] = Status.INTERRUPTED
+    return replace(found, status=status)
+
+
+def _of_orbits(deviations: Any, orbits: np.ndarray) -> Any:
+    """Return the tangent vectors at the start of some orbits, where each has its own."""
+    given = None if deviations is None else np.asarray(deviations, float)
+    return given[..., orbits] if given is not None and given.ndim == 3 and given.shape[2] > 1 else given
 
 
 _OWN_PASS: dict[type, Callable] = {
