@@ -186,6 +186,7 @@ def test_a_map_from_a_grid_stays_on_its_section(section, axes):
         ({"section": Linear((0.0,) * 7 + (1.0,))}, TypeError, "Linear with one non-zero entry"),
         ({"section": "alpha"}, ValueError, "section must be one of alpha-turning"),
         ({"axes": (BETAS[0],)}, TypeError, "axes must be two arrays"),
+        ({"axes": (100, 90)}, ValueError, r"axes are coordinates: np.linspace\(low, high, 100\)"),
         ({"axes": 3.0}, TypeError, "axes must be two arrays"),
         ({"axes": ([], BETAS[1])}, ValueError, "axes must be two non-empty"),
         ({"axes": ([np.nan], BETAS[1])}, ValueError, "finite"),

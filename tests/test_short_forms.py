@@ -255,6 +255,7 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.integrate(fa.Body(HH), battery.Z8, time=1.0), "HenonHeiles is a model itself, without Body"),
         (lambda: fa.integrate("neo-hookean", battery.Z8, time=1.0), "write a model as a value"),
         (lambda: fa.integrate(BODY, battery.Z8.T, time=1.0), "transpose it, z0.T"),
+        (lambda: fa.integrate(BODY, np.ones((8, 2, 3)), time=1.0), "flatten it, z0.reshape(8, -1)"),
         (lambda: fa.constants_of_motion(BODY, battery.result("grid")), "give its .z0"),
         (lambda: fa.integrate(HH, battery.Z4, t=1.0), "Did you mean time? It takes body, z0, time,"),
         (lambda: fa.integrate(HH, battery.Z4, time=1.0, dt=0.1), "Did you mean step?"),

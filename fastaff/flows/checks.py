@@ -225,6 +225,7 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
             f"{', '.join(coordinate_names(model))} and their momenta; got shape {z.shape}"
             f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
+            f"{f' (a grid: flatten it, z0.reshape({rows}, -1))' if z.ndim > 2 and z.shape[0] == rows else ''}"
         )
     z = z.reshape(rows, -1)
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))

@@ -99,7 +99,7 @@ def energy_grid(
             too_low(body, energy, p_eta, p_gamma)
             or f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], "
             f"{names[1]} in [{second.min():.6g}, {second.max():.6g}] on {section_in_words(section, body)}: it is below "
-            "the minimum there, or the section is elsewhere"
+            f"the minimum there, or the section is elsewhere{_no_counts(first, second)}"
         )
     return EnergyGrid(
         np.ascontiguousarray(z[:, found]),
@@ -168,6 +168,12 @@ def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
                 f"axes must be two non-empty, finite, one-dimensional arrays, got shape {axis.shape} in {shown(axes)}"
             )
     return first, second
+
+
+def _no_counts(first: np.ndarray, second: np.ndarray) -> str:
+    """Return what to write instead where axes look like numbers of cells."""
+    both = [axis[0] for axis in (first, second) if axis.size == 1 and axis[0] > 1 and axis[0] == int(axis[0])]
+    return f" (axes are coordinates: np.linspace(low, high, {both[0]:.0f}), ...)" if len(both) == 2 else ""
 
 
 @singledispatch
