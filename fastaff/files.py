@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import enum
 import functools
 import json
 import math
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -23,6 +20,7 @@ from .analysis.chaos import indicators
 from .analysis.frequencies import methods
 from .analysis.tori import families, separation
 from .base.display import screen
+from .base.placing import placed
 from .base.provenance import provenance
 from .base.recipe import OWN, Call, NoData, encoded, keep
 from .base.results import Result, saved
@@ -58,6 +56,21 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     then moved. Needs no pickle to read.
     Source: the .npy format, NEP 1.
     """
+    path = Path(path)
+    stem = path.with_suffix("") if path.suffix == ".npz" else path
+    return save_among(stem, ".npz", result, force=force, parameters=parameters)
+
+
+def save_among(
+    stem: Path,
+    ending: str,
+    result: Any,
+    *,
+    parameters: Mapping[str, Any],
+    beside: Iterable[str] = (),
+    force: bool = False,
+) -> Path:
+    """Write a result as `save` does to stem + ending, under a number that is free of the endings `beside` too."""
     dataclass = dataclasses.is_dataclass(result) and not isinstance(result, type)
     if not dataclass and type(result) is not _results().get(type(result).__name__):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
@@ -82,7 +95,13 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     if "status" in arrays:
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
     text = np.array(json.dumps(metadata, allow_nan=False))
-    return _write(Path(path), {**arrays, METADATA: text}, force)
+    stem.parent.mkdir(parents=True, exist_ok=True)
+
+    def write(path: Path) -> None:
+        with open(path, "wb") as file:
+            np.savez(file, **{**arrays, METADATA: text})
+
+    return placed(stem, ending, write, beside=beside, force=force)
 
 
 @saved.register
@@ -173,16 +192,6 @@ def _public(name: str) -> Any:
         if name in home.__all__:
             return getattr(home, name)
     raise ValueError(f"function {name!r} is none of fastaff {fastaff.__version__}: an older or newer version has it")
-
-
-def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
-    """Return `stem`, or `stem-2`, `stem-3`, ... so that none of stem + suffix exists."""
-    suffixes = tuple(suffixes)
-    candidate, number = stem, 1
-    while any(candidate.with_name(candidate.name + suffix).exists() for suffix in suffixes):
-        number += 1
-        candidate = stem.with_name(f"{stem.name}-{number}")
-    return candidate
 
 
 def plain(value: Any) -> Any:
@@ -416,43 +425,3 @@ def _facts(result: Any) -> dict[str, Any]:
             continue
         facts[name] = _facts(value) if isinstance(value, Result) else plain(value)
     return facts
-
-
-def _write(path: Path, arrays: dict[str, Any], force: bool) -> Path:
-    """Write to a temporary file beside `path`, then move it there; without `force`, to a name that is free."""
-    stem = path.with_suffix("") if path.suffix == ".npz" else path
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(prefix=f".{stem.name}-", suffix=".npz", dir=stem.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, **arrays)
-        os.chmod(temporary, 0o666 & ~umask())
-        if force:
-            target = stem.with_name(stem.name + ".npz")
-            os.replace(temporary, target)
-            return target
-        return _move_without_overwriting(temporary, stem)
-    finally:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(temporary)
-
-
-def _move_without_overwriting(temporary: str, stem: Path) -> Path:
-    """Move to the first free name; a link fails where another process took the name first."""
-    while True:
-        free = free_stem(stem, [".npz"])
-        target = free.with_name(free.name + ".npz")
-        try:
-            os.link(temporary, target)
-        except FileExistsError:
-            continue
-        except OSError:  # a file system without links
-            os.replace(temporary, target)
-        return target
-
-
-def umask() -> int:
-    """Return the permissions that new files of this process do not get."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

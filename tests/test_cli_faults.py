@@ -37,21 +37,21 @@ def test_results_that_cannot_be_written_in_the_end_go_elsewhere(tmp_path, monkey
     (tmp_path / "asked").mkdir()
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    own = files.save
+    own = files.save_among
 
     def full(path, *given, **named):
         if path.parent.name == "asked":
             failing(errno.ENOSPC)()
         return own(path, *given, **named)
 
-    monkeypatch.setattr(files, "save", full)
+    monkeypatch.setattr(files, "save_among", full)
     assert main(["poincare", *SMALL, "--out", str(tmp_path / "asked" / "x")]) == 0
     said = capsys.readouterr()
     kept = tmp_path / "here" / "x.npz"
     assert f"x.npz cannot be written: No space left on device; the results are in {kept}" in said.err
     assert str(kept) in said.out
     assert len(files.load(kept)) > 0
-    monkeypatch.setattr(files, "save", failing(errno.ENOSPC))
+    monkeypatch.setattr(files, "save_among", failing(errno.ENOSPC))
     assert main(["poincare", *SMALL, "--out", str(tmp_path / "asked" / "x")]) == 2
     assert "No space left on device" in capsys.readouterr().err
 

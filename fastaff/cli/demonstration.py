@@ -16,6 +16,7 @@ from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
 from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
 from ..analysis.sections.poincare_map import SectionMap, poincare_map
 from ..base.machine import cores
+from ..base.placing import placed
 from ..base.provenance import provenance
 from ..base.status import describe
 from ..models import Body, Hyperelastic, NeoHookean
@@ -101,9 +102,7 @@ def run(
     seconds = clock.perf_counter() - start
     stem = folder / "fastaff-demo"
     names = [f"-{p.name.lower()}-{part}.npz" for p in portraits for part in ("section", "map")]
-    if not force:
-        stem = files.free_stem(stem, [".png", *names])
-    written = []
+    written: list[Path] = []
     for p in portraits:
         common = {
             "model": p.body,
@@ -130,9 +129,11 @@ def run(
                 },
             ),
         ):
-            path = stem.with_name(f"{stem.name}-{p.name.lower()}-{part}.npz")
-            written.append(files.save(path, result, force=force, **common, **extra))
-    image = stem.with_name(stem.name + ".png")
+            ending = f"-{p.name.lower()}-{part}.npz"
+            beside = [] if written else [".png", *names]  # all have the number of the first
+            path = files.save_among(stem, ending, result, parameters={**common, **extra}, beside=beside, force=force)
+            written.append(path)
+            stem = path.with_name(path.name.removesuffix(ending))
     figure = draw(*portraits)
     facts = {
         **provenance(),
@@ -141,7 +142,8 @@ def run(
         "p_eta": P_ETA,
         "p_gamma": P_GAMMA,
     }
-    figure.savefig(image, metadata={"Title": "fastaff demo", "Description": json.dumps(facts)})
+    said = {"Title": "fastaff demo", "Description": json.dumps(facts)}
+    image = placed(stem, ".png", lambda path: figure.savefig(path, metadata=said), force=force)
     for p in portraits:
         for line in numbers(p):
             say(line)

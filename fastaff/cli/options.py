@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.names import named
+from ..base.placing import placed
 from ..formulas.number import number
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ..jobs.job import Job, as_flags
@@ -61,6 +62,8 @@ or fish to complete commands and options; `fastaff doctor` checks the installati
 """
 FORMATS = (".png", ".pdf", ".svg")
 """Endings of figures."""
+REFUSED = (".jpg", ".jpeg", ".gif", ".eps", ".ps", ".tif", ".tiff", ".webp", ".bmp", ".mp4", ".html")
+"""Endings that figures of the commands don't have: no part of a name."""
 WHAT, WHERE, STARTS, HOW, WRITTEN = (
     Group(name, sort_key=k)
     for k, name in enumerate(("Body", "Energy surface and section", "Starting points", "Computation", "Output"))
@@ -83,8 +86,8 @@ class Output:
     """What is written."""
 
     out: Path | None = None
-    """Path without ending, or with that of the figure: .png, .pdf or .svg; .npz and the figure's are added, and a
-    number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]
+    """Path without ending, or with that of the figure: .png, .pdf or .svg; or a folder. .npz and the figure's are
+    added, and a number where they exist. [fastaff-poincare, fastaff-frequency-map, ...]
     """
     force: bool = False
     """Replace existing files instead of numbering the new ones."""
@@ -98,10 +101,11 @@ class Output:
         return ending if ending in FORMATS else ".png"
 
     def stem(self, default: str) -> Path:
-        """Return the path without ending under which nothing exists yet."""
-        from ..files import free_stem
-
+        """Return the path without ending and number; in a folder that exists, the default there."""
         stem = self.out or Path(default)
+        if stem.suffix.lower() in REFUSED:
+            raise Wrong(f"--out {stem}: figures are {', '.join(FORMATS)}")
+        stem = stem / default if stem.is_dir() else stem
         stem = stem.with_suffix("") if stem.suffix.lower() in (".npz", *FORMATS) else stem
         if not stem.parent.is_dir():
             raise Wrong(f"--out {stem}: the folder {stem.parent} does not exist")
@@ -109,11 +113,7 @@ class Output:
             tempfile.TemporaryFile(dir=stem.parent).close()
         except OSError as problem:
             raise Wrong(f"--out {stem}: the folder {stem.parent} cannot be written: {problem.strerror}") from None
-        return stem if self.force else free_stem(stem, (".npz", self.ending))
-
-    def figure(self, stem: Path) -> Path:
-        """Return the path of the figure beside the data."""
-        return stem.with_name(stem.name + self.ending)
+        return stem
 
     def check(self) -> None:
         """Refuse a figure where matplotlib is missing."""
@@ -121,20 +121,23 @@ class Output:
             raise ModuleNotFoundError("matplotlib", name="matplotlib")
 
     def save(self, stem: Path, result: Any, facts: dict[str, Any]) -> Path:
-        """Write the data with all that is known of them; where that fails by now, elsewhere, and say so."""
-        from ..files import save
+        """Write the data with all that is known of them, under a number that is free for the figure too; where that
+        fails by now, elsewhere, and say so.
+        """
+        from ..files import save_among
 
         own = {entry.name for entry in fields(result)}
         facts = {name: value for name, value in facts.items() if name not in own or name in ("section", "time")}
-        path = stem.with_name(stem.name + ".npz")
+        beside = () if self.no_figure else (self.ending,)
         try:
-            return save(path, result, force=self.force, **facts)
+            return save_among(stem, ".npz", result, parameters=facts, beside=beside, force=self.force)
         except OSError as problem:
             for folder in (Path.cwd(), Path.home(), Path(tempfile.gettempdir())):
                 with contextlib.suppress(OSError):
-                    rescued = save(folder / path.name, result, **facts)
-                    say(f"{path} cannot be written: {problem.strerror or problem}; the results are in {rescued}")
-                    return rescued
+                    elsewhere = folder / stem.name
+                    path = save_among(elsewhere, ".npz", result, parameters=facts, beside=beside, force=False)
+                    say(f"{stem}.npz cannot be written: {problem.strerror or problem}; the results are in {path}")
+                    return path
             raise
 
 
@@ -179,12 +182,15 @@ class Written(Output):
         """Write the job where that is asked for, and tell."""
         if self.write_job is None:
             return False
-        try:
-            with open(self.write_job, "w" if self.force else "x", encoding="utf-8") as file:
-                file.write(job.text())
-        except FileExistsError:
-            raise Wrong(f"--write-job {self.write_job} exists; --force replaces it") from None
-        print(self.write_job)
+        path, text = self.write_job, job.text()
+        if path.exists() and not self.force:
+            raise Wrong(f"--write-job {path} exists; --force replaces it")
+        if path.exists() and not path.is_file():  # such as /dev/stdout
+            path.write_text(text, encoding="utf-8")
+        else:
+            stem = path.with_suffix("")
+            path = placed(stem, path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=self.force)
+        print(path)
         return True
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from ..analysis.sections.energy_grid import NotReached
 from ..analysis.sections.energy_sample import edge
 from ..base.numbers import numbers, positive, real
+from ..base.placing import placed
 from ..base.provenance import provenance
-from ..files import free_stem
 from ..flows.checks import checked_model
 from ..jobs.system import Surface
 from ..models.contracts import isotropic, quadratic
@@ -59,9 +59,11 @@ def explore(
     """
     given = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma, "accuracy": accuracy}
     setup, _ = setup_of(body, **given, scheme=scheme, background=background, points=points)
-    path = _free(out)
-    path.write_text(page(setup), encoding="utf-8")
-    return path
+    path = _path(out)
+    text = page(setup)
+    return placed(
+        path.with_suffix(""), path.suffix, lambda name: name.write_text(text, encoding="utf-8"), force=out is not None
+    )
 
 
 def setup_of(
@@ -198,13 +200,12 @@ def _formula(body: Any) -> str:
     return f"V = {text}" if isinstance(text, str) else type(inner).__name__
 
 
-def _free(out: Any) -> Path:
-    """Return the path that is written."""
+def _path(out: Any) -> Path:
+    """Return the path that is asked for."""
     if out is not None and not isinstance(out, (str, os.PathLike)):
         raise TypeError(f"out must be the path of a file, got {out!r} ({type(out).__name__})")
     if out is None:
-        stem = free_stem(Path("fastaff-explorer"), (".html",))
-        return stem.with_name(stem.name + ".html")
+        return Path("fastaff-explorer.html")
     path = Path(out)
     path = path if path.suffix.lower() in (".html", ".htm") else path.with_name(path.name + ".html")
     if not path.parent.is_dir():

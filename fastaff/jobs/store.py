@@ -23,9 +23,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.placing import umask
 from ..base.results import Column, columns
 from ..base.status import Status
-from ..files import opened, umask, unpacked
+from ..files import opened, unpacked
 from .guard import ITEMS, Hierarchy, checked_store
 from .wording import Wrong
 

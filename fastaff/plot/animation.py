@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -13,9 +12,9 @@ import numpy as np
 
 from ..analysis.orbits.integrate import integrate
 from ..base.numbers import positive, whole
+from ..base.placing import placed
 from ..base.status import Status
 from ..charts import CARTESIAN
-from ..files import free_stem, umask
 from ..models.contracts import Model
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
@@ -276,14 +275,5 @@ def save_animation(
     dpi = positive("dpi", dpi)
     if ending == ".mp4" and not FFMpegWriter.isAvailable():
         raise ValueError("path must end with .gif: .mp4 needs the program ffmpeg, which is not installed")
-    stem = path.with_suffix("")
-    target = path if force else (free := free_stem(stem, (path.suffix,))).with_name(free.name + path.suffix)
-    handle, name = tempfile.mkstemp(suffix=ending, prefix=f".{stem.name}-", dir=path.parent)
-    os.close(handle)
-    try:
-        (_write_gif if ending == ".gif" else _write_mp4)(animation, name, dpi, report)
-        os.chmod(name, 0o666 & ~umask())
-        os.replace(name, target)
-    finally:
-        Path(name).unlink(missing_ok=True)
-    return target
+    write = _write_gif if ending == ".gif" else _write_mp4
+    return placed(path.with_suffix(""), path.suffix, lambda name: write(animation, str(name), dpi, report), force=force)

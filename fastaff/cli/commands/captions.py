@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.placing import placed
 from ...base.status import Status, summary
 from ...jobs.job import Job, Plan
 from ...plot.mathematics import number, terms, visible, wrapped
@@ -158,12 +159,11 @@ PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Where the formats of figures keep the parameters."""
 
 
-def write(figure: Any, path: Path, facts: dict[str, Any]) -> None:
-    """Write a figure with the parameters inside it; name the file."""
+def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bool) -> None:
+    """Write a figure with the parameters inside it, whole or not at all; name the file."""
     from ...base.provenance import provenance
     from ...files import plain
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
-    text = json.dumps({**provenance(), **kept})
-    figure.savefig(path, metadata={"Title": "fastaff", PLACES[path.suffix.lower()]: text})
-    print(path)
+    said = {"Title": "fastaff", PLACES[ending.lower()]: json.dumps({**provenance(), **kept})}
+    print(placed(stem, ending, lambda path: figure.savefig(path, metadata=said), force=force))

@@ -123,5 +123,5 @@ class Work:
                 if drawn is None:
                     say("no figure: these points are not those of a section; see fastaff.plot")
                 else:
-                    write(drawn, self.output.figure(self.stem), self.facts)
+                    write(drawn, path.with_suffix(""), self.output.ending, self.facts, self.output.force)
         return 0

@@ -45,7 +45,8 @@ def plot(
     look.check()
     if not (data.is_file() or is_store(data)):
         raise Wrong(f"{data} is no store of fastaff and no file")
-    target = data.with_suffix(".png") if out is None else out
+    usual = data.with_suffix(".png")
+    target = usual if out is None else out / usual.name if out.is_dir() else out
     if target.suffix.lower() not in FORMATS:
         raise Wrong(f"--out must end with {', '.join(FORMATS)}, got {target}")
     if not target.parent.is_dir():
@@ -57,8 +58,7 @@ def plot(
     for name, figure in figures.items():
         stem = target.with_suffix("")
         stem = stem if len(figures) == 1 else stem.with_name(f"{stem.name}-{name.replace('_', '-')}")
-        stem = stem if force else files.free_stem(stem, (target.suffix,))
-        write(figure, stem.with_name(stem.name + target.suffix), facts)
+        write(figure, stem, target.suffix, facts, force)
     return 0
 
 

@@ -96,9 +96,10 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
     )
     seconds = clock.perf_counter() - start
     say(f"{result.summary()}; in {seconds:.1f} s, {result.orbits.sum() / seconds:,.0f} orbits/s")
-    with drawing(save(result, interrupted=False)):
+    path = save(result, interrupted=False)
+    with drawing(path):
         if not output.no_figure:
-            write(scan_figure(result, texts, job), output.figure(stem), facts)
+            write(scan_figure(result, texts, job), path.with_suffix(""), output.ending, facts, output.force)
     return 0
 
 

@@ -135,7 +135,7 @@ def energy_levels(
     say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
     with drawing(path):
         if not output.no_figure:
-            write(spectrum_figure(result, facts, found), output.figure(stem), facts)
+            write(spectrum_figure(result, facts, found), path.with_suffix(""), output.ending, facts, output.force)
     return 0
 
 
