@@ -54,5 +54,6 @@ for number, z in enumerate(orbits.z[:, orbits.period == 1].T):
         for found in branch.bifurcations:
             print(f"orbit {number}: {found.event.name} at E = {found.value:.9f}, period {found.time:.6f}")
 plot_backbone(branches, ax=right, names=names)
+figure.get_layout_engine().set(wspace=0.06)
 figure.savefig(FILE, dpi=130)
 print(f"wrote {FILE}")

@@ -125,3 +125,53 @@ def test_animate(tmp_path, capsys, monkeypatch):
         assert cli.main([*run, *wrong]) == 2
         assert message in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
+
+
+def test_data_and_figure_have_one_number_whoever_else_writes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    work = [*SECTION, "--no-diffusion", "--out", "s"]
+    draw = figures.section_figure
+
+    def late(*given):  # while this run draws, another one ends
+        if not (tmp_path / "s-2.npz").exists():
+            assert cli.main(work) == 0
+        return draw(*given)
+
+    monkeypatch.setitem(figures.DRAWN, "poincare", late)
+    monkeypatch.setattr("fastaff.cli.commands.poincare.section_figure", late, raising=False)
+    assert cli.main(work) == 0
+    assert cli.main([*work, "--no-figure"]) == 0
+    assert cli.main(work) == 0
+    found = sorted(path.name for path in tmp_path.iterdir())
+    assert found == ["s-2.npz", "s-2.png", "s-3.npz", "s-4.npz", "s-4.png", "s.npz", "s.png"]
+
+
+def test_a_full_disk_leaves_the_old_figure(tmp_path, capsys, monkeypatch):
+    from matplotlib.figure import Figure
+
+    def full(_, path, **given):
+        path.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*SECTION, "--no-diffusion", "--out", "s"]) == 0
+    old = (tmp_path / "s.png").read_bytes()
+    monkeypatch.setattr(Figure, "savefig", full)
+    for command in ([*SECTION, "--no-diffusion", "--out", "s", "--force"], ["plot", "s.npz", "--force"]):
+        assert cli.main(command) == 2
+        assert "No space left" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.npz", "s.png"]
+    assert (tmp_path / "s.png").read_bytes() == old
+
+
+def test_out_may_be_a_folder_and_is_no_other_kind_of_picture(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    assert cli.main([*SECTION, "--no-diffusion", "--out", "there"]) == 0
+    found = sorted(path.name for path in (tmp_path / "there").iterdir())
+    assert found == ["fastaff-poincare.npz", "fastaff-poincare.png"]
+    assert cli.main(["plot", "there/fastaff-poincare.npz", "--out", "there"]) == 0
+    assert (tmp_path / "there" / "fastaff-poincare-2.png").stat().st_size > 0
+    capsys.readouterr()
+    assert cli.main([*SECTION, "--out", "a.jpg"]) == 2
+    assert "--out a.jpg: figures are .png, .pdf, .svg" in capsys.readouterr().err

@@ -45,10 +45,10 @@ class Animation(NamedTuple):
     def __repr__(self) -> str:
         return f"<Animation of {self.frames} frames, {self.frames / self.rate:.3g} s>"
 
-    def _repr_html_(self) -> str:
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
         with tempfile.TemporaryDirectory() as folder:
             image = save_animation(self, Path(folder) / "animation.gif", dpi=80).read_bytes()
-        return f'<img src="data:image/gif;base64,{base64.b64encode(image).decode()}"/>'
+        return {"image/gif": base64.b64encode(image).decode(), "text/plain": repr(self)}
 
 
 def animate(

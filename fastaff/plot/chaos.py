@@ -21,8 +21,8 @@ from ..base.status import Status
 from .parameters import parameter_label
 from .picking import carry
 from .scales import Colouring, calm, falls, label_of, limit_colours, limit_scale, limited
-from .sections import above_frame, colour_bar, grey_cells, places, why, widths
-from .style import DARK, GREY, PALE_END, Artists, figure, outline, symbol
+from .sections import above_frame, cell_edges, colour_bar, grey_cells, places, why, widths
+from .style import DARK, GREY, PALE_END, Artists, chosen_orbits, figure, outline, symbol
 
 VERDICTS = ("regular", "undecided", "chaotic")
 
@@ -86,7 +86,7 @@ def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[s
     if isinstance(starts, EnergyGrid):
         grey_cells(ax, starts, ~fine)
         image = np.ma.masked_invalid(starts.spread(each))
-        cells = ax.pcolormesh(*starts.axes, image.T, rasterized=True, shading="nearest", **how)
+        cells = ax.pcolormesh(*map(cell_edges, starts.axes), image.T, rasterized=True, **how)
         return carry(cells, at[0], at[1], number, cell=widths(starts))
     area = size if size is not None else float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
     if not fine.all():
@@ -141,7 +141,7 @@ def plot_chaotic_fraction(
     lines: list[Any] = [ax.fill_between(x, *scan.bounds, color=colour, alpha=0.18, linewidth=0)]
     empty = scan.done & (scan.orbits == 0)
     if empty.any():
-        ends = _cell_edges(x)
+        ends = cell_edges(x)
         lines += [ax.axvspan(ends[i], ends[i + 1], color="0.9", linewidth=0, zorder=0) for i in np.flatnonzero(empty)]
     points = ax.errorbar(
         x[known],
@@ -165,20 +165,13 @@ def _fraction_map(scan: ChaoticFraction, fraction: np.ndarray, ax: Any, colorbar
 
     colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, PALE_END, 256)))
     image = np.ma.masked_invalid(fraction)
-    edges = [_cell_edges(axis) for axis in scan.axes]
+    edges = [cell_edges(axis) for axis in scan.axes]
     ax.fill_between(
         edges[0][[0, -1]], *edges[1][[0, -1]], facecolor="white", edgecolor="0.6", hatch="////", linewidth=0, zorder=0
     )
     cells = ax.pcolormesh(*edges, image.T, cmap=colours, norm=Normalize(0.0, 1.0), rasterized=True)
     ax.set(ylabel=parameter_label(scan.names[1]))
     return cells, ax.figure.colorbar(cells, ax=ax, label="chaotic fraction of the section") if colorbar else None
-
-
-def _cell_edges(axis: np.ndarray) -> np.ndarray:
-    if axis.size == 1:
-        return np.array([axis[0] - 0.5, axis[0] + 0.5])
-    middle = (axis[1:] + axis[:-1]) / 2
-    return np.concatenate([[2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]])
 
 
 @figure
@@ -208,11 +201,7 @@ def plot_history(
             "vectors"
         )
     total = history.shape[1]
-    chosen = (
-        np.unique(np.linspace(0, total - 1, min(total, 40)).astype(int))
-        if orbits is None
-        else np.asarray(orbits, dtype=int)
-    )
+    chosen = chosen_orbits(orbits, total, 40)
     curves, missing = [], 0
     for i in chosen:
         known = np.isfinite(history[:, i]) & (times[:, i] > 0)

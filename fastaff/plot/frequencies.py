@@ -11,9 +11,9 @@ from ..base.status import Status
 from .labels import Box, settled, write_along
 from .picking import carry
 from .ratios import frequency
-from .scales import Colouring, clipped, colouring, colours_of, limited
-from .sections import colour_bar
-from .style import Artists, figure, symbol
+from .scales import Colouring, clipped, colouring, colours_of, each_value, limited
+from .sections import colour_bar, why
+from .style import Artists, figure, nothing, symbol
 
 
 @figure
@@ -53,8 +53,10 @@ def plot_frequency_map(
     if values is None or isinstance(values, str):
         values = colouring(frequency_map, values)
     if not isinstance(values, Colouring):
-        c = np.asarray(values, dtype=np.float64)
-        values = Colouring(c, "", clipped(c))
+        each = each_value(values)
+        values = Colouring(each, "", clipped(each))
+    if values.values.shape != X.shape:
+        raise ValueError(f"values must have shape {X.shape}, one for each orbit, got {values.values.shape}")
     c, norm = values.values, limited(norm or values.norm, vmin, vmax)
     good = (frequency_map.status == Status.OK) & np.isfinite(X) & np.isfinite(Y) & np.isfinite(c)
     good &= np.ones(good.shape, bool) if shown is None else np.asarray(shown)
@@ -69,6 +71,8 @@ def plot_frequency_map(
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
     label = values.label if label is None else label
     bar = colour_bar(ax, points, values._replace(norm=norm, label=label, values=c[good])) if colorbar else None
+    if not order.size:
+        nothing(ax, why(frequency_map.status, ~good) if good.size else "")
     drawn, labels = _draw_lines(ax, lines, x, y)
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
 

@@ -9,7 +9,8 @@ import numpy as np
 from ..analysis.sections.islands import Islands, Rotation
 from ..base.status import Status
 from .picking import carry
-from .style import DARK, LINES, Artists, figure
+from .sections import why
+from .style import DARK, LINES, Artists, figure, nothing
 
 
 @figure
@@ -27,6 +28,8 @@ def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str
     style = {"ls": "", "marker": "o", "ms": 3.0, "lw": 0.8, "capsize": 1.5}
     points = ax.errorbar(at[fine], rotation[fine], yerr=error[fine], color=DARK, **style)
     carry(points[0], at[fine], rotation[fine], np.flatnonzero(fine))
+    if not fine.any():
+        nothing(ax, why(np.atleast_1d(result.status), ~fine))
     ax.set(xlabel=label, ylabel="rotation number  (turns per crossing)")
     return Artists(points, None, (), (), int(np.count_nonzero(~fine)))
 
@@ -61,6 +64,8 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
             text = f"{chain[0]}/{chain[1]}"
             place = {"xytext": (5, 5), "textcoords": "offset points", "fontsize": 8}
             written.append(ax.annotate(text, tuple(result.centres[:, 0, k]), **place))
+    if not u.size:
+        nothing(ax, "no chain of islands")
     ax.autoscale_view()
     ax.set(xlabel="first section coordinate", ylabel="second section coordinate")
     return Artists(points, None, tuple(ellipses), tuple(written), int(result.q.size - own.size))

@@ -12,7 +12,7 @@ from ..base.status import Status
 from ..flows.coordinates import chart_row
 from .picking import carry
 from .sections import why
-from .style import DARK, GREY, LINES, Artists, figure, symbol
+from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, symbol
 
 MOST = 40
 """Orbits drawn as curves, where no one chooses."""
@@ -35,7 +35,7 @@ def plot_orbits(
     samples = result.samples.reshape(len(result.times), len(z), -1).transpose(1, 0, 2)
     status = np.atleast_1d(result.status).ravel()
     total = z.shape[1]
-    chosen = np.unique(np.linspace(0, total - 1, min(total, MOST)).astype(int)) if orbits is None else np.ravel(orbits)
+    chosen = chosen_orbits(orbits, total, MOST)
     states = samples if len(result.times) else z[:, None]
     u, v = (_row(result, states, name) for name in (x, y))
     curves = []
@@ -45,7 +45,9 @@ def plot_orbits(
         (curve,) = ax.plot(u[:, k], v[:, k], color=colour, **mark)
         curves.append(carry(curve, u[:, k], v[:, k], np.full(len(u), k), np.arange(len(u)) if whole else None))
     gone = status[chosen] != Status.OK
-    if gone.any():
+    if not (np.isfinite(u[:, chosen]) & np.isfinite(v[:, chosen])).any():
+        nothing(ax, why(status[chosen], gone))
+    elif gone.any():
         line = ax.plot([], [], color=GREY, label=why(status[chosen], gone))
         ax.legend(handles=line, loc="upper right")
     ax.set(xlabel="time $t$" if x == "time" else f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
@@ -72,17 +74,23 @@ def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
     Returns Artists: points are the dots of each vector, log10 of its length against the number of the orbit; `missing`
     counts orbits that are not OK. A click picks the orbit.
     """
+    from matplotlib.ticker import MaxNLocator
+
     vectors = result.vectors.reshape(*result.vectors.shape[:2], -1)
     with np.errstate(all="ignore"):
         length = np.log10(np.sqrt((vectors**2).sum(axis=1)))
+    fine = np.atleast_1d(result.status) == Status.OK
+    length[:, ~fine] = np.nan
     number = np.arange(length.shape[1])
     marks = []
     for k, row in enumerate(length):
         colour = LINES[k % len(LINES)][0]
         (mark,) = ax.plot(number, row, ls="", marker="osD^v"[k % 5], ms=3.5, color=colour, label=str(k))
         marks.append(carry(mark, number, row, number))
-    if 1 < len(marks) <= 8:
+    if not np.isfinite(length).any():
+        nothing(ax, why(np.atleast_1d(result.status), ~fine))
+    elif 1 < len(marks) <= 8:
         ax.legend(title="vector", loc="best")
     ax.set(xlabel="orbit", ylabel=r"growth  $\log_{10}|w|$")
-    ax.xaxis.get_major_locator().set_params(integer=True)
-    return Artists(tuple(marks), None, (), (), int(np.count_nonzero(np.atleast_1d(result.status) != Status.OK)))
+    ax.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=True))
+    return Artists(tuple(marks), None, (), (), int(np.count_nonzero(~fine)))

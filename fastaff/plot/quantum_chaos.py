@@ -54,7 +54,7 @@ def plot_husimi(
     colours = LinearSegmentedColormap.from_list(
         "fastaff_husimi", ["#ffffff", "#f6d9b8", "#e39a4f", "#a8500b", "#4a1d00"]
     )
-    top = float(np.nanmax(each)) if peak is None else peak
+    top = float(np.max(each, where=np.isfinite(each), initial=0.0)) or 1.0 if peak is None else peak
     image = np.ma.masked_invalid(grid.spread(each))
     # Smooth between cells, as the function is; the section's edge is drawn by `boundary`.
     cells = ax.pcolormesh(
@@ -73,7 +73,10 @@ def plot_husimi(
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
     if orbits is not None:
         lines += plot_periodic(orbits, ax=ax, x=grid.names[0], y=grid.names[1], labels=False).points
-    bar = ax.figure.colorbar(cells, ax=ax, label=r"Husimi function $|\langle z|\Psi\rangle|^2$") if colorbar else None
+    bar = None
+    if colorbar:
+        bar = ax.figure.colorbar(cells, ax=ax, label=r"Husimi function $|\langle z|\Psi\rangle|^2$")
+        bar.formatter.set_powerlimits((-2, 3))
     return Artists(cells, bar, tuple(lines), (), int(np.count_nonzero(~np.isfinite(each))))
 
 
@@ -97,11 +100,12 @@ def plot_spacings(
     s = np.asarray(spacings, dtype=np.float64)
     edges = np.linspace(0.0, top, bins + 1)
     counts = np.histogram(s, edges)[0]
-    height = counts / (s.size * np.diff(edges))
+    total = max(s.size, 1)
+    height = counts / (total * np.diff(edges))
     bars = ax.bar(
         edges[:-1], height, np.diff(edges), align="edge", color=colour, edgecolor="white", linewidth=0.5, label=label
     )
-    middle, error = (edges[1:] + edges[:-1]) / 2, np.sqrt(counts * (1 - counts / s.size)) / (s.size * np.diff(edges))
+    middle, error = (edges[1:] + edges[:-1]) / 2, np.sqrt(counts * (1 - counts / total)) / (total * np.diff(edges))
     ax.errorbar(middle, height, yerr=error, fmt="none", ecolor="0.45", elinewidth=0.8)
     x = np.linspace(0.0, top, 400)
     lines = []

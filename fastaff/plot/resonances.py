@@ -15,7 +15,7 @@ from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
 from .labels import Box, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
-from .style import ACCENT, DARK, Artists, colour_map, figure, symbol
+from .style import ACCENT, DARK, Artists, colour_map, figure, nothing, symbol
 
 PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
 """What a name is written on."""
@@ -175,6 +175,8 @@ def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -
     text = [" and ".join(formula(k, resonances.names) for k in basis) or "none" for basis, _ in rows]
     counts = [count for _, count in rows]
     bars = ax.barh(np.arange(len(rows)), counts, color=[DARK if basis else "0.72" for basis, _ in rows], height=0.7)
+    if not rows:
+        nothing(ax, "no orbit has frequencies")
     labels = ax.bar_label(bars, fontsize=8, padding=2)
     ax.set_yticks(np.arange(len(rows)), labels=text)
     ax.invert_yaxis()

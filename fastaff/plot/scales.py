@@ -16,7 +16,7 @@ import numpy as np
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.indicators import GALI, SALI, BirkhoffDigits
 from ..analysis.frequencies.frequency_map import FrequencyMap
-from ..base.numbers import real
+from ..base.numbers import an_array, numbers, real
 from ..base.results import Result, columns
 from ..base.status import Status
 from .ratios import frequency
@@ -177,6 +177,12 @@ def clipped(values: Any) -> Any:
     elif not high > low:
         low, high = low - 0.25, low + 0.25
     return Normalize(float(low), float(high))
+
+
+def each_value(values: Any) -> np.ndarray:
+    """Return values of orbits as floats; those of a mask are 0 and 1."""
+    array = an_array("values", values)
+    return numbers("values", array.astype(float) if array.dtype.kind == "b" else values)
 
 
 def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> Any:

@@ -13,7 +13,7 @@ from ..charts import ALPHA_BETA, Chart
 from ..models.sections import BetaEquals, BetaTurning, Linear
 from .density import DENSE, draw_density
 from .picking import carry
-from .scales import Colouring, clipped, colouring, colours_of, falls, limited, stepped
+from .scales import Colouring, clipped, colouring, colours_of, each_value, falls, limited, stepped
 from .style import DARK, GREY, Artists, figure, outline, symbol
 
 
@@ -84,6 +84,8 @@ def plot_section(
         bar = colour_bar(ax, points, colours)
     elif colorbar and dense and total:
         bar = ax.figure.colorbar(points, ax=ax, label="crossings per cell")
+        if points.norm.vmax < 100:
+            plain_numbers(bar)
     return Artists(points, bar, tuple(lines), (), int(np.count_nonzero(~(drawn | grey | waiting))))
 
 
@@ -96,7 +98,7 @@ def _colours(
     if isinstance(values, str):
         values = colouring(result, values)
     if not isinstance(values, Colouring):
-        each = np.asarray(values, dtype=np.float64)
+        each = each_value(values)
         if each.shape != (orbits,):
             raise ValueError(f"values must have shape ({orbits},), one for each orbit, got {each.shape}")
         values = Colouring(each, "" if label is None else label, norm or clipped(each))
@@ -150,6 +152,7 @@ def _draw(
 def above_frame(ax: Any, handles: list[Any]) -> None:
     """Put a legend above the frame, where it hides nothing."""
     place = {"loc": "lower right", "bbox_to_anchor": (1.01, 0.995), "labelspacing": 0.2}
+    place["labelcolor"] = ax.xaxis.label.get_color()  # outside of the frame
     ax.legend(handles=handles, frameon=False, handletextpad=0.2, borderpad=0.2, **place)
 
 
@@ -165,11 +168,18 @@ def _look_at(
     if edge is not None:
         near.append(np.array([np.tile(edge.coordinate, 2), np.append(edge.momentum, -edge.momentum)]))
     inside = np.concatenate(near, axis=1)
+    inside = inside[:, np.isfinite(inside).all(axis=0)]
     if not inside.size:  # the first crossings, without those that were farthest
         first = np.array([row[0, grey] for row in rows])
-        low, high = np.nanquantile(first, [0.1, 0.9], axis=1)
-    else:
-        low, high = inside.min(axis=1), inside.max(axis=1)
+        first = first[:, np.isfinite(first).all(axis=0)]
+        if not first.size:
+            return
+        low, high = np.quantile(first, [0.1, 0.9], axis=1)
+        low, high = low - (high - low), high + (high - low)
+        inside = np.array([row[:, grey].ravel() for row in rows])
+        with np.errstate(invalid="ignore"):
+            inside = inside[:, ((low <= inside.T) & (high >= inside.T)).all(axis=1)]
+    low, high = inside.min(axis=1), inside.max(axis=1)
     room = np.where(high > low, 0.08 * (high - low), 0.5)
     ax.set(xlim=(low[0] - room[0], high[0] + room[0]), ylim=(low[1] - room[1], high[1] + room[1]))
 
@@ -234,6 +244,14 @@ def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
     return starts.points
 
 
+def cell_edges(axis: np.ndarray) -> np.ndarray:
+    """Return the edges (n + 1,) of the cells about the n entries of an axis; one alone is 1 wide."""
+    if axis.size == 1:
+        return np.array([axis[0] - 0.5, axis[0] + 0.5])
+    middle = (axis[1:] + axis[:-1]) / 2
+    return np.concatenate([[2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]])
+
+
 def widths(grid: EnergyGrid) -> tuple[float, float]:
     """Return width and height of the cells of a grid."""
     first, second = (float(np.ptp(axis)) / max(axis.size - 1, 1) or 1.0 for axis in grid.axes)
@@ -268,12 +286,11 @@ def plot_diffusion_grid(
     grey_cells(ax, grid, ~np.isfinite(each))
     image = np.ma.masked_invalid(grid.spread(each))
     cells = ax.pcolormesh(
-        *grid.axes,
+        *map(cell_edges, grid.axes),
         image.T,
         cmap=colours_of(colours),
         norm=colours.norm,
         rasterized=True,
-        shading="nearest",
     )
     at = places(grid)
     carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
@@ -289,7 +306,7 @@ def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
     if not chosen.any():
         return None
     image = np.ma.masked_invalid(grid.spread(np.where(chosen, 1.0, np.nan)))
-    return ax.pcolormesh(*grid.axes, image.T, cmap=ListedColormap([GREY]), rasterized=True, shading="nearest")
+    return ax.pcolormesh(*map(cell_edges, grid.axes), image.T, cmap=ListedColormap([GREY]), rasterized=True)
 
 
 def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
@@ -319,6 +336,14 @@ def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
     return bar
 
 
+def plain_numbers(bar: Any) -> None:
+    """Write the ticks of a logarithmic colour bar as numbers without powers."""
+    from matplotlib.ticker import LogFormatter
+
+    bar.ax.yaxis.set_major_formatter(LogFormatter())
+    bar.ax.yaxis.set_minor_formatter(LogFormatter())
+
+
 def _ticks(low: float, high: float) -> list[float]:
     from matplotlib.ticker import MaxNLocator
 
@@ -345,7 +370,7 @@ def plot_starts(
     at = places(starts)
     if isinstance(starts, EnergyGrid) and starts.forbidden.any():
         image = np.ma.masked_equal(starts.forbidden, False)
-        ax.pcolormesh(*starts.axes, image.T, cmap=ListedColormap(["0.9"]), rasterized=True, shading="nearest")
+        ax.pcolormesh(*map(cell_edges, starts.axes), image.T, cmap=ListedColormap(["0.9"]), rasterized=True)
     points = ax.scatter(*at, s=size, color=DARK, linewidths=0, rasterized=True)
     carry(points, at[0], at[1], np.arange(at.shape[1]))
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")

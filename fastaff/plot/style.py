@@ -10,6 +10,8 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar, cast
 
+from ..base.numbers import real
+
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
 """The dark end of cividis, an orange and a blue that are told from it by lightness too."""
 GREY, OUTLINE = "0.72", "0.35"
@@ -42,8 +44,18 @@ SETTINGS: Any = {
     "figure.dpi": 120.0,
     "savefig.dpi": 200.0,
     "svg.hashsalt": "fastaff",
+    "scatter.marker": "o",
+    "lines.linestyle": "-",
+    "lines.marker": "None",
 }
 """Settings of Matplotlib while we draw."""
+INK = dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), "black") | {
+    "xtick.labelcolor": "inherit",
+    "ytick.labelcolor": "inherit",
+    "legend.labelcolor": "black",
+}
+"""Settings on white paper, where the user's are for dark."""
+PAPER = {"figure.facecolor": "white", "axes.facecolor": "white", "savefig.facecolor": "auto"}
 
 SYMBOLS = {
     "alpha": r"\alpha",
@@ -83,7 +95,32 @@ def styled() -> Any:
     """Return the context in which figures are made; it leaves the settings of Matplotlib as they were."""
     import matplotlib
 
-    return matplotlib.rc_context(SETTINGS)
+    return matplotlib.rc_context({**SETTINGS, **INK, **PAPER})
+
+
+def light(colour: Any) -> bool:
+    """Tell whether a colour is light, or transparent."""
+    from matplotlib.colors import to_rgba
+
+    *rgb, alpha = to_rgba(colour)
+    return alpha < 0.5 or sum(share * part for share, part in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 0.5
+
+
+def _inked(ax: Any) -> Any:
+    """Return the context in which one draws on axes: our colours are for white, so are texts on them."""
+    import matplotlib
+
+    settings = dict(INK) if light(ax.figure.get_facecolor()) else {"text.color": "black", "legend.labelcolor": "black"}
+    if not light(ax.get_facecolor()):
+        ax.set_facecolor("white")
+        settings["axes.facecolor"] = "white"
+    return matplotlib.rc_context(settings if light(matplotlib.rcParams["text.color"]) else {})
+
+
+def nothing(ax: Any, why: str = "") -> Any:
+    """Say on empty axes that there is nothing to draw, and why."""
+    said = "nothing to draw" + (f": {why}" if why else "")
+    return ax.text(0.5, 0.5, said, transform=ax.transAxes, ha="center", va="center", color="0.35", wrap=True)
 
 
 def figure(function: Function) -> Function:
@@ -91,14 +128,44 @@ def figure(function: Function) -> Function:
 
     @functools.wraps(function)
     def draw(*given: Any, ax: Any = None, **options: Any) -> Any:
-        with styled():
+        import matplotlib
+
+        with matplotlib.rc_context(SETTINGS):
             if ax is None:
                 import matplotlib.pyplot as plt
 
                 ax = plt.subplots(layout="constrained")[1]
-            return function(*given, ax=ax, **options)
+            _check(ax, options.get("size"))
+            with _inked(ax):
+                return function(*given, ax=ax, **options)
 
     return cast(Function, draw)
+
+
+def _check(ax: Any, size: Any) -> None:
+    """Refuse what no figure is drawn on, and sizes that are none."""
+    from matplotlib.axes import Axes
+
+    if not isinstance(ax, Axes):
+        raise TypeError(f"ax must be axes of Matplotlib, such as those of plt.subplots(), got {type(ax).__name__}")
+    if ax.name != "rectilinear":
+        raise ValueError(f"ax must be plain axes of two coordinates, got {ax.name} axes")
+    if size is not None and not real("size", size) >= 0:
+        raise ValueError(f"size must be >= 0 square points, got {size:g}")
+
+
+def chosen_orbits(orbits: Any, total: int, most: int) -> Any:
+    """Return the numbers of the orbits that are drawn: those asked for, or up to `most` of all."""
+    import numpy as np
+
+    if orbits is None:
+        return np.unique(np.linspace(0, total - 1, min(total, most)).astype(int))
+    found = np.ravel(orbits)
+    if not found.size:
+        return found.astype(int)
+    if found.dtype.kind not in "iu" or found.min() < -total or found.max() >= total:
+        raise ValueError(f"orbits must be whole numbers below {total}, the number of orbits, got {orbits!r}")
+    return found % total
 
 
 def colour_map() -> Any:
