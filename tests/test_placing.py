@@ -26,7 +26,7 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path):
             placed(tmp_path / "a", ".png", half, force=force)
     assert names(tmp_path) == ["a.png"]
     assert (tmp_path / "a.png").read_text() == "good"
-    with pytest.raises(FileNotFoundError, match="the folder .*nowhere does not exist"):
+    with pytest.raises(FileNotFoundError, match=r"the folder .*nowhere does not exist"):
         placed(tmp_path / "nowhere" / "a", ".png", half)
 
 

@@ -10,8 +10,8 @@ import pytest
 import fastaff as fa
 
 pytest.importorskip("matplotlib")
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 MODEL, SECTION = fa.HenonHeiles(lam=1.0), fa.Linear((1, 0, 0, 0))
 
@@ -59,13 +59,15 @@ def test_points_that_are_not_finite(ax, crossings, dense):
     ax.figure.canvas.draw()
     assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()
     y = crossings["y"][:, 3:]
-    assert ax.get_xlim()[0] <= y.min() and y.max() <= ax.get_xlim()[1]
+    assert ax.get_xlim()[0] <= y.min()
+    assert y.max() <= ax.get_xlim()[1]
 
 
 def test_all_grey_crossings_near_the_first_ones_are_in_the_frame(ax, crossings):
     crossings.plot(ax=ax, values=np.full(6, np.nan))
     y = crossings["y"]
-    assert ax.get_xlim()[0] < y.min() and y.max() < ax.get_xlim()[1]
+    assert ax.get_xlim()[0] < y.min()
+    assert y.max() < ax.get_xlim()[1]
 
 
 @pytest.mark.parametrize("axes", [([0.1], [0.1]), (np.linspace(-0.2, 0.2, 4), [0.0])])

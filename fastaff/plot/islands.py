@@ -10,7 +10,7 @@ from ..analysis.sections.islands import Islands, Rotation
 from ..base.status import Status
 from .picking import carry
 from .sections import why
-from .style import DARK, LINES, Artists, figure, nothing
+from .style import DARK, LINES, PLATE, Artists, figure, nothing
 
 
 @figure
@@ -40,7 +40,7 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
     first of each chain.
 
     Returns Artists: points are the middles, lines the ellipses, labels the rotation numbers; `missing` counts orbits of
-    no chain. A click picks orbit and island. Names of the axes are those of the points that were analysed.
+    no chain. A click picks orbit and island. Over a section the axes keep their names.
     """
     from matplotlib.patches import Ellipse
 
@@ -49,23 +49,24 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
     island, which = np.nonzero(np.isfinite(x) & np.isfinite(y))
     u, v, orbit = x[island, which], y[island, which], own[which]
     chains = {int(q): k for k, q in enumerate(np.unique(result.q[own]))}
-    colours = [LINES[chains[int(result.q[k])] % len(LINES)][0] for k in orbit]
-    points = carry(ax.scatter(u, v, s=10, c=colours or DARK, zorder=3), u, v, orbit, island)
+    colours = [LINES[(chains[int(result.q[k])] + 1) % len(LINES)][0] for k in orbit]  # told from dark crossings
+    points = carry(ax.scatter(u, v, s=10, c=colours or DARK, zorder=4), u, v, orbit, island)
     ellipses = []
     for a, b, k, i, colour in zip(u, v, orbit, island, colours):
         width, height = result.extents[:, i, k]
         if np.isfinite(width) and np.isfinite(height):
-            ellipses.append(ax.add_patch(Ellipse((a, b), width, height, fill=False, ec=colour, lw=0.8)))
+            ellipses.append(ax.add_patch(Ellipse((a, b), width, height, fill=False, ec=colour, lw=1.0, zorder=4)))
     written, seen = [], set()
     for k in own if labels else ():
         chain = int(result.p[k]), int(result.q[k])
         if chain not in seen:
             seen.add(chain)
             text = f"{chain[0]}/{chain[1]}"
-            place = {"xytext": (5, 5), "textcoords": "offset points", "fontsize": 8}
+            place = {"xytext": (5, 5), "textcoords": "offset points", "fontsize": 8, "bbox": PLATE, "zorder": 5}
             written.append(ax.annotate(text, tuple(result.centres[:, 0, k]), **place))
     if not u.size:
         nothing(ax, "no chain of islands")
     ax.autoscale_view()
-    ax.set(xlabel="first section coordinate", ylabel="second section coordinate")
+    if not ax.get_xlabel():
+        ax.set(xlabel="first section coordinate", ylabel="second section coordinate")
     return Artists(points, None, tuple(ellipses), tuple(written), int(result.q.size - own.size))

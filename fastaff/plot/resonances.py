@@ -15,10 +15,7 @@ from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
 from .labels import Box, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
-from .style import ACCENT, DARK, Artists, colour_map, figure, nothing, symbol
-
-PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
-"""What a name is written on."""
+from .style import ACCENT, DARK, PLATE, Artists, colour_map, figure, nothing, symbol
 
 
 def formula(vector: Sequence[int], names: Sequence[str]) -> str:

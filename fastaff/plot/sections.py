@@ -175,7 +175,7 @@ def _look_at(
         if not first.size:
             return
         low, high = np.quantile(first, [0.1, 0.9], axis=1)
-        low, high = low - (high - low), high + (high - low)
+        low, high = low - 2 * (high - low), high + 2 * (high - low)
         inside = np.array([row[:, grey].ravel() for row in rows])
         with np.errstate(invalid="ignore"):
             inside = inside[:, ((low <= inside.T) & (high >= inside.T)).all(axis=1)]

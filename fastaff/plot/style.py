@@ -24,6 +24,8 @@ LINES = (
     ("#3d3d3d", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
 )
 """Colours and dashes of curves, in turn."""
+PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
+"""What a name is written on."""
 PALE_END = 0.93
 """Where cividis is cut."""
 SMALL = 8.0
