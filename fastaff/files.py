@@ -96,10 +96,11 @@ def save_among(
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
     text = np.array(json.dumps(metadata, allow_nan=False))
     stem.parent.mkdir(parents=True, exist_ok=True)
+    kept: dict[str, Any] = {**arrays, METADATA: text}
 
     def write(path: Path) -> None:
         with open(path, "wb") as file:
-            np.savez(file, **{**arrays, METADATA: text})
+            np.savez(file, **kept)
 
     return placed(stem, ending, write, beside=beside, force=force)
 

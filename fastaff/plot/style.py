@@ -51,13 +51,13 @@ SETTINGS: Any = {
     "lines.marker": "None",
 }
 """Settings of Matplotlib while we draw."""
-INK = dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), "black") | {
+INK: Any = dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), "black") | {
     "xtick.labelcolor": "inherit",
     "ytick.labelcolor": "inherit",
     "legend.labelcolor": "black",
 }
 """Settings on white paper, where the user's are for dark."""
-PAPER = {"figure.facecolor": "white", "axes.facecolor": "white", "savefig.facecolor": "auto"}
+PAPER: Any = {"figure.facecolor": "white", "axes.facecolor": "white", "savefig.facecolor": "auto"}
 
 SYMBOLS = {
     "alpha": r"\alpha",
@@ -112,7 +112,9 @@ def _inked(ax: Any) -> Any:
     """Return the context in which one draws on axes: our colours are for white, so are texts on them."""
     import matplotlib
 
-    settings = dict(INK) if light(ax.figure.get_facecolor()) else {"text.color": "black", "legend.labelcolor": "black"}
+    settings: Any = (
+        dict(INK) if light(ax.figure.get_facecolor()) else {"text.color": "black", "legend.labelcolor": "black"}
+    )
     if not light(ax.get_facecolor()):
         ax.set_facecolor("white")
         settings["axes.facecolor"] = "white"
