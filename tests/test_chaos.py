@@ -580,10 +580,10 @@ def test_files_keep_it(tmp_path, known):
 @pytest.mark.parametrize(
     ("arguments", "problem", "words"),
     [
-        ({"indicators": SALI()}, TypeError, "must be a tuple"),
+        ({"indicators": 3.5}, TypeError, "must be a tuple"),
         ({"indicators": ()}, TypeError, "must be a tuple"),
         ({"indicators": (SALI,)}, TypeError, r"write SALI\(\)"),
-        ({"indicators": ("sali",)}, TypeError, "values of fastaff.analysis.chaos.indicators"),
+        ({"indicators": ("salli",)}, ValueError, "indicators must be one of .*Did you mean sali"),
         ({"indicators": (SALI(), SALI(limit=-5.0))}, ValueError, "must differ"),
         ({"indicators": (GALI(5),)}, ValueError, r"GALI.count must be 2 ... 4"),
         ({"indicators": (GALI(2.5),)}, TypeError, "GALI.count must be a whole number"),

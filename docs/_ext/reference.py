@@ -125,6 +125,7 @@ PAGES: dict[str, Page] = {
         },
     ),
     "plot": Page("Figures", "Every function takes `ax=` and returns the artists that it made.", {"plot": "*"}),
+    "explorer": Page("Explorer", "A page in which clicks launch orbits.", {"": "explore"}),
     "extend": Page(
         "For code of your own",
         "Flows and observers, readings of tangent vectors, the text that is compiled.",

@@ -183,6 +183,8 @@ class Written(Output):
         if self.write_job is None:
             return False
         path, text = self.write_job, job.text()
+        if not path.parent.is_dir():
+            raise Wrong(f"--write-job {path}: the folder {path.parent} does not exist")
         if path.exists() and not self.force:
             raise Wrong(f"--write-job {path} exists; --force replaces it")
         if path.exists() and not path.is_file():  # such as /dev/stdout
