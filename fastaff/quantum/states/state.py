@@ -108,7 +108,7 @@ def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.nda
 def _together(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y broadcast; raises ValueError where they do not."""
     try:
-        first, second = np.broadcast_arrays(x, y)
+        first, second = (np.array(entry) for entry in np.broadcast_arrays(x, y))  # of their own, which kernels may take
     except (ValueError, RuntimeError):
         raise ValueError(f"x and y must broadcast, got shapes {x.shape} and {y.shape}") from None
     return first, second
