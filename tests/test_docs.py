@@ -108,6 +108,8 @@ def test_every_public_name_is_on_one_page():
     reference = import_module("reference")
     entries = [entry for page in reference.PAGES.values() for entry in reference.members(page)]
     assert len(entries) == len(set(entries))
+    listed = (DOCS / "api" / "index.rst").read_text().split()
+    assert set(reference.PAGES) <= set(listed)
     for folder in ("", "analysis", "charts", "compile", "flows", "jobs", "models", "plot", "quantum", "schemes"):
         module = f"fastaff.{folder}".rstrip(".")
         own = {name for owner, name in entries if owner == module}
