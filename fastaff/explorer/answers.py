@@ -19,8 +19,8 @@ from ..base.status import Status
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
+from ..formulas.section_text import section_named
 from ..models.contracts import coordinate_names, isotropic
-from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from ..schemes.catalogue import scheme_named
 from .parameters import parameter_values, with_parameters
 
@@ -279,17 +279,6 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any]) -> Any:
 
 
 def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:
-    """Return the section of that name; ValueError where the body has none such."""
-    if isotropic(body):
-        turning: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
-        equals: dict[str, Any] = {"alpha=c": AlphaEquals, "beta=c": BetaEquals, "area=c": AreaEquals}
-        if name in turning:
-            return turning[name](direction)
-        if name in equals:
-            return equals[name](float(constant or 0.0), direction)
-    planes = [f"{q}=c" for q in coordinate_names(body)]
-    if name not in planes or isotropic(body):
-        raise ValueError(f"the section must be one of those of {type(body).__name__}, got {name}")
-    normal = [0.0] * (2 * len(planes))
-    normal[planes.index(name)] = 1.0
-    return Linear(tuple(normal), float(constant or 0.0), direction)
+    """Return the section of that name, such as x=c with the constant c; ValueError where the body has none such."""
+    text = name.removesuffix("=c")
+    return section_named(text if text == name else f"{text}={float(constant or 0.0)!r}", body, direction)

@@ -9,9 +9,10 @@ import numpy as np
 
 from .. import models
 from ..analysis.chaos.streamed import symplectic_frame
+from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import described
 from ..models.contracts import coordinate_names, isotropic
-from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ..models.sections import Linear
 from ..schemes.catalogue import SCHEMES, Splitting
 from .javascript import model_code
 from .parameters import parameter_values
@@ -128,8 +129,8 @@ def frames() -> dict[str, list[float]]:
 
 def section_record(section: Any, body: Any) -> dict[str, Any]:
     """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
-    simple: dict[type, str] = {AlphaTurning: "alpha-turning", BetaTurning: "beta-turning"}
-    constant: dict[type, str] = {AlphaEquals: "alpha=c", BetaEquals: "beta=c", AreaEquals: "area=c"}
+    simple = {made: name for name, made in TURNING.items()}
+    constant = {made: f"{name}=c" for name, made in EQUALS.items()}
     kind = type(section)
     if isotropic(body) and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
