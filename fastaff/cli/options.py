@@ -270,6 +270,17 @@ def size_of(text: str | None) -> float | None:
     return size
 
 
+def pair(takes: str, text: str) -> tuple[float, float]:
+    """Return the two finite numbers of a text such as 0.7,0.1; what is none is refused with what the option takes."""
+    try:
+        first, second = map(float, text.split(","))
+        if not (math.isfinite(first) and math.isfinite(second)):
+            raise ValueError
+    except ValueError:
+        raise Wrong(f"{takes}, got {text!r}") from None
+    return first, second
+
+
 def job_of(**tables: Any) -> Job:
     """Return the job that options describe; what is wrong with it is said of flags."""
     try:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ..options import HOW, STARTS, WRITTEN, Output, Parameter
+from ..options import HOW, STARTS, WRITTEN, Output, Parameter, pair
 from ..progress import Progress, compiled
 from .captions import caption, surface_in_words, title, titled
 
@@ -50,7 +50,7 @@ def animate(
 
     body = options.build()
     section = surface.build(body)
-    at = [_point(text) for text in start or ()]
+    at = [pair("--start must be two numbers U,P, for example 0.7,0.1", text) for text in start or ()]
     if len(at) > MOST:
         raise Wrong(f"--start is taken up to {MOST} times, got {len(at)}")
     if out.suffix.lower() not in plot.animation.ENDINGS:
@@ -88,14 +88,3 @@ def _named(names: Any, point: tuple[float, float]) -> str:
     from ...plot.style import symbol
 
     return ", ".join(f"${symbol(name)} = {value:g}$" for name, value in zip(names, point, strict=True))
-
-
-def _point(text: str) -> tuple[float, float]:
-    """Return the two numbers of U,P."""
-    try:
-        u, p = (float(part) for part in text.split(","))
-        if not np.isfinite([u, p]).all():
-            raise ValueError
-    except ValueError:
-        raise Wrong(f"--start must be two numbers U,P, for example 0.7,0.1, got {text!r}") from None
-    return u, p

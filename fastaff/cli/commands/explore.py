@@ -8,7 +8,7 @@ from typing import Annotated
 
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ..options import HOW, WHERE, WRITTEN, Parameter
+from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 
 def explore(
@@ -45,6 +45,7 @@ def explore(
     """
     import fastaff
 
+    at = [pair("--point must be two numbers U,V, for example 0.1,0.05", text) for text in point or ()]
     if data is not None and not data.exists():
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
@@ -60,17 +61,8 @@ def explore(
         accuracy=accuracy,
         scheme=scheme,
         background=data,
-        points=None if not point else list(zip(*map(_point, point))),
+        points=list(zip(*at)) or None,
         out=out,
     )
     print(path)
     return 0
-
-
-def _point(text: str) -> tuple[float, float]:
-    """Return the numbers of U,V."""
-    try:
-        u, v = map(float, text.split(","))
-    except ValueError:
-        raise Wrong(f"--point must be two numbers U,V, for example 0.1,0.05, got {text!r}") from None
-    return u, v
