@@ -102,7 +102,7 @@ def test_other_kinds_of_models_are_refused_in_a_sentence(kind):
         lambda: fa.fit_torus(Other(), Z[:, 0], time=1.0),
     )
     for call in calls:
-        with pytest.raises(TypeError, match=r"Other is .*; what runs is H = T") as caught:
+        with pytest.raises(TypeError, match=r"Other is .*; what runs here is H = T") as caught:
             call()
         assert kind.value in str(caught.value)
 

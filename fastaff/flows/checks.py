@@ -12,7 +12,8 @@ from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..kernels import escape
-from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, planar, quadratic
+from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, kind_of, planar, quadratic
+from ..models.mechanics import energies, kinetic_energies, potential_energies, slopes
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 
@@ -20,8 +21,14 @@ LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
 
 
-def checked_model(model: Any, name: str = "body") -> Any:
-    """Return `model` if it is a model: a NamedTuple with the methods of the physics and finite parameters."""
+RUNS = (Kind.SEPARABLE,)
+"""Kinds of models that run."""
+
+
+def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
+    """Return `model` if it is a model of one of these kinds: a NamedTuple with the methods of the physics and finite
+    parameters.
+    """
     if not is_value(model):
         raise TypeError(
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
@@ -32,10 +39,11 @@ def checked_model(model: Any, name: str = "body") -> Any:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}")
-    kind = getattr(model, "kind", Kind.SEPARABLE)
-    if kind is not Kind.SEPARABLE:
+    kind = kind_of(model)
+    if kind not in kinds:
         what = kind.value if isinstance(kind, Kind) else shown(kind)
-        raise TypeError(f"{name} {type(model).__name__} is {what}; what runs is {Kind.SEPARABLE.value}")
+        runs = "; ".join(entry.value for entry in kinds)
+        raise TypeError(f"{name} {type(model).__name__} is {what}; what runs here is {runs}")
     body = planar(model)
     if body and not is_value(model.potential):
         raise TypeError(
@@ -242,28 +250,6 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     return z
 
 
-def energies(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return the energy of each phase point of z (2n, ...); NaN outside the potential's domain."""
-    n = model.degrees_of_freedom
-    with np.errstate(all="ignore"):
-        return model.kinetic_energy(*z[n:]) + model.potential_energy(*z[:n])
-
-
-def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return the kinetic energy of each phase point of z (2n, orbits)."""
-    with np.errstate(all="ignore"):
-        return np.asarray(model.kinetic_energy(*z[model.degrees_of_freedom :]), dtype=np.float64) + np.zeros(z.shape[1])
-
-
-def slopes(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return dz/dt (2n, orbits) at z (2n, orbits): velocities and forces."""
-    n, rows = model.degrees_of_freedom, np.empty(z.shape)
-    with np.errstate(all="ignore"):
-        for row, slope in zip(rows, (*model.velocity(*z[n:]), *model.force(*z[:n])), strict=True):
-            row[:] = slope
-    return rows
-
-
 ROUNDING = 8 * np.finfo(float).eps
 """Relative error that an energy may have from its own sums."""
 
@@ -273,9 +259,8 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
 
     What rounding of E itself may make, as where V has a large constant, does not count.
     """
-    n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
-        T, V = model.kinetic_energy(*z[n:]), model.potential_energy(*z[:n])
+        T, V = kinetic_energies(model, z), potential_energies(model, z)
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
     return np.where(np.isfinite(drift), drift, np.inf)
 

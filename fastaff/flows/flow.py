@@ -19,9 +19,10 @@ from ..compile.threads import pool
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
+from ..models.mechanics import energies, kinetic_energies, slopes
 from ..schemes.catalogue import RungeKutta, Splitting
 from . import observers
-from .checks import energies, energy_drift, escape_radii, kinetic_energies, slopes
+from .checks import energy_drift, escape_radii
 from .ensemble import Ensemble
 from .observers import Observer
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..base.status import Status
 from ..base.sums import length, total
 from ..kernels.averages import scales
+from ..models.mechanics import kinetic_energies
 from ..schemes.catalogue import KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
@@ -158,7 +159,7 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
         F, v = _force(model, z[:n]), _velocity(model, z[n:])
-        T[:] = model.kinetic_energy(*z[n:])
+        T[:] = kinetic_energies(model, z)
         scales(np.ascontiguousarray(W), F, v, z[n:], T, rate, largest)
     return rate, largest
 

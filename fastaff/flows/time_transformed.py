@@ -13,6 +13,7 @@ from ..base.numbers import fits
 from ..base.status import Status
 from ..kernels.crossings import LOCATED, NOTHING, RECORD
 from ..kernels.time_levels import ROWS
+from ..models.mechanics import energies, potential_energies
 from ..models.sections import Linear
 from ..schemes.automatic import TRIAL_ORBITS, spread, trial_rounds
 from ..schemes.catalogue import DOP853
@@ -26,7 +27,7 @@ from ..schemes.time_transformed import (
     transformed_section,
 )
 from . import observers
-from .checks import energies, energy_drift
+from .checks import energy_drift
 from .ensemble import Ensemble
 from .flow import Flow, Report
 from .motion import typical_rate
@@ -199,7 +200,7 @@ def prepared(
     """
     _check_rate(model, scheme, z)
     if scheme.rate is not None and step is not None:
-        pace = float(np.median(scheme.rate.at(model.potential_energy(*z[: z.shape[0] // 2]))))
+        pace = float(np.median(scheme.rate.at(potential_energies(model, z))))
         return _flow(time, model, scheme, step, pace, threads), math.nan, math.nan
     sample = spread(z, TRIAL_ORBITS)
     span = 20 / typical_rate(model, sample)
@@ -230,7 +231,7 @@ def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
     """Raise ValueError unless the rate is a positive number at the starts."""
     if scheme.rate is None:
         return
-    V = np.asarray(model.potential_energy(*z[: z.shape[0] // 2]))
+    V = potential_energies(model, z)
     try:
         with np.errstate(all="ignore"):
             g = np.asarray(scheme.rate.at(V), dtype=np.float64)
@@ -279,13 +280,12 @@ def survey(model: Any, sample: np.ndarray, span: float, threads: int) -> tuple[f
     """Return the typical angular frequency, the lowest potential and the highest energy of orbits, over a time `span`
     of some librations. What has escaped would tell of depths where no other orbit goes.
     """
-    n, rows = model.degrees_of_freedom, len(sample)
+    rows = len(sample)
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
     ensemble = flow.ensemble(sample.copy())
     states = flow.sampled(ensemble, LOOKS, time=span).reshape(-1, rows).T
     states = np.concatenate([sample, states[:, np.isfinite(states).all(axis=0)]], axis=1)
-    with np.errstate(all="ignore"):
-        V = np.asarray(model.potential_energy(*states[:n]))
+    V = potential_energies(model, states)
     return typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
 
 

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..base.status import Status
+from ..models.mechanics import energies
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from ..schemes.catalogue import DOP853, RungeKutta, Splitting
 from . import observers
-from .checks import energies, energy_drift
+from .checks import energy_drift
 from .flow import Flow, no_memory
 from .motion import Motion, typical_rate
 

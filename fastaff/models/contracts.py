@@ -20,9 +20,10 @@ class Kind(Enum):
     """What a model's motion is made of. A model without `kind` is SEPARABLE."""
 
     SEPARABLE = "H = T(p) + V(q)"
-    DRIVEN = "H = T(p) + V(q, t)"
-    ROTATING = "H = T(p) + V(q) with a linear flow, as of a rotating frame or a uniform magnetic field"
-    GENERAL = "H(q, p, t)"
+    DRIVEN = "H = T(p) + V(q, t) with a period in t"
+    ROTATING = "H = T(p) + V(q) in a rotating frame or a uniform magnetic field"
+    DAMPED = "H = T(p) + V(q) with a friction in proportion to the momenta"
+    FLOW = "dz/dt = f(z)"
     MAP = "z -> M(z)"
 
 
@@ -121,6 +122,11 @@ class Angles(Protocol):
     @property
     def signals(self) -> Arithmetic:
         """Re Q, Im Q, Re P, Im P of each angle at a phase point."""
+
+
+def kind_of(model: Any) -> Kind:
+    """Return what a model's motion is made of."""
+    return getattr(model, "kind", Kind.SEPARABLE)
 
 
 def planar(model: Any) -> bool:

@@ -16,7 +16,7 @@ from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
-from ...flows.checks import energies, energy_drift, kinetic_energies
+from ...flows.checks import energy_drift
 from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
@@ -24,6 +24,7 @@ from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Model
+from ...models.mechanics import energies, kinetic_energies
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed

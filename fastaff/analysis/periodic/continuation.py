@@ -16,11 +16,12 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import checked_section, checked_tangent_model, energies
+from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.flow import Flow
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
+from ...models.mechanics import energies
 from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations, residue_products
 from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, packed, periodic_orbits

@@ -16,11 +16,11 @@ from ...base.display import screen
 from ...base.numbers import fits, numbers
 from ...base.status import Status
 from ...flows import observers
-from ...flows.checks import energies
 from ...flows.flow import Flow
 from ...flows.motion import inverse_masses, motion
 from ...flows.options import Options, plan
 from ...kernels import crossings as kernels
+from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 
 STEP_ERROR = 1e-13
@@ -78,9 +78,7 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
         np.full((orbits, rows, rows), np.nan),
         np.full(orbits, int(Status.NONFINITE)),
     )
-    with np.errstate(all="ignore"):
-        inside = np.isfinite(z).all(axis=0) & (np.broadcast_to(flow.model.margin(*z[:n]), orbits) > 0)
-    live = np.flatnonzero(inside)
+    live = np.flatnonzero(np.isfinite(z).all(axis=0) & inside(flow.model, z))
     if not live.size:
         return found
     limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
@@ -149,9 +147,7 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
 
 def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dz/dt (orbits, 2n) of Hamilton's equations at z (2n, orbits)."""
-    n = model.degrees_of_freedom
-    with np.errstate(all="ignore"):
-        return np.array([*model.velocity(*z[n:]), *model.force(*z[:n])]).T
+    return slopes(model, z).T
 
 
 def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
@@ -189,14 +185,14 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
     """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it
     and which arrived.
     """
-    z, D, zero, n = z.copy(), scale.rows, np.zeros(z.shape[1]), len(z) // 2
+    z, D, zero = z.copy(), scale.rows, np.zeros(z.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
             rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
             short = np.stack([section.value(*z) + zero, energies(model, z) - energy], axis=1)
             # What rounding of z and of the sums makes of both.
             size = (np.abs(rows) * (np.abs(z) + D).T[:, None]).sum(axis=2)
-            size[:, 1] += scale.energy + model.kinetic_energy(*z[n:]) + np.abs(model.potential_energy(*z[:n]))
+            size[:, 1] += scale.energy + kinetic_energies(model, z) + np.abs(potential_energies(model, z))
             near = (np.abs(short) <= 4e-15 * size).all(axis=1)
             rows = rows * D.T[:, None]
             length = np.linalg.norm(rows, axis=2)

@@ -14,9 +14,10 @@ from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import checked_model, checked_section, energies
+from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import isotropic
+from ...models.mechanics import energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import too_low

@@ -30,6 +30,7 @@ from ...kernels import crossings as kernels
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
 from ...models.contracts import Model, Section
+from ...models.mechanics import slopes
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
@@ -205,7 +206,7 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
     z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
     size = np.concatenate([scales.position, scales.momentum])[:, :, None]
     with np.errstate(all="ignore"):
-        speed = np.array([*model.velocity(*z[n:]), *model.force(*z[:n])]) / scales.rate[:, None]
+        speed = slopes(model, z) / scales.rate[:, None]
         change, passing = np.zeros(z.shape[1:]), np.zeros(z.shape[1:])
         for row in range(2 * n):
             shift = np.zeros((2 * n, 1, 1))
@@ -306,8 +307,7 @@ def start_crossings(
     z, n = ensemble.points, flow.model.degrees_of_freedom
     with np.errstate(all="ignore"):
         value = _section_values(section, z)
-        field = np.array([*flow.model.velocity(*z[n:]), *flow.model.force(*z[:n])])
-        change = (_section_values(section, z + NUDGE * ensemble.ahead * field) - value) / NUDGE
+        change = (_section_values(section, z + NUDGE * ensemble.ahead * slopes(flow.model, z)) - value) / NUDGE
         size = np.abs(change)
         for row in np.eye(2 * n):
             size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE

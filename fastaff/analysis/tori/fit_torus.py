@@ -19,11 +19,12 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import checked_model, energies, energy_drift, kinetic_energies, phase_points
+from ...flows.checks import checked_model, energy_drift, phase_points
 from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...models.contracts import Model, coordinate_names
+from ...models.mechanics import energies, kinetic_energies, slopes
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, inverse, quotient, relations
@@ -299,8 +300,7 @@ def _resting(path: np.ndarray) -> bool:
 def _point(body: Any, path: np.ndarray, energy: float, evidence: dict) -> TorusFit:
     """Return the torus of dimension 0 of a body at rest; its residual is absolute."""
     none, k, z = np.zeros(0), np.zeros((1, 0), int), path[:, :1] + 0j
-    n = body.degrees_of_freedom
-    residual = float(np.abs([*body.velocity(*path[n:, :1]), *body.force(*path[:n, :1])]).max())
+    residual = float(np.abs(slopes(body, path[:, :1])).max())
     return TorusFit(
         (),
         none,
@@ -426,9 +426,9 @@ def _residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
     theta = np.arange(GRID) * ratio ** -np.arange(1.0, d + 1)[:, None] % 1.0
     point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
     with np.errstate(all="ignore"):
-        field = np.array([*body.velocity(*point[n:]), *body.force(*point[:n])])
+        speed = slopes(body, point)
         parts = [
-            np.abs(slope[s] - field[s]).max() / (np.abs(field[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))
+            np.abs(slope[s] - speed[s]).max() / (np.abs(speed[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))
         ]
     return float(max(parts)) if np.isfinite(parts).all() else np.inf
 
