@@ -24,7 +24,7 @@ from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
 from numba.extending import lower_builtin
 
-from . import cache, jit
+from . import cache, jit, map_texts
 from .callees import Callee
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
@@ -114,12 +114,20 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    return _model_block(kind, *_built(value), degrees_of_freedom, vectors)
+    return _model_block(kind, *_built(value), degrees_of_freedom, vectors, winding_of(value))
 
 
 @functools.cache
-def _model_block(kind: str, line: str, classes: tuple, degrees_of_freedom: int, vectors: int) -> Any:
-    return _compiled(kind, line + TEXTS[kind](Rows(degrees_of_freedom, vectors)), classes, ())
+def _model_block(
+    kind: str, line: str, classes: tuple, degrees_of_freedom: int, vectors: int, winding: tuple[bool, ...] | None
+) -> Any:
+    texts = TEXTS if winding is None else map_texts.texts_of(winding)
+    return _compiled(kind, line + texts[kind](Rows(degrees_of_freedom, vectors)), classes, ())
+
+
+def winding_of(value: Any) -> tuple[bool, ...] | None:
+    """Return which rows (2n,) of a map have a period; None for what is no map."""
+    return tuple(period > 0 for period in value.periods()) if hasattr(value, "iterate") else None
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
@@ -138,7 +146,11 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     if n is None:
         raise TypeError(f"degrees_of_freedom must be given for {type(value).__name__}, which has none of its own")
     line, classes = _built(value)
-    return _text(kind, line + TEXTS[kind](Rows(n, vectors)), classes)
+    winding = winding_of(value)
+    texts = TEXTS if winding is None else map_texts.texts_of(winding)
+    if kind not in texts:
+        raise ValueError(f"kind must be one of {', '.join(map(repr, texts))} for a map, got {kind!r}")
+    return _text(kind, line + texts[kind](Rows(n, vectors)), classes)
 
 
 def function_block(function: Any) -> Any:
@@ -219,7 +231,7 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
         module = f"fastaff_block_{kind}_{key}"
     # Numba looks cached code's module up by name, so the text gets a real module.
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
-    names.update({name: _compilable(cls) for cls, name in classes}, fma=fma, **dict(namespace))
+    names.update({name: _compilable(cls) for cls, name in classes}, fma=fma, np=np, **dict(namespace))
     exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
     if not JIT_DISABLED:
         for cls, _ in classes:

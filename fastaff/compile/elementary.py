@@ -1,4 +1,5 @@
-"""exp and log without branches or tables, for loops over lanes, which then vectorise; and models that use them.
+"""exp, log, sin and cos without branches or tables, for loops over lanes, which then vectorise; and models that use
+them.
 
 Numba's own are calls for one number at a time: in a loop over lanes they cost five times as much and keep the rest of
 it scalar too.
@@ -16,12 +17,18 @@ from numba.core.types import Complex
 from numba.extending import overload
 
 from .blocks import inlined, is_value
+from .callees import Callee
+from .fused import FUSED, fma
 
 SHIFT = 6755399441055744.0
 """1.5 * 2^52: adding it rounds a number to a whole one, which is then in the low bits."""
 
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 """ln 2 in two parts; whole multiples of the first are exact."""
+
+
+HALF_PI = 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33
+"""pi/2 in three parts, each the next 53 bits."""
 
 
 def exp(x):
@@ -41,6 +48,21 @@ def log(x):
     Source: FDLIBM e_log.c (Sun Microsystems 1993), the polynomial in s^2.
     """
     return np.log(x)
+
+
+def sin(x):
+    """Return sin x: by the branch-free formula where it is compiled, else NumPy's.
+
+    x - k pi/2, with k the nearest whole number, by fused multiply-adds: to rounding for |x| < 1e9, absolutely to
+    1e-16 |x| 1e-9 beyond.
+    Source: FDLIBM k_sin.c and k_cos.c (Sun Microsystems 1993), the polynomials.
+    """
+    return np.sin(x)
+
+
+def cos(x):
+    """Return cos x: by the branch-free formula where it is compiled, else NumPy's; see `sin`."""
+    return np.cos(x)
 
 
 @overload(exp, jit_options={"error_model": "numpy", "forceinline": True})
@@ -96,9 +118,48 @@ def _log(x):
     return formula
 
 
+def _turned(x, quarters):
+    """Return sin(x + quarters pi/2)."""
+    whole = fma(x, 0.6366197723675814, SHIFT)
+    k = whole - SHIFT
+    r = fma(-k, HALF_PI[0], x)
+    r = fma(-k, HALF_PI[1], r)
+    r = fma(-k, HALF_PI[2], r)
+    z = r * r
+    s = fma(z, 1.58969099521155010221e-10, -2.50507602534068634195e-08)
+    s = fma(z, s, 2.75573137070700676789e-06)
+    s = fma(z, s, -1.98412698298579493134e-04)
+    s = fma(z, s, 8.33333333332248946124e-03)
+    s = fma(z, s, -1.66666666666666324348e-01)
+    sine = fma(z * r, s, r)
+    c = fma(z, -1.13596475577881948265e-11, 2.08757232129817482790e-09)
+    c = fma(z, c, -2.75573143513906633035e-07)
+    c = fma(z, c, 2.48015872894767294178e-05)
+    c = fma(z, c, -1.38888888888741095749e-03)
+    c = fma(z, c, 4.16666666666666019037e-02)
+    half = 0.5 * z
+    cosine = fma(z * z, c, 1.0 - half)
+    turn = np.float64(whole).view(np.int64) + quarters
+    value = cosine if turn & 1 else sine
+    return -value if turn & 2 else value
+
+
+_turn = Callee(_turned, constants=True, forceinline=True)
+
+
+@overload(sin, jit_options={"error_model": "numpy", "forceinline": True})
+def _sin(x):
+    return (lambda x: np.sin(x)) if isinstance(x, Complex) or not FUSED else (lambda x: _turn(x, 0))
+
+
+@overload(cos, jit_options={"error_model": "numpy", "forceinline": True})
+def _cos(x):
+    return (lambda x: np.cos(x)) if isinstance(x, Complex) or not FUSED else (lambda x: _turn(x, 1))
+
+
 _numpy: Any = types.ModuleType("numpy")  # named so that caches know what it holds
 _numpy.__dict__.update(vars(np))
-_numpy.exp, _numpy.log = exp, log
+_numpy.exp, _numpy.log, _numpy.sin, _numpy.cos = exp, log, sin, cos
 
 
 def branch_free(value: Any) -> Any:

@@ -12,7 +12,7 @@ from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..kernels import escape
-from ..models.contracts import Kind, Model, Potential, Section, coordinate_names, kind_of, planar, quadratic
+from ..models.contracts import Kind, Map, Model, Potential, Section, coordinate_names, kind_of, planar, quadratic
 from ..models.mechanics import energies, kinetic_energies, potential_energies, slopes
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
@@ -22,7 +22,10 @@ LARGEST = 1e150
 
 
 RUNS = (Kind.SEPARABLE,)
-"""Kinds of models that run."""
+"""Kinds of models that run in time."""
+
+EVERY = (*RUNS, Kind.MAP)
+"""These, and maps."""
 
 
 def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
@@ -34,7 +37,8 @@ def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
             f"({type(model).__name__}){_instead(model)}"
         )
-    missing = lacking(model, Model)
+    contract = Map if kind_of(model) is Kind.MAP else Model
+    missing = lacking(model, contract)
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
@@ -84,6 +88,8 @@ def lacking(value: Any, contract: Any) -> list[str]:
 
 def _evaluated(name: str, model: Any) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
+    if kind_of(model) is Kind.MAP:
+        return _evaluated_map(name, model)
     for part in (model, getattr(model, "potential", None)):
         _functions(part)
     n = model.degrees_of_freedom
@@ -103,6 +109,23 @@ def _evaluated(name: str, model: Any) -> None:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
 
 
+def _evaluated_map(name: str, model: Any) -> None:
+    """Refuse a map whose parts do not fit together."""
+    q, p = _some_point(model.degrees_of_freedom)
+    try:
+        with np.errstate(all="ignore"):
+            rows = model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q), model.periods()
+            margin = model.margin(*q)
+        if [len(row) for row in rows] != [2 * len(q)] * 3 or any(np.shape(x) != () for row in rows for x in row):
+            raise TypeError("iterate, tangent_iterate and periods must give one number for each row")
+        if np.shape(margin) != ():
+            raise TypeError("the margin must be one number")
+    except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
+        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
+    if not all(np.isfinite(period) and period >= 0 for period in rows[2]):
+        raise ValueError(f"{name} {shown(model)}: periods must be positive, or 0 for none, got {rows[2]}")
+
+
 @functools.lru_cache
 def _some_point(n: int) -> tuple[tuple, tuple]:
     """Return n coordinates and momenta at which models are tried."""
@@ -117,9 +140,11 @@ def _parameters(name: str, value: Any) -> np.ndarray:
         raise type(problem)(f"{name} has a wrong parameter: {problem}") from None
 
 
-def checked_tangent_model(model: Any, name: str = "body") -> Any:
+def checked_tangent_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
     """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
-    checked_model(model, name)
+    checked_model(model, name, kinds)
+    if kind_of(model) is Kind.MAP:
+        return model
     n = model.degrees_of_freedom
     try:
         with np.errstate(all="ignore"):
@@ -280,12 +305,23 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
     nor the zero of V.
     """
+    if kind_of(model) is Kind.MAP:
+        return _map_radii(model, z)
     reach, limit = np.empty((2, z.shape[1]))
     limit[:] = energies(model, z) if energy is None else energy
     for start in range(0, len(reach), CHUNK):
         part = slice(start, start + CHUNK)
         with np.errstate(all="ignore"):
             _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
+    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
+
+
+def _map_radii(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return `escape_radii` of a map: by the distance of its starts; none where all coordinates are angles."""
+    n = len(z) // 2
+    free = np.array([period == 0 for period in model.periods()[:n]])
+    with np.errstate(all="ignore"):
+        reach = np.abs(z[:n][free]).max(axis=0, initial=0.0)
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 

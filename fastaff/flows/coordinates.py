@@ -16,7 +16,7 @@ NAMED = (ALPHA_BETA, R_VARTHETA, TWO_POLAR, ELLIPTIC)
 def row_names(model: Any) -> tuple[str, ...]:
     """Return the names of the rows of z (2n, ...): the model's coordinates, or q1 to qn, then their momenta."""
     names = coordinate_names(model)
-    return (*names, *(f"p_{name}" for name in names))
+    return (*names, *getattr(model, "momenta", [f"p_{name}" for name in names]))
 
 
 def in_chart(z: np.ndarray, chart: Chart) -> np.ndarray:

@@ -20,7 +20,7 @@ from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
 from ..models.mechanics import energies, kinetic_energies, slopes
-from ..schemes.catalogue import RungeKutta, Splitting
+from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift, escape_radii
 from .ensemble import Ensemble
@@ -110,6 +110,11 @@ class Flow:
         return self.scheme.adaptive
 
     @property
+    def exact(self) -> bool:
+        """Whether it is a map: there is no step to shorten."""
+        return self.scheme is ITERATION
+
+    @property
     def alike(self) -> bool:
         """Whether all orbits have one step or one pair of tolerances, that others chose."""
         return self.adaptive
@@ -172,7 +177,7 @@ class Flow:
         """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`; itself if
         adaptive.
         """
-        return self if self.adaptive else replace(self, step=time / (parts * self.steps(time / parts)))
+        return self if self.adaptive or self.exact else replace(self, step=time / (parts * self.steps(time / parts)))
 
     def sized(self, step: np.ndarray) -> Flow:
         """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with

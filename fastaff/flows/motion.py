@@ -10,8 +10,9 @@ import numpy as np
 from ..base.status import Status
 from ..base.sums import length, total
 from ..kernels.averages import scales
+from ..models.contracts import Kind, kind_of
 from ..models.mechanics import kinetic_energies
-from ..schemes.catalogue import KAHAN_LI8
+from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
 
@@ -80,6 +81,8 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     The look's step is fitted to what it finds until it is about a fifth of a radian.
     Cost: 64 steps a look, mostly one or two.
     """
+    if kind_of(model) is Kind.MAP:
+        return _motion_of_map(model, z, threads)
     n, orbits = z.shape[0] // 2, z.shape[1]
     one, each = np.zeros(orbits), np.zeros((n, orbits))
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1)
@@ -88,6 +91,28 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
         for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads), strict=True):
             whole[..., part] = entry
     return found
+
+
+def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
+    """Return the scales of a map's orbits: a radian an iterate, and half of what LOOKS iterates extend over, or the
+    distance from 0 where they do not move; the periods count as 2 pi.
+    """
+    n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(model, z)
+    size, one = np.empty(z.shape), np.ones(orbits)
+    for start in range(0, orbits, CHUNK):
+        part = slice(start, start + CHUNK)
+        flow = Flow(model, ITERATION, 1.0, 1e-12, 1e-12, threads)
+        ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=radius[part])
+        states = flow.sampled(ensemble, LOOKS, time=float(LOOKS))
+        with np.errstate(all="ignore"):
+            states = np.concatenate([z[:, part].T[:, None], states], axis=1)
+            spread = (np.fmax.reduce(states, axis=1) - np.fmin.reduce(states, axis=1)).T / 2
+            size[:, part] = np.where(spread > 0, spread, np.abs(z[:, part]))
+    for row, period in enumerate(model.periods()):
+        if period > 0:
+            size[row] = period / (2 * np.pi)
+    size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
+    return Motion(one, np.zeros(orbits), size[:n], size[n:], radius, one.copy())
 
 
 def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import numbers, positive, shown
+from ..compile.elementary import branch_free
 from ..compile.threads import checked_threads
-from ..models.contracts import quadratic
+from ..models.contracts import Kind, kind_of, quadratic
 from ..schemes.automatic import Automatic, Trial, cheapest
-from ..schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting
+from ..schemes.catalogue import ITERATION, KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
-from .checks import checked_model, checked_scheme, phase_points, suited_scheme
+from .checks import EVERY, checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow, Report
 from .motion import motion
 from .time_transformed import prepared
@@ -120,7 +121,9 @@ def plan(
     The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of the orbits, some 64
     evenly from their order: they belong to the set. A step in time belongs to its orbit alone.
     """
-    z = phase_points("z0", z0, checked_model(model))
+    z = phase_points("z0", z0, checked_model(model, kinds=EVERY))
+    if kind_of(model) is Kind.MAP:
+        return _iterated(model, z, options)
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
     if scheme is None:
         wanted = options.accuracy or error or ACCURACY
@@ -152,6 +155,26 @@ def plan(
         flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why))
+
+
+def iterates(model: Any, name: str, count: Any) -> float:
+    """Return a time: of a map a whole number of iterates, else any positive number."""
+    if kind_of(model) is not Kind.MAP:
+        return positive(name, count)
+    number = positive(name, count)
+    if number != math.floor(number):
+        raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
+    return number
+
+
+def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
+    """Return the plan of a map, which has neither scheme nor step; its sines are the compiled ones."""
+    for name in ("scheme", "step", "accuracy"):
+        given = getattr(options, name)
+        if given is not None and given is not ITERATION:
+            raise ValueError(f"{name} is for systems in time: a map is iterated as it is; got {shown(given)}")
+    flow = Flow(branch_free(model), ITERATION, 1.0, options.rtol, options.atol, checked_threads(options.threads))
+    return Plan(flow, z, "a map, iterated as it is")
 
 
 def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None) -> Trial:

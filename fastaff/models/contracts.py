@@ -63,6 +63,36 @@ class Model(Protocol):
 
 
 @runtime_checkable
+class Map(Protocol):
+    """A map z -> M(z) of phase points of 2n rows, coordinates, then momenta. Its time is the number of iterates.
+
+    iterate(q..., p...): the 2n numbers of the image, angles as they wind on; tangent_iterate(q..., p..., dq..., dp...):
+    the derivative applied to a vector; periods(): for each row its period, 0 where it has none; margin(q...): positive
+    where the map lives. Optional: coordinates and momenta, n names each.
+    """
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number n of coordinates."""
+
+    @property
+    def iterate(self) -> Arithmetic:
+        """The image of a phase point, 2n numbers of 2n."""
+
+    @property
+    def tangent_iterate(self) -> Arithmetic:
+        """The image of a vector at a phase point, 2n numbers of 4n."""
+
+    @property
+    def periods(self) -> Arithmetic:
+        """A function of nothing: the periods of the rows, 0 where there is none."""
+
+    @property
+    def margin(self) -> Arithmetic:
+        """A function of n coordinates that is positive where the map lives."""
+
+
+@runtime_checkable
 class Potential(Protocol):
     """A doubly isotropic potential V(A, B) of A = alpha^2, B = beta^2. Optional: curvatures(A, B) = V_AA, V_AB,
     V_BB.

@@ -1,10 +1,15 @@
-"""What a model says of phase points: velocities, forces, energies. The one place that knows a model's `Kind`."""
+"""What a model says of phase points: velocities, forces, energies. The one place that knows a model's `Kind`.
+
+A map has no energy: it is 0, as its kinetic energy is, so that nothing drifts.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+
+from .contracts import Kind, kind_of
 
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:
@@ -25,12 +30,16 @@ def slopes(model: Any, z: np.ndarray) -> np.ndarray:
 
 def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...)."""
+    if kind_of(model) is Kind.MAP:
+        return _full(0.0, z)
     with np.errstate(all="ignore"):
         return _full(model.kinetic_energy(*z[model.degrees_of_freedom :]), z)
 
 
 def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return what is left of the energy beside the kinetic one, of phase points z (2n, ...)."""
+    if kind_of(model) is Kind.MAP:
+        return _full(0.0, z)
     with np.errstate(all="ignore"):
         return _full(model.potential_energy(*z[: model.degrees_of_freedom]), z)
 

@@ -39,7 +39,7 @@ def _label(scheme: "Splitting | RungeKutta") -> None:
 
 def _shown(scheme: "Splitting | RungeKutta") -> str:
     """Name a scheme of the package as code does, others with what they are; the coefficients are attributes."""
-    if SCHEMES.get(scheme.name) == scheme:
+    if scheme.name == ITERATION.name or SCHEMES.get(scheme.name) == scheme:
         return scheme.name
     return f"{type(scheme).__name__}(name={scheme.name!r}, order={scheme.order}, stages={scheme.stages})"
 
@@ -312,6 +312,14 @@ LEAPFROG = Splitting(
     kick=(1.0,),
 )
 
+ITERATION = Splitting(
+    name="ITERATION",
+    order=1,
+    source="a map is iterated as it is: no step, no error of a scheme",
+    drift=(0.5, 0.5),
+    kick=(1.0,),
+)
+
 YOSHIDA4 = triple_jump(
     LEAPFROG,
     name="YOSHIDA4",
@@ -436,7 +444,7 @@ def scheme_named(name: str) -> Scheme:
         raise TypeError(
             f"name must be the name of a scheme, one of {', '.join(SCHEMES)}, got {name!r} ({type(name).__name__})"
         )
-    return SCHEMES[named("name of a scheme", name, SCHEMES)]
+    return ITERATION if name == ITERATION.name else SCHEMES[named("name of a scheme", name, SCHEMES)]
 
 
 def scheme_of(value: Any, _: Any = None) -> Any:

@@ -13,14 +13,14 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import flag, portion, positive, real, whole
+from ...base.numbers import flag, portion, real, whole
 from ...base.recipe import recorded
 from ...base.results import Result, put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
-from ...flows.checks import checked_model
+from ...flows.checks import EVERY, checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
-from ...flows.options import Options, plan
+from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
@@ -29,6 +29,7 @@ from ..orbits.tangent_map import stable_plan
 from .indicators import (
     GALI,
     MEGNO,
+    OFLI,
     SALI,
     BirkhoffDigits,
     Character,
@@ -149,6 +150,8 @@ def chaos_map(
     default: columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`. Returns
     ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
+    Of a map the time is a number of iterates, values of exponents and limits count a radian for each; a spectrum takes
+    2n vectors where it is not symplectic. OFLI and ReversibilityError need a flow.
     All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the
     scheme and is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that
     makes one of positions and momenta: with other units of length, time and mass the values and verdicts are the same.
@@ -163,8 +166,9 @@ def chaos_map(
     Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history.
     Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
-    time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
-    chosen = _checked(indicators, checked_model(body))
+    time = iterates(body, "time", time)
+    options = Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
+    chosen = _checked(indicators, checked_model(body, kinds=EVERY))
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if isinstance(entry, Streamed)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
@@ -181,7 +185,7 @@ def chaos_map(
         return _result(work, options.energy_tolerance, False)
 
     found = mapped(flow, z, deviations, report)
-    for halving in range(1, 1 + (HALVINGS if step is None and not flow.adaptive else 0)):
+    for halving in range(1, 1 + (HALVINGS if step is None and not (flow.adaptive or flow.exact) else 0)):
         drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
         if drifted.size:
             shorter = flow.of(drifted)
@@ -278,6 +282,8 @@ def _check_scheme(chosen: tuple[Indicator, ...], flow: Flow) -> None:
     for entry in chosen:
         if isinstance(entry, BirkhoffDigits) and flow.adaptive:
             raise ValueError(f"BirkhoffDigits needs a scheme of fixed steps, got {flow.scheme.name}")
+        if flow.exact and (isinstance(entry, (ReversibilityError, OFLI)) or getattr(entry, "across_flow", False)):
+            raise ValueError(f"{type(entry).__name__} needs a flow, along which a map does not go: take FLI or GALI")
         if isinstance(entry, ReversibilityError) and not flow.scheme.symplectic:
             raise ValueError(f"ReversibilityError needs a splitting, which is reversible, got {flow.scheme.name}")
 

@@ -14,9 +14,11 @@ from ...base.sums import length
 from ...flows import observers
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report
-from ...flows.motion import inverse_masses, natural_rates
+from ...flows.motion import inverse_masses, motion, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of
+from ...models.contracts import Kind, kind_of
+from ...models.maps import symplectic
 from ..orbits.tangent_map import checked_deviations
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, ZeroOne, limit_of
 from .translations import median_correlation, sampling
@@ -24,6 +26,10 @@ from .translations import median_correlation, sampling
 DEPENDENT = 1e-10
 """Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.
 """
+
+
+ITERATES = 8.0
+"""Iterates of a map after which vectors are made orthonormal again, sooner where the first has grown long."""
 
 
 def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.ndarray:
@@ -39,6 +45,10 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
     time. The scaling is symplectic, so volumes and exponents stay what they are.
     """
+    if kind_of(model) is Kind.MAP:
+        found = motion(model, z0)
+        own = np.sqrt(found.momentum / found.position)
+        return np.concatenate([own, 1 / own])
     inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))
     inverse = np.where(np.isfinite(inverse) & (inverse > 0), inverse, 1.0)
     own = np.sqrt(rates / inverse)
@@ -149,11 +159,15 @@ class ChaosRun:
         growth.metric[:] = self.scale**2
         # About a radian, as a power of two steps: lanes that share their steps then share the work.
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
+        if self.flow.exact:
+            steps = np.full(self.orbits, ITERATES)
         self.memory[ROWS.stride] = self.memory[ROWS.left] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
 
     def _start(self, deviations: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
         needed = max(entry.vectors(self.n) for _, entry in self.tangent)
+        if self._spectrum and self.flow.exact and not symplectic(self.flow.model):
+            needed = 2 * self.n
         if deviations is None:
             start, self.first = symplectic_frame(self.n, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
         else:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import fits, positive, whole
+from ...base.numbers import fits, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import starts_of, takes
@@ -21,7 +21,7 @@ from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
 from ...flows.motion import motion
-from ...flows.options import Options, plan
+from ...flows.options import Options, iterates, plan
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies
@@ -102,6 +102,8 @@ def integrate(
     Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
     on Ctrl-C, with `.partial`.
 
+    A map is iterated `time` times, which is a whole number that `samples` divides; it has neither step nor scheme, and
+    no energy: its energy errors are 0.
     Errors: with an accuracy, from the difference to a run with twice the step, whose momenta are slowed by so little
     that the energy lost stands for the random walk that rounding makes: the orbit itself amplifies it, next to a
     separatrix by many orders. They cover 99 % of the true errors. Where rounding alone exceeds the accuracy the error
@@ -115,12 +117,14 @@ def integrate(
     Memory at its peak: six times z0, twelve with an accuracy, and the samples (bench/memory.py).
     Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
     """
-    time = positive("time", time)
+    time = iterates(body, "time", time)
     count = whole("samples", samples, 0)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
-    goal = options.goal()
+    if flow.exact and count and time % count:
+        raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
+    goal = None if flow.exact else options.goal()
     work: Any = (
         _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
     )

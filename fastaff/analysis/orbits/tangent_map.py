@@ -9,18 +9,18 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import numbers, positive
+from ...base.numbers import numbers
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
-from ...flows.checks import checked_tangent_model
+from ...flows.checks import EVERY, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
-from ...flows.options import Options, Plan, plan
+from ...flows.options import Options, Plan, iterates, plan
 from ...models.contracts import Model
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 
@@ -81,7 +81,10 @@ def tangent_map(
     Cost: about as much as one more orbit for each vector, less what orbit and vectors share.
     Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
     """
-    time, options = positive("time", time), Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
+    time, options = (
+        iterates(body, "time", time),
+        Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report),
+    )
     flow, z, _ = stable_plan(body, z0, options)
     start = checked_deviations(deviations, z)
     flow = replace(flow, vectors=len(start))
@@ -105,8 +108,8 @@ def stable_plan(body: Any, z0: Any, options: Options) -> Plan:
 
     A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
     """
-    found = plan(checked_tangent_model(body), z0, options)
-    if options.step is None and not found.flow.adaptive:
+    found = plan(checked_tangent_model(body, kinds=EVERY), z0, options)
+    if options.step is None and not (found.flow.adaptive or found.flow.exact):
         steps = np.minimum(found.flow.step, 1 / fastest_rates(body, found.z))
         found = found._replace(flow=replace(found.flow, step=steps))
     return found

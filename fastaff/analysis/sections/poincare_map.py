@@ -18,7 +18,7 @@ from ...base.status import Status
 from ...charts import Chart
 from ...flows import observers
 from ...flows.accuracy import Steps, halved, planned
-from ...flows.checks import checked_chart, checked_model, checked_section, energy_drift
+from ...flows.checks import EVERY, checked_chart, checked_model, checked_section, energy_drift
 from ...flows.coordinates import chart_row, in_chart, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error
@@ -29,7 +29,7 @@ from ...formulas.section_text import section_of
 from ...kernels import crossings as kernels
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
-from ...models.contracts import Model, Section
+from ...models.contracts import Kind, Map, Model, Section, kind_of
 from ...models.mechanics import slopes
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
@@ -104,12 +104,12 @@ class SectionMap(Result):
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def poincare_map(
-    body: Model,
+    body: Model | Map,
     z0: Any,
     *,
-    section: Section,
+    section: Section | None = None,
     crossings: int,
-    max_time: float,
+    max_time: float | None = None,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
@@ -119,11 +119,12 @@ def poincare_map(
     threads: int | None = None,
     report: Report | None = None,
 ) -> SectionMap:
-    """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`.
+    """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
 
     Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own), or its text, such
     as "alpha-turning", "beta=0.2", "x=0" (crossed upwards); crossings >= 1; max_time > 0 ends every orbit, whatever it
-    does; accuracy: error that times (times the angular frequency) and points (relative to the amplitudes of the motion)
+    does; a map takes neither of both: its crossings are its iterates, the times their numbers; accuracy: error that
+    times (times the angular frequency) and points (relative to the amplitudes of the motion)
     may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report as
     in `integrate`. Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
     `.partial`.
@@ -141,15 +142,50 @@ def poincare_map(
     Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
     """
     wanted = whole("crossings", crossings, 1)
-    max_time = positive("max_time", max_time)
-    checked_section(section, checked_model(body))
+    checked_model(body, kinds=EVERY)
+    mapping = kind_of(body) is Kind.MAP
+    for name, given in (("section", section), ("max_time", max_time)):
+        if mapping and given is not None:
+            raise ValueError(f"{name} is for systems in time: the crossings of a map are its iterates; got {given!r}")
+    if not mapping:
+        max_time = positive("max_time", max_time)
+        checked_section(section, body)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
+    if mapping:
+        return _iterated(flow, body, z, wanted, report)
     goal, tolerance = options.goal(), options.energy_tolerance
     fits("crossings", wanted, *z.shape)
     if goal is not None:
         return _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
     return _mapped(flow, body, z, section, wanted, max_time, tolerance, report)[0]
+
+
+def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:
+    """Return the iterates of a map."""
+    ensemble, time = flow.ensemble(z), np.arange(1.0, wanted + 1)
+    states, interrupted = flow.trajectory(ensemble, float(wanted), wanted, report)
+    counts = np.isfinite(states).all(axis=1).sum(axis=0)
+    nothing = np.zeros(counts.size)
+    if interrupted:
+        ensemble.status[(ensemble.status == Status.OK) & (counts < wanted)] = Status.INTERRUPTED
+    times = np.where(time[:, None] <= counts, time[:, None], np.nan)
+    found = SectionMap(
+        states.transpose(1, 0, 2),
+        times,
+        counts,
+        nothing,
+        nothing.copy(),
+        ensemble.status,
+        None,
+        flow.scheme,
+        flow.step,
+        row_names(body),
+    )
+    with keeping("poincare_map", lambda: found):
+        if interrupted:
+            raise KeyboardInterrupt
+    return found
 
 
 def _mapped(

@@ -1,0 +1,140 @@
+"""Texts of block functions of maps: loops over lanes around the scalar methods `iterate` and `tangent_iterate`.
+
+State blocks are those of `texts`. A row that has a period is brought back to half a period around 0 after each iterate,
+so that sines of angles that wind lose no digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .jit import LANES
+from .texts import Rows, _at, _indent, _list, _loop
+
+Winding = tuple[bool, ...]
+
+
+def texts_of(winding: Winding) -> dict[str, Callable[[Rows], str]]:
+    """Return the texts by kind, for maps of which these rows (2n,) have a period."""
+    return {
+        "splitting": lambda rows: _iterates(rows, winding),
+        "march": lambda rows: _march(rows, winding),
+        "check": _check,
+        "inside": _inside,
+        "kinetic": lambda rows: _observable(rows, winding),
+    }
+
+
+def _names(rows: Rows, vector: int) -> list[str]:
+    """Return the names of the numbers of the orbit (0), q0, ..., p0, ..., or of a tangent vector."""
+    first = range(vector * rows.n, (vector + 1) * rows.n)
+    return [f"q{r}" for r in first] + [f"p{r}" for r in first]
+
+
+def _places(rows: Rows, vector: int) -> list[int]:
+    """Return the rows of these numbers."""
+    first = range(vector * rows.n, (vector + 1) * rows.n)
+    return [*first, *(rows.half + r for r in first)]
+
+
+def _periods(winding: Winding) -> str:
+    """Text that reads the periods."""
+    wound = [r for r, winds in enumerate(winding) if winds]
+    text = "periods = value.periods()\n" if wound else ""
+    return text + "".join(f"period{r}, turns{r} = periods[{r}], 1.0/periods[{r}]\n" for r in wound)
+
+
+def _image(rows: Rows, winding: Winding) -> str:
+    """Text that sets z0, z1, ... to the image of the orbit."""
+    text = f"{_list('z', range(2 * rows.n))}, = value.iterate({', '.join(_names(rows, 0))})\n"
+    return text + "".join(f"z{r} -= period{r}*np.rint(z{r}*turns{r})\n" for r, winds in enumerate(winding) if winds)
+
+
+def _vector_image(rows: Rows, vector: int) -> str:
+    """Text that sets w0, w1, ... to the image of a tangent vector."""
+    given = ", ".join(_names(rows, 0) + _names(rows, vector))
+    return f"{_list('w', range(2 * rows.n))}, = value.tangent_iterate({given})\n"
+
+
+def _read(rows: Rows, vector: int) -> str:
+    return "".join(f"{name} = {_at(r)}\n" for name, r in zip(_names(rows, vector), _places(rows, vector), strict=True))
+
+
+def _stored(rows: Rows, vector: int, letter: str) -> str:
+    return "".join(f"{_at(r)} = {letter}{k}\n" for k, r in enumerate(_places(rows, vector)))
+
+
+def _iterates(rows: Rows, winding: Winding) -> str:
+    """So many iterates; ends early, after the one with which a lane leaves the domain; returns their number.
+
+    Vectors move before the orbit, whose derivative takes them along.
+    """
+    loops = ""
+    for group in reversed(rows.groups):
+        body = _read(rows, 0)
+        for vector in [part.start // rows.n for part in rows.parts(group) if part.start]:
+            body += _read(rows, vector) + _vector_image(rows, vector) + _stored(rows, vector, "w")
+        if group.start == 0:
+            body += _image(rows, winding) + _stored(rows, 0, "z")
+            body += f"outside += 0 if value.margin({_list('z', range(rows.n))}) > 0.0 else 1\n"
+        loops += _loop(body, 2)
+    return (
+        _indent(_periods(winding), 1)
+        + f"    taken = 0\n    while taken < steps:\n        outside = 0\n{loops}"
+        + "        taken += 1\n        if outside > 0:\n            break\n    return taken\n"
+    )
+
+
+def _march(rows: Rows, winding: Winding) -> str:
+    """Iterates of lane 0 with its state in scalars, and the bits of `splitting`: for a single orbit."""
+    every = [(name, r) for v in range(1 + rows.vectors) for name, r in zip(_names(rows, v), _places(rows, v))]
+    body = ""
+    for vector in range(1, 1 + rows.vectors):
+        body += _vector_image(rows, vector)
+        body += "".join(f"{name} = w{k}\n" for k, name in enumerate(_names(rows, vector)))
+    body += _image(rows, winding) + "".join(f"{name} = z{k}\n" for k, name in enumerate(_names(rows, 0)))
+    body += f"taken += 1\nif not value.margin({_list('q', range(rows.n))}) > 0.0:\n    break\n"
+    return (
+        _indent(_periods(winding) + "".join(f"{name} = z[{r * LANES}]\n" for name, r in every), 1)
+        + "    taken = 0\n    while taken < steps:\n"
+        + _indent(body, 2)
+        + _indent("".join(f"z[{r * LANES}] = {name}\n" for name, r in every), 1)
+        + "    return taken\n"
+    )
+
+
+def _check(rows: Rows) -> str:
+    z = [f"z{r}" for r in range(2 * rows.half)]
+    return _loop(
+        "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
+        + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
+        f"size = {' + '.join(f'{name}*{name}' for name in z[: rows.n])}\n"
+        f"code = 0.0 if value.margin({', '.join(z[: rows.n])}) > 0.0 else 2.0\n"
+        "code = code if size < radius[i]*radius[i] else 3.0\n"
+        "result[i] = code if finite == 0.0 else 1.0\n",
+        1,
+    )
+
+
+def _inside(rows: Rows) -> str:
+    z = [_at(r) for r in range(2 * rows.half)]
+    return _loop(
+        f"margin = value.margin({', '.join(z[: rows.n])})\n"
+        f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
+        "code = 2.0 if finite == 0.0 else 1.0\n"
+        "result[i] = 0.0 if margin > 0.0 else code\n",
+        1,
+    )
+
+
+def _observable(rows: Rows, winding: Winding) -> str:
+    """A smooth function of phase points, where indicators of systems in time look at the kinetic energy: of cosines of
+    angles, without their momenta, which may grow for ever.
+    """
+    n, terms = rows.n, []
+    for k, r in enumerate(rows.orbit):
+        if winding[k]:
+            terms.append(f"np.cos(6.283185307179586*turns{k}*{_at(r)})")
+        elif not winding[k % n]:
+            terms.append(_at(r))
+    return _indent(_periods(winding), 1) + _loop(f"result[i] = {' + '.join(terms)}\n", 1)

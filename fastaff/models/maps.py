@@ -1,0 +1,314 @@
+"""Maps as models: the standard map, Henon's, Froeschle's, an accelerator's, and an integrable one.
+
+A map is a NamedTuple of float parameters with plain methods: iterate(q..., p...), 2n numbers of 2n, and
+tangent_iterate(q..., p..., dq..., dp...), the derivative of it applied to a vector; periods(), 2n numbers: the period
+of each coordinate and momentum that has one, else 0; margin(q...), positive where it lives. Its time is the number of
+iterates, its exponents and tunes are per iterate. `fastaff.mapping` writes one from a text.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .contracts import Kind
+
+TURN = 2 * np.pi
+
+
+class StandardMap(NamedTuple):
+    """The standard map p' = p + K sin x, x' = x + p', x an angle.
+
+    The last rotational invariant curve, of the golden mean, breaks at K = 0.971635406.
+    Source: Chirikov 1979, Phys. Rep. 52, 263; Greene 1979, J. Math. Phys. 20, 1183.
+    """
+
+    K: float = 0.971635406
+
+    @property
+    def kind(self) -> Kind:
+        """A map."""
+        return Kind.MAP
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 1."""
+        return 1
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return ("x",)
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta."""
+        return ("p",)
+
+    def periods(self):
+        """Return the periods of x and p."""
+        return TURN, 0.0
+
+    def iterate(self, x, p):
+        """Return x', p'."""
+        p1 = p + self.K * np.sin(x)
+        return x + p1, p1
+
+    def tangent_iterate(self, x, p, dx, dp):
+        """Return the derivative of the map applied to a vector."""
+        dp1 = dp + self.K * np.cos(x) * dx
+        return dx + dp1, dp1
+
+    def margin(self, x):
+        """Return 1: it lives everywhere."""
+        return 1.0 + 0.0 * x
+
+
+class HenonMap(NamedTuple):
+    """Henon's quadratic area-preserving map: a turn by 2 pi nu after the kick x^2,
+    x' = x cos + (p + x^2) sin, p' = -x sin + (p + x^2) cos.
+
+    Source: Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
+    """
+
+    nu: float = 0.2114
+
+    @property
+    def kind(self) -> Kind:
+        """A map."""
+        return Kind.MAP
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 1."""
+        return 1
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return ("x",)
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta."""
+        return ("p",)
+
+    def periods(self):
+        """Return 0: nothing winds."""
+        return 0.0, 0.0
+
+    def iterate(self, x, p):
+        """Return x', p'."""
+        c, s, kick = np.cos(TURN * self.nu), np.sin(TURN * self.nu), p + x * x
+        return c * x + s * kick, c * kick - s * x
+
+    def tangent_iterate(self, x, p, dx, dp):
+        """Return the derivative of the map applied to a vector."""
+        c, s, kick = np.cos(TURN * self.nu), np.sin(TURN * self.nu), dp + 2 * x * dx
+        return c * dx + s * kick, c * kick - s * dx
+
+    def margin(self, x):
+        """Return 1: it lives everywhere."""
+        return 1.0 + 0.0 * x
+
+
+class McMillanMap(NamedTuple):
+    """McMillan's integrable map x' = p, p' = -x + 2 m p/(1 + p^2): it has no chaotic orbit.
+
+    It keeps x^2 p^2 + x^2 + p^2 - 2 m x p.
+    Source: McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
+    """
+
+    m: float = 1.6
+
+    @property
+    def kind(self) -> Kind:
+        """A map."""
+        return Kind.MAP
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 1."""
+        return 1
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return ("x",)
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta."""
+        return ("p",)
+
+    def periods(self):
+        """Return 0: nothing winds."""
+        return 0.0, 0.0
+
+    def iterate(self, x, p):
+        """Return x', p'."""
+        return p, 2 * self.m * p / (1 + p * p) - x
+
+    def tangent_iterate(self, x, p, dx, dp):
+        """Return the derivative of the map applied to a vector."""
+        w = 1 / (1 + p * p)
+        return dp, 2 * self.m * (1 - p * p) * w * w * dp - dx
+
+    def margin(self, x):
+        """Return 1: it lives everywhere."""
+        return 1.0 + 0.0 * x
+
+
+class FroeschleMap(NamedTuple):
+    """Two standard maps, coupled: p_1' = p_1 + K_1 sin x_1 + b sin(x_1 + x_2), p_2' likewise, x' = x + p'.
+
+    Source: Froeschle 1972, Astron. Astrophys. 16, 172.
+    """
+
+    K_1: float = 0.5
+    K_2: float = 0.3
+    b: float = 0.02
+
+    @property
+    def kind(self) -> Kind:
+        """A map."""
+        return Kind.MAP
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 2."""
+        return 2
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return ("x_1", "x_2")
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta."""
+        return ("p_1", "p_2")
+
+    def periods(self):
+        """Return the periods of both angles, and 0 for the momenta."""
+        return TURN, TURN, 0.0, 0.0
+
+    def iterate(self, x_1, x_2, p_1, p_2):
+        """Return x_1', x_2', p_1', p_2'."""
+        both = self.b * np.sin(x_1 + x_2)
+        a, c = p_1 + self.K_1 * np.sin(x_1) + both, p_2 + self.K_2 * np.sin(x_2) + both
+        return x_1 + a, x_2 + c, a, c
+
+    def tangent_iterate(self, x_1, x_2, p_1, p_2, dx_1, dx_2, dp_1, dp_2):
+        """Return the derivative of the map applied to a vector."""
+        both = self.b * np.cos(x_1 + x_2) * (dx_1 + dx_2)
+        a = dp_1 + self.K_1 * np.cos(x_1) * dx_1 + both
+        c = dp_2 + self.K_2 * np.cos(x_2) * dx_2 + both
+        return dx_1 + a, dx_2 + c, a, c
+
+    def margin(self, x_1, x_2):
+        """Return 1: it lives everywhere."""
+        return 1.0 + 0.0 * (x_1 + x_2)
+
+
+class OneTurnMap(NamedTuple):
+    """The one-turn map of a linear accelerator lattice with one sextupole and one octupole: the 4-D Henon map.
+
+    A kick p_x += x^2 - y^2 + k (x^3 - 3 x y^2), p_y += -2 x y + k (y^3 - 3 x^2 y), then turns by 2 pi nu_x and
+    2 pi nu_y of the normalised coordinates. A particle is lost where x^2 + y^2 reaches aperture^2.
+    Source: Bazzani, Servizi, Todesco & Turchetti 1994, CERN 94-02; Todesco & Giovannozzi 1996, Phys. Rev. E 53, 4067.
+    """
+
+    nu_x: float = 0.28
+    nu_y: float = 0.31
+    octupole: float = 0.0
+    aperture: float = 1e3
+
+    @property
+    def kind(self) -> Kind:
+        """A map."""
+        return Kind.MAP
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 2."""
+        return 2
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return ("x", "y")
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta."""
+        return ("p_x", "p_y")
+
+    def periods(self):
+        """Return 0: nothing winds."""
+        return 0.0, 0.0, 0.0, 0.0
+
+    def iterate(self, x, y, p_x, p_y):
+        """Return x', y', p_x', p_y'."""
+        cx, sx, cy, sy = (
+            np.cos(TURN * self.nu_x),
+            np.sin(TURN * self.nu_x),
+            np.cos(TURN * self.nu_y),
+            np.sin(TURN * self.nu_y),
+        )
+        xx, yy, k = x * x, y * y, self.octupole
+        a = p_x + xx - yy + k * x * (xx - 3 * yy)
+        b = p_y - 2 * x * y + k * y * (yy - 3 * xx)
+        return cx * x + sx * a, cy * y + sy * b, cx * a - sx * x, cy * b - sy * y
+
+    def tangent_iterate(self, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
+        """Return the derivative of the map applied to a vector."""
+        cx, sx, cy, sy = (
+            np.cos(TURN * self.nu_x),
+            np.sin(TURN * self.nu_x),
+            np.cos(TURN * self.nu_y),
+            np.sin(TURN * self.nu_y),
+        )
+        k = 3 * self.octupole
+        even, odd = 2 * x + k * (x * x - y * y), 2 * y + 2 * k * x * y
+        a = dp_x + even * dx - odd * dy
+        b = dp_y - odd * dx - even * dy
+        return cx * dx + sx * a, cy * dy + sy * b, cx * a - sx * dx, cy * b - sy * dy
+
+    def margin(self, x, y):
+        """Return aperture^2 - x^2 - y^2."""
+        return self.aperture * self.aperture - x * x - y * y
+
+
+def jacobian(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the derivatives (2n, 2n, ...) of a map at phase points z (2n, ...): column k is that to row k."""
+    rows = len(z)
+    result = np.empty((rows, rows, *z.shape[1:]))
+    with np.errstate(all="ignore"):
+        for k, unit in enumerate(np.eye(rows)):
+            image = model.tangent_iterate(*z, *(unit[r] + 0.0 * z[r] for r in range(rows)))
+            for r, number in enumerate(image):
+                result[r, k] = number
+    return result
+
+
+def symplectic_defect(model: Any, z: Any) -> np.ndarray:
+    """Return the largest entry of |M^T J M - J| (...) of a map at phase points z (2n, ...), M its derivative, J the
+    symplectic unit matrix, over the largest of |M|^2: rounding where the map is symplectic.
+    """
+    points = np.asarray(z, dtype=np.float64)
+    n = len(points) // 2
+    M = np.moveaxis(jacobian(model, points), (0, 1), (-2, -1))
+    J = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+    size = np.maximum(np.abs(M).max(axis=(-2, -1)) ** 2, 1.0)
+    return np.abs(np.swapaxes(M, -2, -1) @ J @ M - J).max(axis=(-2, -1)) / size
+
+
+def symplectic(model: Any) -> bool:
+    """Tell whether a map is symplectic, to rounding, at points around the origin and farther out."""
+    rng = np.random.default_rng(3)
+    z = rng.standard_normal((2 * model.degrees_of_freedom, 96)) * 10.0 ** rng.uniform(-2, 0.5, 96)
+    defect = symplectic_defect(model, z)
+    known = np.isfinite(defect)
+    return bool(known.any() and (defect[known] < 1e-11).all())
