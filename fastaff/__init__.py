@@ -45,6 +45,7 @@ from .base.status import OrbitError, Status
 from .explorer.explore import explore
 from .files import load, save
 from .formulas.formula import formula, hamiltonian
+from .formulas.mapping import mapping
 from .jobs import Job, rerun, resume, run
 from .models import (
     Anharmonic,
@@ -60,6 +61,7 @@ from .models import (
     one_variable,
     reduced,
 )
+from .models.maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .schemes.automatic import AUTO
 from .schemes.catalogue import BLANES_MOAN6, DOP853, KAHAN_LI8, LEAPFROG, RK4, SOFRONIOU_SPALETTA10, VERNER9, YOSHIDA4
@@ -91,21 +93,26 @@ __all__ = [
     "BirkhoffDigits",
     "Body",
     "FrequencyDiffusion",
+    "FroeschleMap",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
+    "HenonMap",
     "Hyperelastic",
     "Interrupted",
     "Job",
     "Linear",
     "Lyapunov",
     "LyapunovSpectrum",
+    "McMillanMap",
     "NeoHookean",
+    "OneTurnMap",
     "OrbitError",
     "ReversibilityError",
     "SeparableAlphaBeta",
     "SeparableElliptic",
     "SeparableRVartheta",
+    "StandardMap",
     "Status",
     "TimeTransformed",
     "ZeroOne",
@@ -127,6 +134,7 @@ __all__ = [
     "integrate",
     "islands",
     "load",
+    "mapping",
     "naff",
     "one_variable",
     "periodic_orbits",

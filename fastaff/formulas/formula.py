@@ -43,7 +43,7 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     e103 (SymPy).
     """
     written, length = _written(text)
-    values = _values(parameters, VARIABLES)
+    values = values_of(parameters, VARIABLES)
     pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
     inertia = _inertia(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
@@ -77,8 +77,8 @@ def hamiltonian(
     Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
     """
     written, length = _written(text)
-    names = _coordinates(coordinates)
-    values = _values(parameters, names)
+    names = checked_names("coordinates", coordinates)
+    values = values_of(parameters, names)
     weights = () if masses is None else _masses(masses, len(names))
     request = Request(written, domain, tuple(values), names, "unit" if masses is None else "masses")
     cls: Any = _class(request, values, length)
@@ -100,7 +100,8 @@ def _written(text: Any) -> tuple[str, int]:
     )
 
 
-def _values(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
+def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
+    """Return the parameters of a formula with their numbers, checked."""
     if len(parameters) > MAX_PARAMETERS:
         raise ValueError(f"parameters must be at most {MAX_PARAMETERS}, got {len(parameters)}")
     taken = {*variables, *RESERVED}
@@ -113,16 +114,17 @@ def _inertia(mu: Any) -> tuple[float, float]:
     return positive("mu[0]", mu[0]), positive("mu[1]", mu[1])
 
 
-def _coordinates(coordinates: Any) -> tuple[str, ...]:
+def checked_names(argument: str, coordinates: Any) -> tuple[str, ...]:
+    """Return the names of coordinates, of a text or a sequence."""
     if isinstance(coordinates, str):
         coordinates = coordinates.replace(",", " ").split()
     if not isinstance(coordinates, Sequence):
-        raise TypeError(f"coordinates must be names such as 'x y', got {coordinates!r} ({type(coordinates).__name__})")
+        raise TypeError(f"{argument} must be names such as 'x y', got {coordinates!r} ({type(coordinates).__name__})")
     if not 1 <= len(coordinates) <= MAX_DEGREES_OF_FREEDOM:
-        raise ValueError(f"coordinates must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
+        raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
     names: list[str] = []
     for name in coordinates:
-        names.append(checked_name(name, "coordinate", {*names, "self", "np"}))
+        names.append(checked_name(name, argument, {*names, "self", "np"}))
     return tuple(names)
 
 

@@ -12,7 +12,7 @@ import hashlib
 import json
 import sys
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from ..compile import cache, jit
 from .ceiling import ceiling
 from .grammar import Program, parse
+from .map_source import TAG
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
 
@@ -84,15 +85,20 @@ def generated_class(request: Request, programs: tuple[Program, Program | None], 
     """
     key = hashlib.sha256(json.dumps([jit.package_hash(), sys.version, *request]).encode()).hexdigest()[:24]
     if key not in _CLASSES:
-        _CLASSES[key] = _load(request, key, lambda: _derive(request, programs, values))
+        cls: Any = loaded(key, lambda: _derive(request, programs, values))
+        cls.__reduce__ = functools.partialmethod(_reduce, request)
+        cls._request = tuple(request)
+        _CLASSES[key] = cls
     return _CLASSES[key]
 
 
 _CLASSES: dict[str, type] = {}
 
 
-def _load(request: Request, key: str, derive: Any) -> type:
-    """Execute the text of a class in a module of its own, which Numba's cache finds by name."""
+def loaded(key: str, derive: Callable[[], str]) -> Any:
+    """Return the class whose text is kept under a key, or derived now: executed in a module of its own, which Numba's
+    cache finds by name.
+    """
     folder = jit.cache_directory()
     path = None if folder is None else folder / "formulas" / f"{key}.py"
     written = None if path is None else cache.read(path)
@@ -107,11 +113,9 @@ def _load(request: Request, key: str, derive: Any) -> type:
     sys.modules[module.__name__] = module
     exec(compile(text, str(path or f"<fastaff formula {key}>"), "exec"), module.__dict__)
     cls: Any = next(
-        getattr(module, n) for n in ("FormulaPotential", "FormulaBody", "FormulaHamiltonian") if hasattr(module, n)
+        entry for name, entry in vars(module).items() if name.startswith("Formula") and isinstance(entry, type)
     )
     cls.__repr__ = _repr
-    cls.__reduce__ = functools.partialmethod(_reduce, request)
-    cls._request = tuple(request)
     return cls
 
 
@@ -127,6 +131,10 @@ def _reduce(self: Any, request: Request) -> tuple:
 
 def rebuild(request: tuple, values: tuple) -> Any:
     """Return the value that was pickled as a request and the numbers of its fields."""
+    if request[0] == TAG:
+        from .mapping import rebuild_map
+
+        return rebuild_map(request, values)
     whole = Request(*request)
     programs = whole.program(8000), whole.domain_program()
     cls = generated_class(whole, programs, dict(zip(whole.parameters, values, strict=False)))

@@ -2,6 +2,7 @@
 
 from .body import Body, HenonHeiles
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
+from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap, symplectic, symplectic_defect
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
 from .reduced_body import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
@@ -13,11 +14,15 @@ __all__ = [
     "CosOscillator",
     "CoshOscillator",
     "Cosine",
+    "FroeschleMap",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
+    "HenonMap",
     "Hyperelastic",
+    "McMillanMap",
     "NeoHookean",
+    "OneTurnMap",
     "Oscillator",
     "ReducedBody",
     "Secant",
@@ -26,7 +31,10 @@ __all__ = [
     "SeparableRVartheta",
     "Spring",
     "StackelBody",
+    "StandardMap",
     "Zero",
     "one_variable",
     "reduced",
+    "symplectic",
+    "symplectic_defect",
 ]

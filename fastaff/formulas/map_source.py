@@ -1,0 +1,225 @@
+"""Maps written as text: statements, and the source of the class that they make."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..models.contracts import Kind
+from .grammar import Program, checked_name, parse
+from .potential_source import constant, method
+from .printing import Lines
+
+TAG = Kind.MAP.value
+"""What the request of a map begins with: no formula of a potential can be this text."""
+
+_PRIMED = re.compile(r"([A-Za-z]\w*)'")
+_IMAGE = "_image"
+MAX_ROWS = 16
+
+
+class MapRequest(NamedTuple):
+    """All that the class of a map depends on; coordinates and momenta are names, periods texts, "" where none is."""
+
+    tag: str
+    text: str
+    domain: str | None
+    parameters: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    momenta: tuple[str, ...]
+    periods: tuple[str, ...]
+
+
+class Statement(NamedTuple):
+    """One line name = expression; `name` ends in the suffix of images, or is a name for what comes later."""
+
+    name: str
+    program: Program
+
+
+class Statements(NamedTuple):
+    """The lines of a map in their order, the suffix of images, and the variables in the order of their images."""
+
+    lines: tuple[Statement, ...]
+    suffix: str
+    variables: tuple[str, ...]
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All names that the expressions use."""
+        return frozenset().union(*(line.program.names for line in self.lines))
+
+
+def statements(text: Any, parameters: Sequence[str], length: int = 4000) -> Statements:
+    """Return the statements of a text; ValueError for what is none."""
+    example = "'p1 = p + K*sin(x); x1 = x + p1'"
+    if not isinstance(text, str):
+        raise TypeError(f"text must be a map such as {example}, got {text!r} ({type(text).__name__})")
+    if len(text) > length:
+        raise ValueError(f"text must have at most {length} characters, got {len(text)}")
+    suffix = _IMAGE if "'" in text else "1"
+    pieces = [piece.strip() for piece in re.split(r"[;\n]", _PRIMED.sub(rf"\1{_IMAGE}", text)) if piece.strip()]
+    sides = []
+    for piece in pieces:
+        left, equals, right = piece.partition("=")
+        if not (equals and right.strip()) or not left.strip().isidentifier():
+            raise ValueError(f"text must be statements name = formula, such as {example}; got {_shown(piece)!r}")
+        sides.append((left.strip(), right.strip()))
+    images = [left for left, _ in sides if left.endswith(suffix) and len(left) > len(suffix)]
+    variables = tuple(image.removesuffix(suffix) for image in images)
+    if not variables:
+        raise ValueError(f"text must give the image of each variable, x1 = ... or x' = ..., such as {example}")
+    if len(variables) % 2 or len(variables) > MAX_ROWS:
+        raise ValueError(
+            f"text must give the images of 2, 4, ... or {MAX_ROWS} variables, coordinates and momenta; got those of "
+            f"{', '.join(variables)}"
+        )
+    known: list[str] = []
+    for variable in variables:
+        known.append(checked_name(variable, "variable", {*known, *parameters, "self", "np"}))
+    lines = []
+    for left, right in sides:
+        if left in known:
+            what = "a parameter" if left in parameters else "a variable, or has a value already"
+            raise ValueError(f"text: {_shown(left)} = ... gives a value to what is {what}: the image of x is x1 or x'")
+        if left not in images:
+            checked_name(left, "name", {*known, *parameters, "self", "np"})
+        lines.append(Statement(left, parse(right, known, parameters, argument=f"text, {_shown(left)}", length=length)))
+        known.append(left)
+    return Statements(tuple(lines), suffix, variables)
+
+
+def _shown(name: str) -> str:
+    return name.replace(_IMAGE, "'")
+
+
+def class_of_map(
+    request: MapRequest, found: Statements, domain: Program | None, periods: Sequence[Program | None]
+) -> str:
+    """Return the source of the class of a map, with its derivative from the same expressions."""
+    import sympy
+
+    from .sympy_bridge import checked, to_sympy
+
+    rows = (*request.coordinates, *request.momenta)
+    own = {name: sympy.Symbol(name, real=True) for name in rows}
+    parameters = {name: sympy.Symbol(f"self.{name}", real=True) for name in request.parameters}
+    values: dict[str, Any] = {**own, **parameters}
+    for line in found.lines:
+        values[line.name] = checked(to_sympy(line.program, values))
+    images = [values[name + found.suffix] for name in rows]
+    changes = {name: sympy.Symbol(f"d{name}", real=True) for name in rows}
+    derivative = [sum((e.diff(own[name]) * changes[name] for name in rows), sympy.Integer(0)) for e in images]
+    taken = (*rows, *(f"d{name}" for name in rows))
+
+    def arrays(expressions: Sequence[Any], lines: Lines, first: str) -> list[str]:
+        symbols = {*own.values(), *changes.values()}
+        texts = lines.add(expressions)
+        return [
+            t if e.free_symbols & symbols else f"{t} + 0.0*{first}" for t, e in zip(texts, expressions, strict=True)
+        ]
+
+    lines, moving = Lines(taken), Lines(taken)
+    methods = [
+        constant("kind", "A map.", "Kind.MAP"),
+        constant("symplectic", "Whether it is symplectic, at random points to rounding.", "symplectic(self)"),
+        constant("degrees_of_freedom", f"Return {len(rows) // 2}.", str(len(rows) // 2)),
+        constant("coordinates", "Names of the coordinates.", repr(request.coordinates)),
+        constant("momenta", "Names of the momenta.", repr(request.momenta)),
+        method("iterate", rows, "Return the image of a phase point.", lines, arrays(images, lines, rows[0])),
+        method(
+            "tangent_iterate",
+            taken,
+            "Return the derivative of the map applied to a vector.",
+            moving,
+            arrays(derivative, moving, rows[0]),
+        ),
+    ]
+    period_lines = Lines(taken)
+    texts = ["0.0" if p is None else f"1.0*({period_lines.text(to_sympy(p, parameters))})" for p in periods]
+    methods.append(method("periods", (), "Return the period of each row, 0 where it has none.", period_lines, texts))
+    q = request.coordinates
+    whole = f"1.0 + 0.0*({' + '.join(q)})"
+    margin_lines = Lines(taken)
+    if domain is not None:
+        wall = to_sympy(domain, {**{name: own[name] for name in q}, **parameters})
+        text = margin_lines.add([wall])[0]
+        whole = text if wall.free_symbols >= {own[name] for name in q} else f"{text} + 0.0*({' + '.join(q)})"
+    methods.append(
+        method("margin", q, "Return a number that is positive where the map lives.", margin_lines, [whole], single=True)
+    )
+    said = " ".join(request.text.split())
+    head = [
+        f'"""The map {said}: written by fastaff from this text; the derivative by SymPy."""',
+        "",
+        "from typing import NamedTuple",
+        "",
+        "import numpy as np",
+        "",
+        "from fastaff.models.contracts import Kind",
+        "from fastaff.models.maps import symplectic",
+        "",
+        "",
+        "class FormulaMap(NamedTuple):",
+        f'    """The map {said}."""',
+        "",
+        *(f"    {name}: float" for name in request.parameters),
+        *([""] if request.parameters else []),
+        f"    formula = {request.text!r}",
+        f"    domain = {request.domain!r}",
+        "",
+    ]
+    return "\n".join(head) + "\n" + "\n".join(textwrap.indent(entry, "    ") for entry in methods)
+
+
+def pairs(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return coordinates and momenta of variables: by names p or p_x or px beside x, else in their order, the first
+    half coordinates.
+    """
+    names = set(variables)
+
+    def momentum(name: str) -> str | None:
+        return next((m for m in (f"p_{name}", f"p{name}") if m in names and m != name), None)
+
+    found = {name: momentum(name) for name in variables}
+    if len(names) == 2 and "p" in names:
+        other = next(name for name in variables if name != "p")
+        return (other,), ("p",)
+    coordinates = tuple(name for name in variables if found[name])
+    momenta = tuple(str(found[name]) for name in coordinates)
+    if {*coordinates, *momenta} == names and len(coordinates) == len(momenta):
+        return coordinates, momenta
+    return _numbered(variables) or (tuple(variables[: len(names) // 2]), tuple(variables[len(names) // 2 :]))
+
+
+def _numbered(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+    """Return coordinates and momenta of variables such as x1, p1, x2, p2 or q_1, p_1, ...; None where they are not."""
+    ends = {name: name[1:] for name in variables}
+    momenta = {end: name for name, end in ends.items() if name[0] == "p" and end}
+    others = [name for name in variables if name[0] != "p"]
+    if len(momenta) == len(others) and all(ends[name] in momenta for name in others):
+        return tuple(others), tuple(momenta[ends[name]] for name in others)
+    return None
+
+
+def period_texts(periods: Any, rows: Sequence[str], parameters: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the text of each row's period, "" where it has none; ValueError or TypeError for what is none."""
+    given = {} if periods is None else periods
+    if not isinstance(given, Mapping):
+        raise TypeError(
+            f"periods must be a dictionary such as {{'x': 2*pi}}, got {periods!r} ({type(periods).__name__})"
+        )
+    for name in given:
+        if name not in rows:
+            raise ValueError(f"periods must be of {', '.join(rows)}, got one of {name!r}")
+    texts = []
+    for name in rows:
+        value = given.get(name, "")
+        if not isinstance(value, str):
+            from ..base.numbers import positive
+
+            value = repr(positive(f"periods[{name!r}]", value))
+        texts.append(value.strip())
+    return tuple(texts)

@@ -1,0 +1,151 @@
+"""Maps as models, from a text."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..compile import jit
+from .ceiling import ceiling
+from .formula import checked_names, values_of
+from .grammar import CONSTANTS, FUNCTIONS, Program, parse
+from .library import loaded
+from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
+
+
+def mapping(
+    text: str,
+    /,
+    *,
+    coordinates: str | Sequence[str] | None = None,
+    momenta: str | Sequence[str] | None = None,
+    periods: Mapping[str, float | str] | None = None,
+    domain: str | None = None,
+    **parameters: float,
+) -> Any:
+    """Make a map of a text, with its exact derivative.
+
+    Parameters: text: statements `name = formula` in the grammar of `formula`, one a line or behind semicolons, such as
+    "p1 = p + K*sin(x); x1 = x + p1": x1, or x', is the image of x, and may be used once it has a value; other names
+    stand for what comes later; coordinates, momenta: the names of the variables, in pairs (default: x with p, p_x or
+    px; q_1 with p_1; else the first half of the images are those of coordinates); periods: of coordinates and momenta
+    that have one, numbers or formulas of parameters, {"x": "2*pi"}: they are brought back to half a period around 0
+    after each iterate; domain: a formula of the coordinates that is positive where the map lives, such as an aperture,
+    beyond which an orbit ends; parameters: each by its name, floats. Returns a model with the parameters as its fields,
+    which stay run-time values; `.symplectic` says whether it is that. Raises ValueError or TypeError for what is no
+    such text (nothing is ever executed), a name without a value or a value without use; ImportError where a new text
+    finds no SymPy.
+
+    A map's time is a whole number of iterates, exponents and tunes are per iterate; it has neither step nor scheme nor
+    energy. Sections are its iterates: `poincare_map(model, z0, crossings=1000)`.
+    Source: Meiss 1992, Rev. Mod. Phys. 64, 795 (symplectic maps); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
+    (SymPy).
+    """
+    values = values_of(parameters, ())
+    found = statements(text, tuple(values))
+    q, p = _paired(found.variables, coordinates, momenta)
+    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p), values))
+    cls: Any = _class(request, found, values)
+    model = cls(*values.values())
+    _tried(model)
+    return model
+
+
+def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of coordinates and momenta."""
+    if coordinates is None and momenta is None:
+        return pairs(variables)
+    if coordinates is None or momenta is None:
+        known = checked_names("momenta" if coordinates is None else "coordinates", momenta or coordinates)
+        rest = tuple(name for name in variables if name not in known)
+        q, p = (rest, known) if coordinates is None else (known, rest)
+    else:
+        q, p = checked_names("coordinates", coordinates), checked_names("momenta", momenta)
+    if sorted((*q, *p)) != sorted(variables) or len(q) != len(p):
+        raise ValueError(
+            f"coordinates and momenta must be the {len(variables)} variables {', '.join(variables)}, half of them "
+            f"each; got {', '.join(q)} and {', '.join(p)}"
+        )
+    return q, p
+
+
+def _programs(request: MapRequest) -> tuple[Program | None, list[Program | None]]:
+    """Return the programs of the domain and of the periods."""
+    domain = request.domain
+    wall = None if domain is None else parse(domain, request.coordinates, request.parameters, argument="domain")
+    names = (*request.coordinates, *request.momenta)
+    return wall, [
+        parse(text, (), request.parameters, argument=f"periods[{name!r}]") if text else None
+        for name, text in zip(names, request.periods, strict=True)
+    ]
+
+
+def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) -> type:
+    """Check the texts; return the class."""
+    wall, periods = _programs(request)
+    used = found.names.union(*(program.names for program in (wall, *periods) if program is not None))
+    unused = [name for name in values if name not in used]
+    if unused:
+        raise ValueError(f"parameter {unused[0]!r} is not used by the map: leave it out, or is a name misspelt?")
+    functions = {name: getattr(math, name) for name in FUNCTIONS}
+    for name, program in zip((*request.coordinates, *request.momenta), periods, strict=True):
+        if program is not None:
+            try:
+                period = program.run(float, {**values, **CONSTANTS}, functions, pow)
+            except (ArithmeticError, ValueError) as problem:
+                raise ValueError(f"periods[{name!r}] has no value: {problem}") from None
+            if isinstance(period, complex) or not (math.isfinite(period) and period > 0):
+                raise ValueError(f"periods[{name!r}] must be positive, got {period!r}")
+    return _generated(request, found, wall, periods)
+
+
+def _generated(request: MapRequest, found: Statements, wall: Program | None, periods: Sequence[Program | None]) -> type:
+    """Return the class of a request: from this process, from the folder of the cache, or derived now."""
+    key = hashlib.sha256(json.dumps([jit.package_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+
+    def derived() -> str:
+        try:
+            import sympy  # noqa: F401
+        except ImportError:
+            raise ImportError("a map that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
+        with ceiling():
+            return class_of_map(request, found, wall, periods)
+
+    if key not in _CLASSES:
+        _CLASSES[key] = loaded(key, derived)
+        cls: Any = _CLASSES[key]
+        cls.__reduce__ = functools.partialmethod(_reduce, request)
+        cls._request = tuple(request)
+    return _CLASSES[key]
+
+
+_CLASSES: dict[str, type] = {}
+
+
+def _reduce(self: Any, request: MapRequest) -> tuple:
+    return rebuild_map, (tuple(request), tuple(self))
+
+
+def rebuild_map(request: tuple, values: tuple) -> Any:
+    """Return the map that was kept as a request and the numbers of its fields."""
+    entries: list[Any] = [tuple(entry) if isinstance(entry, list) else entry for entry in request]
+    whole = MapRequest(*entries)
+    found = statements(whole.text, whole.parameters)
+    cls: Any = _class(whole, found, dict(zip(whole.parameters, values, strict=True)))
+    return cls(*values)
+
+
+def _tried(model: Any) -> None:
+    """Refuse a map that has a finite image nowhere around the origin."""
+    z = 1.5 * np.random.default_rng(5).uniform(-1, 1, (2 * model.degrees_of_freedom, 400))
+    with np.errstate(all="ignore"):
+        images = [np.broadcast_to(row, 400) for row in model.iterate(*z)]
+    if not np.isfinite(images).all(axis=0).any():
+        raise ValueError("text: the map has a finite real image at none of 400 points with |z| < 1.5")
