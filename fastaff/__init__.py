@@ -61,7 +61,6 @@ from .models import (
     one_variable,
     reduced,
 )
-from .models.maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .schemes.automatic import AUTO
 from .schemes.catalogue import BLANES_MOAN6, DOP853, KAHAN_LI8, LEAPFROG, RK4, SOFRONIOU_SPALETTA10, VERNER9, YOSHIDA4
@@ -93,26 +92,21 @@ __all__ = [
     "BirkhoffDigits",
     "Body",
     "FrequencyDiffusion",
-    "FroeschleMap",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
-    "HenonMap",
     "Hyperelastic",
     "Interrupted",
     "Job",
     "Linear",
     "Lyapunov",
     "LyapunovSpectrum",
-    "McMillanMap",
     "NeoHookean",
-    "OneTurnMap",
     "OrbitError",
     "ReversibilityError",
     "SeparableAlphaBeta",
     "SeparableElliptic",
     "SeparableRVartheta",
-    "StandardMap",
     "Status",
     "TimeTransformed",
     "ZeroOne",

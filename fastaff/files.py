@@ -25,7 +25,7 @@ from .base.provenance import provenance
 from .base.recipe import OWN, Call, NoData, encoded, keep
 from .base.results import Result, saved
 from .base.status import summary
-from .formulas.library import rebuild
+from .formulas.mapping import remade
 from .models import angles, sections
 from .schemes import time_transformed
 
@@ -251,7 +251,7 @@ def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
         if key not in ("class", "formula", "module")
     }
     if "formula" in data:
-        return rebuild(_decoded(name, data["formula"], arrays), tuple(fields.values()))
+        return remade(_decoded(name, data["formula"], arrays), tuple(fields.values()))
     if "module" in data or data["class"] not in _classes():
         kind = ".".join(filter(None, [data.get("module"), data["class"]]))
         raise ValueError(

@@ -22,11 +22,12 @@ class Page(NamedTuple):
 PAGES: dict[str, Page] = {
     "models": Page(
         "Models",
-        "Bodies, their potentials, and systems of one line of mathematics.",
+        "Bodies, their potentials, systems of one line of mathematics, and maps.",
         {
-            "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian reduced "
-            "one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
-            "models": "StackelBody Barriers ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
+            "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
+            "reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
+            "models": "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers ReducedBody "
+            "Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero",
         },
     ),
@@ -50,8 +51,8 @@ PAGES: dict[str, Page] = {
         "`fastaff` are in that folder.",
         {
             "": "BLANES_MOAN6 KAHAN_LI8 SOFRONIOU_SPALETTA10 YOSHIDA4 LEAPFROG RK4 DOP853 VERNER9 AUTO TimeTransformed",
-            "schemes": "BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 Splitting RungeKutta Scheme compose triple_jump "
-            "scheme_named SCHEMES Automatic Exponential Logistic Algebraic",
+            "schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 Splitting RungeKutta Scheme compose "
+            "triple_jump scheme_named SCHEMES Automatic Exponential Logistic Algebraic",
         },
     ),
     "frequencies": Page(

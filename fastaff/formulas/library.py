@@ -20,7 +20,6 @@ import numpy as np
 from ..compile import cache, jit
 from .ceiling import ceiling
 from .grammar import Program, parse
-from .map_source import TAG
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
 
@@ -131,10 +130,6 @@ def _reduce(self: Any, request: Request) -> tuple:
 
 def rebuild(request: tuple, values: tuple) -> Any:
     """Return the value that was pickled as a request and the numbers of its fields."""
-    if request[0] == TAG:
-        from .mapping import rebuild_map
-
-        return rebuild_map(request, values)
     whole = Request(*request)
     programs = whole.program(8000), whole.domain_program()
     cls = generated_class(whole, programs, dict(zip(whole.parameters, values, strict=False)))

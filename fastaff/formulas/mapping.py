@@ -16,7 +16,7 @@ from ..compile import jit
 from .ceiling import ceiling
 from .formula import checked_names, values_of
 from .grammar import CONSTANTS, FUNCTIONS, Program, parse
-from .library import loaded
+from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
 
 
@@ -63,7 +63,7 @@ def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[t
     if coordinates is None and momenta is None:
         return pairs(variables)
     if coordinates is None or momenta is None:
-        known = checked_names("momenta" if coordinates is None else "coordinates", momenta or coordinates)
+        known = checked_names("momenta", momenta) if coordinates is None else checked_names("coordinates", coordinates)
         rest = tuple(name for name in variables if name not in known)
         q, p = (rest, known) if coordinates is None else (known, rest)
     else:
@@ -140,6 +140,11 @@ def rebuild_map(request: tuple, values: tuple) -> Any:
     found = statements(whole.text, whole.parameters)
     cls: Any = _class(whole, found, dict(zip(whole.parameters, values, strict=True)))
     return cls(*values)
+
+
+def remade(request: tuple, values: tuple) -> Any:
+    """Return the model of a formula, or the map of a text, that was kept as a request and the numbers of its fields."""
+    return (rebuild_map if request[0] == TAG else rebuild)(request, values)
 
 
 def _tried(model: Any) -> None:

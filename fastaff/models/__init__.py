@@ -2,7 +2,7 @@
 
 from .body import Body, HenonHeiles
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
-from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap, symplectic, symplectic_defect
+from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
 from .reduced_body import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
@@ -35,6 +35,4 @@ __all__ = [
     "Zero",
     "one_variable",
     "reduced",
-    "symplectic",
-    "symplectic_defect",
 ]

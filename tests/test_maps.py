@@ -1,0 +1,246 @@
+"""Maps as models: images, tangent maps, exponents, tunes, against closed forms, NumPy and each other."""
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fastaff as fa
+from fastaff.compile.jit import LANES
+from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
+from fastaff.models.maps import jacobian, symplectic, symplectic_defect
+
+NAMED = (
+    StandardMap(0.8),
+    HenonMap(0.2114),
+    McMillanMap(1.6),
+    FroeschleMap(0.5, 0.3, 0.02),
+    OneTurnMap(0.28, 0.31, -0.4),
+)
+TEXTS = {
+    "StandardMap": ("p1 = p + K*sin(x); x1 = x + p1", {"x": "2*pi"}),
+    "HenonMap": ("k = p + x**2; x1 = x*cos(2*pi*nu) + k*sin(2*pi*nu); p1 = k*cos(2*pi*nu) - x*sin(2*pi*nu)", None),
+    "McMillanMap": ("x' = p\np' = -x + 2*m*p/(1 + p**2)", None),
+    "FroeschleMap": (
+        "b1 = b*sin(x_1 + x_2); p_1' = p_1 + K_1*sin(x_1) + b1; p_2' = p_2 + K_2*sin(x_2) + b1;"
+        "x_1' = x_1 + p_1'; x_2' = x_2 + p_2'",
+        {"x_1": 2 * np.pi, "x_2": 2 * np.pi},
+    ),
+}
+
+
+def starts(model, count, size=0.3, seed=1):
+    """Random phase points (2n, count) about the origin."""
+    return np.random.default_rng(seed).uniform(-size, size, (2 * model.degrees_of_freedom, count))
+
+
+def iterated(model, z, count):
+    """The naive twin: images (count, 2n, orbits) by NumPy, brought back to half a period around 0."""
+    periods, found = np.array(model.periods())[:, None], []
+    for _ in range(count):
+        with np.errstate(all="ignore"):
+            z = np.array(np.broadcast_arrays(*model.iterate(*z)))
+            z = np.where(periods > 0, z - periods * np.rint(z / np.where(periods > 0, periods, 1.0)), z)
+        found.append(z)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
+def test_iterates_are_those_of_numpy(model):
+    z = starts(model, 2 * LANES + 5, 0.1)
+    found = fa.integrate(model, z, time=40, samples=40)
+    assert (found.status == fa.Status.OK).all()
+    assert found.step == 1.0
+    assert (found.energy_error == 0).all()
+    np.testing.assert_allclose(found.samples, iterated(model, z, 40), atol=1e-13)
+    assert (found.samples[-1] == found.z).all()
+
+
+@pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
+def test_an_orbit_has_the_same_bits_alone_and_in_company(model):
+    z = starts(model, LANES + 9, 0.6)
+    together = fa.integrate(model, z, time=300, samples=3)
+    alone = fa.integrate(model, z[:, 7], time=300, samples=3)
+    some = fa.integrate(model, z[:, ::-5], time=300, samples=3, threads=1)
+    np.testing.assert_array_equal(alone.samples[:, :, 0], together.samples[:, :, 7])
+    np.testing.assert_array_equal(some.samples, together.samples[:, :, ::-5])
+    indicators = (fa.MEGNO(), fa.SALI(), fa.LyapunovSpectrum())
+    maps = [fa.chaos_map(model, start, time=100, indicators=indicators) for start in (z, z[:, [7]])]
+    np.testing.assert_array_equal(maps[0].values[:, [7]], maps[1].values)
+
+
+@pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
+def test_tangent_maps_are_derivatives_and_symplectic(model):
+    z, h = starts(model, 3), 1e-6
+    columns = []
+    for row in np.eye(len(z)):
+        ends = [fa.integrate(model, z + sign * h * row[:, None], time=5).z for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / (2 * h))
+    found = fa.tangent_map(model, z, time=5)
+    np.testing.assert_allclose(found.matrix, np.array(columns).transpose(1, 0, 2), atol=2e-8)
+    n = model.degrees_of_freedom
+    J = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+    M = np.moveaxis(fa.tangent_map(model, z, time=50).matrix, -1, 0)
+    assert np.abs(M.transpose(0, 2, 1) @ J @ M - J).max() < 1e-13 * np.abs(M).max() ** 2
+    assert symplectic(model)
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_texts_are_the_named_maps(name):
+    named = next(model for model in NAMED if type(model).__name__ == name)
+    text, periods = TEXTS[name]
+    made = fa.mapping(text, periods=periods, **named._asdict())
+    assert made.coordinates == named.coordinates
+    assert made.momenta == named.momenta
+    assert made.symplectic
+    assert made.periods() == pytest.approx(named.periods())
+    z = starts(named, 50)
+    np.testing.assert_allclose(fa.integrate(made, z, time=30).z, fa.integrate(named, z, time=30).z, atol=1e-12)
+    np.testing.assert_allclose(jacobian(made, z), jacobian(named, z), atol=1e-14)
+    assert pickle.loads(pickle.dumps(made)) == made
+
+
+def test_parameters_of_a_text_stay_run_time_values(tmp_path):
+    made = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", periods={"x": "2*pi"}, K=0.5)
+    other = made._replace(K=1.5)
+    z = starts(other, 20)
+    found = fa.integrate(other, z, time=20)
+    np.testing.assert_allclose(found.z, fa.integrate(StandardMap(1.5), z, time=20).z, atol=1e-10)
+    path = fa.save(tmp_path / "map.npz", found)
+    assert fa.files.recipe(path).arguments["body"] == other
+    assert (fa.load(path).z == found.z).all()
+    assert fa.load(path).scheme == found.scheme
+
+
+def test_exponents_of_the_standard_map_are_ln_of_half_k():
+    for K in (10.0, 17.0):
+        found = fa.chaos_map(StandardMap(K), starts(StandardMap(), 400, 3.0), time=4000, indicators=("spectrum",))
+        assert found.spectrum[0].mean() == pytest.approx(np.log(K / 2), abs=0.02)
+        np.testing.assert_allclose(found.spectrum.sum(axis=0), 0.0, atol=1e-12)
+        assert found.chaotic.all()
+
+
+def test_a_linear_map_has_its_eigenvalues_for_exponents():
+    rng = np.random.default_rng(4)
+    A = rng.standard_normal((2, 2))
+    text = "; ".join(f"{x}1 = {float(A[i, 0])!r}*x + {float(A[i, 1])!r}*p" for i, x in enumerate("xp"))
+    model = fa.mapping(text)
+    assert not model.symplectic
+    assert symplectic_defect(model, [0.1, 0.2]) > 1e-3
+    found = fa.chaos_map(model, [0.0, 0.0], time=4000, indicators=(fa.LyapunovSpectrum(),))
+    exact = np.sort(np.log(np.abs(np.linalg.eigvals(A))))[::-1]
+    np.testing.assert_allclose(found.spectrum[:, 0], exact, atol=5e-4)
+    assert found.spectrum.sum() == pytest.approx(np.log(abs(np.linalg.det(A))), abs=1e-12)
+
+
+def test_the_dissipative_henon_map_contracts_areas_by_b():
+    model = fa.mapping("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
+    found = fa.chaos_map(model, np.array([[0.1, 0.2], [0.1, 0.0]]), time=20000, indicators=(fa.LyapunovSpectrum(),))
+    np.testing.assert_allclose(found.spectrum.sum(axis=0), np.log(0.3), atol=1e-9)
+    np.testing.assert_allclose(found.spectrum[0], 0.4192, atol=0.006)  # Sprott 2003: 0.41922
+
+
+def test_mcmillan_has_no_chaotic_orbit():
+    model, z = McMillanMap(1.6), starts(McMillanMap(), 10_000, 1.5)
+    found = fa.chaos_map(model, z, time=2000)
+    assert not found.chaotic.any()
+    assert found.regular.mean() > 0.95
+    end = fa.integrate(model, z, time=2000).z
+    kept = [x * x * p * p + x * x + p * p - 2 * model.m * x * p for x, p in (z, end)]
+    np.testing.assert_allclose(kept[1], kept[0], atol=1e-12)
+
+
+def test_verdicts_agree_on_chaotic_seas_and_islands():
+    rng = np.random.default_rng(2)
+    sea = fa.chaos_map(StandardMap(10.0), rng.uniform(-3, 3, (2, 100)), time=5000, indicators="megno,sali,zero_one,fli")
+    assert (sea.verdicts == 1).all()
+    island = np.array([np.pi + 0.2 * rng.uniform(-1, 1, 100), 0.2 * rng.uniform(-1, 1, 100)])
+    calm = fa.chaos_map(StandardMap(0.5), island, time=2000, indicators="megno,sali,zero_one,fli")
+    assert calm.regular.all()
+    assert (calm.verdicts == 0).mean() > 0.98
+
+
+def test_iterates_are_the_crossings_of_a_map():
+    model, z = OneTurnMap(octupole=-0.5, aperture=2.0), starts(OneTurnMap(), 300, 0.6)
+    found = fa.poincare_map(model, z, crossings=200)
+    naive = iterated(model, z, 200)
+    with np.errstate(all="ignore"):
+        inside = np.logical_and.accumulate(naive[:, 0] ** 2 + naive[:, 1] ** 2 < 4.0, axis=0)
+    # A particle is lost on the turn after its last state.
+    lost = found.status == fa.Status.COLLAPSED
+    assert 20 < lost.sum() < 280
+    np.testing.assert_array_equal(found.counts, inside.sum(axis=0))
+    early = found.points[:, :5, ~lost]
+    np.testing.assert_allclose(early, naive[:5, :, ~lost].transpose(1, 0, 2), atol=1e-13)
+    assert (found.times[:, ~lost] == np.arange(1, 201)[:, None]).all()
+    assert found.names == ("x", "y", "p_x", "p_y")
+
+
+@given(nu=st.floats(0.02, 0.48), size=st.floats(1e-3, 1e3), unit=st.floats(1e-3, 1e3))
+@settings(max_examples=20, deadline=None)
+def test_rotation_numbers_of_linear_maps_in_any_unit(nu, size, unit):
+    c, s = np.cos(2 * np.pi * nu), np.sin(2 * np.pi * nu)
+    model = fa.mapping("x1 = c*x + s*u*p; p1 = c*p - s/u*x", c=c, s=s, u=unit)
+    found = fa.poincare_map(model, [size, 0.0], crossings=1000)
+    points = found.points / np.array([size, size / unit])[:, None, None]
+    turning = fa.rotation_number(points, centre=(0.0, 0.0))
+    assert abs(turning.rotation[0] + nu) <= max(turning.error[0], 1e-13)
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "said"),
+    [
+        (3, {}, "text must be a map such as"),
+        ("x1 = x", {}, "images of 2, 4"),
+        ("nothing", {}, "statements name = formula"),
+        ("p1 = p + K*sin(x); x1 = x + q", {"K": 1.0}, "unknown name 'q'"),
+        ("p1 = p + K*sin(x); x1 = x + p1", {}, "unknown name 'K'"),
+        ("p1 = p + x; x1 = x + p1", {"K": 1.0}, "'K' is not used"),
+        ("p = p + 1; x1 = x; p1 = p", {}, "gives a value to what is a variable"),
+        ("p1 = p; x1 = x; p1 = x", {}, "images of 2"),
+        ("p1 = sqrt(-1 - p**2); x1 = x", {}, "not real"),
+        ("p1 = __import__('os'); x1 = x", {}, "must give the image"),
+        ("p1 = p + x; x1 = x + p1", {"periods": {"z": 1.0}}, "periods must be of x, p"),
+        ("p1 = p + x; x1 = x + p1", {"periods": {"x": -1.0}}, "periods"),
+        ("p1 = p + x; x1 = x + p1", {"periods": 2.0}, "periods must be a dictionary"),
+        ("p1 = p + x; x1 = x + p1", {"coordinates": "y"}, "coordinates and momenta must be the 2 variables"),
+        ("p1 = p + x; x1 = x + p1", {"domain": "1 - p**2"}, "unknown name 'p'"),
+    ],
+)
+def test_what_is_no_map_is_refused(text, more, said):
+    with pytest.raises((ValueError, TypeError), match=said):
+        fa.mapping(text, **more)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=2.5), "whole number of iterates"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, samples=3), "samples must divide"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, step=0.1), "step is for systems in time"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, scheme="dop853"), "scheme is for systems in time"),
+        (lambda m: fa.integrate(m, [0.0, 1.0], time=10, accuracy=1e-8), "accuracy is for systems in time"),
+        (lambda m: fa.integrate(m, [0.0, 1.0, 2.0], time=10), "shape"),
+        (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, section="x=0"), "section is for systems in time"),
+        (lambda m: fa.poincare_map(m, [0.0, 1.0], crossings=5, max_time=9.0), "max_time is for systems in time"),
+        (lambda m: fa.chaos_map(m, [0.0, 1.0], time=10, indicators=fa.OFLI()), "OFLI needs a flow"),
+        (lambda m: fa.action_angles(m, [0.0, 1.0]), "what runs here is"),
+        (lambda m: fa.energy_grid(m, section="x=0", energy=1.0, axes=([0.0], [0.0])), "what runs here is"),
+    ],
+)
+def test_what_needs_a_system_in_time_is_refused(call, said):
+    with pytest.raises((ValueError, TypeError), match=said):
+        call(StandardMap())
+
+
+def test_a_map_that_misses_something_is_named():
+    class Half(tuple):
+        pass
+
+    with pytest.raises(TypeError, match="must be a model"):
+        fa.integrate(StandardMap, [0.0, 1.0], time=3)
+    bad = fa.mapping("p1 = p + a*x; x1 = x + p1", periods={"x": "a"}, a=1.0)._replace(a=-1.0)
+    with pytest.raises(ValueError, match="periods must be positive"):
+        fa.integrate(bad, [0.0, 1.0], time=3)
