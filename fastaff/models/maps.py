@@ -17,6 +17,19 @@ from .contracts import Kind
 TURN = 2 * np.pi
 
 
+def _map(coordinates: str, momenta: str) -> Any:
+    """Return what gives a class of maps its names, and says that it is one."""
+
+    def named(cls: Any) -> Any:
+        cls.kind = Kind.MAP
+        cls.coordinates, cls.momenta = tuple(coordinates.split()), tuple(momenta.split())
+        cls.degrees_of_freedom = len(cls.coordinates)
+        return cls
+
+    return named
+
+
+@_map("x", "p")
 class StandardMap(NamedTuple):
     """The standard map p' = p + K sin x, x' = x + p', x an angle.
 
@@ -25,26 +38,6 @@ class StandardMap(NamedTuple):
     """
 
     K: float = 0.971635406
-
-    @property
-    def kind(self) -> Kind:
-        """A map."""
-        return Kind.MAP
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 1."""
-        return 1
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
-        return ("x",)
-
-    @property
-    def momenta(self) -> tuple[str, ...]:
-        """Names of the momenta."""
-        return ("p",)
 
     def periods(self):
         """Return the periods of x and p."""
@@ -65,6 +58,7 @@ class StandardMap(NamedTuple):
         return 1.0 + 0.0 * x
 
 
+@_map("x", "p")
 class HenonMap(NamedTuple):
     """Henon's quadratic area-preserving map: a turn by 2 pi nu after the kick x^2,
     x' = x cos + (p + x^2) sin, p' = -x sin + (p + x^2) cos.
@@ -73,26 +67,6 @@ class HenonMap(NamedTuple):
     """
 
     nu: float = 0.2114
-
-    @property
-    def kind(self) -> Kind:
-        """A map."""
-        return Kind.MAP
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 1."""
-        return 1
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
-        return ("x",)
-
-    @property
-    def momenta(self) -> tuple[str, ...]:
-        """Names of the momenta."""
-        return ("p",)
 
     def periods(self):
         """Return 0: nothing winds."""
@@ -113,6 +87,7 @@ class HenonMap(NamedTuple):
         return 1.0 + 0.0 * x
 
 
+@_map("x", "p")
 class McMillanMap(NamedTuple):
     """McMillan's integrable map x' = p, p' = -x + 2 m p/(1 + p^2): it has no chaotic orbit.
 
@@ -121,26 +96,6 @@ class McMillanMap(NamedTuple):
     """
 
     m: float = 1.6
-
-    @property
-    def kind(self) -> Kind:
-        """A map."""
-        return Kind.MAP
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 1."""
-        return 1
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
-        return ("x",)
-
-    @property
-    def momenta(self) -> tuple[str, ...]:
-        """Names of the momenta."""
-        return ("p",)
 
     def periods(self):
         """Return 0: nothing winds."""
@@ -160,6 +115,7 @@ class McMillanMap(NamedTuple):
         return 1.0 + 0.0 * x
 
 
+@_map("x_1 x_2", "p_1 p_2")
 class FroeschleMap(NamedTuple):
     """Two standard maps, coupled: p_1' = p_1 + K_1 sin x_1 + b sin(x_1 + x_2), p_2' likewise, x' = x + p'.
 
@@ -169,26 +125,6 @@ class FroeschleMap(NamedTuple):
     K_1: float = 0.5
     K_2: float = 0.3
     b: float = 0.02
-
-    @property
-    def kind(self) -> Kind:
-        """A map."""
-        return Kind.MAP
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 2."""
-        return 2
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
-        return ("x_1", "x_2")
-
-    @property
-    def momenta(self) -> tuple[str, ...]:
-        """Names of the momenta."""
-        return ("p_1", "p_2")
 
     def periods(self):
         """Return the periods of both angles, and 0 for the momenta."""
@@ -212,6 +148,7 @@ class FroeschleMap(NamedTuple):
         return 1.0 + 0.0 * (x_1 + x_2)
 
 
+@_map("x y", "p_x p_y")
 class OneTurnMap(NamedTuple):
     """The one-turn map of a linear accelerator lattice with one sextupole and one octupole: the 4-D Henon map.
 
@@ -224,26 +161,6 @@ class OneTurnMap(NamedTuple):
     nu_y: float = 0.31
     octupole: float = 0.0
     aperture: float = 1e3
-
-    @property
-    def kind(self) -> Kind:
-        """A map."""
-        return Kind.MAP
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 2."""
-        return 2
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
-        return ("x", "y")
-
-    @property
-    def momenta(self) -> tuple[str, ...]:
-        """Names of the momenta."""
-        return ("p_x", "p_y")
 
     def periods(self):
         """Return 0: nothing winds."""

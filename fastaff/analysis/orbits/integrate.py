@@ -23,7 +23,7 @@ from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan
 from ...flows.time_transformed import TransformedFlow
-from ...models.contracts import Model
+from ...models.contracts import Kind, Model, kind_of
 from ...models.mechanics import energies, kinetic_energies
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
@@ -122,9 +122,10 @@ def integrate(
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
-    if flow.exact and count and time % count:
+    mapping = kind_of(body) is Kind.MAP
+    if mapping and count and time % count:
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
-    goal = None if flow.exact else options.goal()
+    goal = None if mapping else options.goal()
     work: Any = (
         _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
     )
