@@ -27,6 +27,8 @@ from .analysis.frequencies.frequency_map import frequency_map
 from .analysis.frequencies.naff import naff
 from .analysis.frequencies.resonance_web import resonance_web
 from .analysis.frequencies.resonances import resonances
+from .analysis.frequencies.tune_accumulator import TuneAccumulator
+from .analysis.frequencies.tunes import tunes
 from .analysis.orbits.integrate import integrate
 from .analysis.orbits.tangent_map import tangent_map
 from .analysis.periodic.continuation import continuation
@@ -109,6 +111,7 @@ __all__ = [
     "SeparableRVartheta",
     "Status",
     "TimeTransformed",
+    "TuneAccumulator",
     "ZeroOne",
     "action_angles",
     "chaos_map",
@@ -142,6 +145,7 @@ __all__ = [
     "run",
     "save",
     "tangent_map",
+    "tunes",
 ]
 
 _FOLDERS = (

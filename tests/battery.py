@@ -37,6 +37,7 @@ TURN = fa.AlphaTurning()
 J, PHASE = np.array([0.5, 0.6, 0.3, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
 RING = np.exp(0.7j * np.arange(64))
 POINTS = np.array([RING.real + 2.0, RING.imag])
+TURNED = np.array([RING.real, RING.imag])[:, None] * np.array([[1.0], [0.5]])
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
 MOTION = fa.jobs.Motion(time=1.0)
@@ -45,6 +46,13 @@ REAL_TIME = {"time": 2.0, **FIXED}
 
 def own_body(K):
     return fa.Body(fa.NeoHookean(K=K))
+
+
+def accumulated(samples):
+    """Turns that an accumulator takes."""
+    running = fa.TuneAccumulator()
+    running.push(samples)
+    return running.tunes()
 
 
 def own_case(lam, *_):
@@ -214,6 +222,8 @@ CALLS = {
         {"name": "s", "order": 2, "source": "Strang 1968", "drift": (0.5, 0.5), "kick": (1.0,)},
     ),
     "TimeTransformed": (lambda **given: fa.integrate(WALLED, Z8, scheme=fa.TimeTransformed(**given), **REAL_TIME), {}),
+    "TuneAccumulator": (fa.TuneAccumulator, {}),
+    "TuneAccumulator.push": (accumulated, {"samples": TURNED}),
     "all_levels": (fa.quantum.all_levels, {"body": HARMONIC, "multiplets": 5}),
     "chaos_map": (fa.chaos_map, {"body": HH, "z0": Z4, **REAL_TIME}),
     "chaotic_fraction": (fa.chaotic_fraction, {"make": own_case, "axes": ([1.0],), **REAL_TIME}),
@@ -283,6 +293,7 @@ CALLS = {
     "tangent_map": (fa.tangent_map, {"body": HH, "z0": Z4, **REAL_TIME}),
     "to_matrix": (fa.charts.to_matrix, {"z": Z8}),
     "action_angles": (fa.action_angles, {"body": BODY, "z0": Z8, "threads": 1}),
+    "tunes": (fa.tunes, {"samples": TURNED}),
     "unfold": (fa.quantum.unfold, {"levels": LEVELS, "smooth": staircase}),
     "wavefunction": (fa.quantum.wavefunction, {"body": HARMONIC, **Q, "n": (0, 0)}),
     "resonance_web": (
@@ -356,6 +367,8 @@ CONTAINERS = {
     "TimeScales",
     "ActionAngles",
     "TorusFit",
+    "TuneSums",
+    "Tunes",
     "ResonanceLine",
     "Character",
     "Event",

@@ -75,6 +75,7 @@ CURVES = np.random.default_rng(8).normal(size=(2, 1, 12)) + np.array(
     ]
 )
 CURVES[:, :, 9:] = np.random.default_rng(9).random((2, 250, 3))
+RECORDS = np.moveaxis(CURVES, 1, 2)
 
 
 def by_class(function):
@@ -174,6 +175,7 @@ ROWS = {
     "from_action_angles": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"body": BODY}),
     "from_action_angles, closed": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"body": HARMONIC}),
     "naff": Row(fa.naff, {"signal": SIGNALS}, {"dt": 0.1, "lines": 3}, axis=0),
+    "tunes": Row(fa.tunes, {"samples": RECORDS}, {}, axis=1),
     "resonances": Row(fa.resonances, {"nu": RATIOS}, {"max_order": 6}),
     "rotation_number": Row(fa.rotation_number, {"points": CURVES}, {}),
     "islands": Row(fa.islands, {"points": CURVES}, {"max_period": 6}),

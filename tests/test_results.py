@@ -36,6 +36,8 @@ MAKERS = {
     "FrequencyMap": lambda: fa.frequency_map(HH, battery.Z4, time=20.0, **FIXED),
     "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
     "FrequencyLines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
+    "Tunes": lambda: fa.tunes(battery.TURNED),
+    "TuneSums": lambda: accumulated().state,
     "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
     "FoundCases": lambda: FoundCases.of(fa.chaotic_fraction(battery.own_case, ([0.8, 0.9, 1.0],), time=2.0, **FIXED)),
     "PeriodicOrbits": lambda: fa.periodic_orbits(HH, CLOSED, **SURFACE, max_time=20.0, step=0.1, threads=1),
@@ -46,6 +48,13 @@ MAKERS = {
     "EnergyOfActions": lambda: fa.energy_of_actions(battery.HARMONIC, np.array([[0.5, 1.0]] * 4), threads=1),
 }
 """One for each class that is made of items."""
+
+
+def accumulated():
+    running = fa.TuneAccumulator()
+    running.push(battery.TURNED)
+    return running
+
 
 WHOLE = {
     "Edge": lambda: edge(BODY, fa.AlphaEquals(1.4), energy=6.0, p_eta=0.3, p_gamma=0.2),

@@ -12,6 +12,8 @@ from .frequencies.methods import BirkhoffAverages, NaffLines
 from .frequencies.naff import FrequencyLines
 from .frequencies.resonance_web import ResonanceLine, ratio_web
 from .frequencies.resonances import Resonances, diffusion_histogram
+from .frequencies.tune_accumulator import TuneSums
+from .frequencies.tunes import Tunes
 from .orbits.integrate import Orbits
 from .orbits.tangent_map import TangentMap
 from .periodic.bifurcations import Bifurcation, Event
@@ -53,6 +55,8 @@ __all__ = [
     "TangentIndicator",
     "TangentMap",
     "TorusFit",
+    "TuneSums",
+    "Tunes",
     "Verdict",
     "diffusion_histogram",
     "periodic_guesses",

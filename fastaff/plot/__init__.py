@@ -10,7 +10,7 @@ from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
 from .density import Density, count_points
 from .figures import FIGURES
-from .frequencies import plot_frequency_map
+from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
 from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
@@ -71,6 +71,7 @@ __all__ = [
     "plot_starts",
     "plot_tangent_map",
     "plot_torus",
+    "plot_tunes",
     "plot_web",
     "resonances_between",
     "save_animation",

@@ -14,6 +14,8 @@ from ..analysis.frequencies.frequency_map import FrequencyMap
 from ..analysis.frequencies.naff import FrequencyLines
 from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
+from ..analysis.frequencies.tune_accumulator import TuneAccumulator, TuneSums
+from ..analysis.frequencies.tunes import Tunes
 from ..analysis.orbits.integrate import Orbits
 from ..analysis.orbits.tangent_map import TangentMap
 from ..analysis.periodic.bifurcations import Bifurcation
@@ -32,7 +34,7 @@ from ..quantum.states.level_table import LevelTable, Multiplets
 from ..quantum.states.state import State
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
-from .frequencies import plot_frequency_map
+from .frequencies import plot_frequency_map, plot_tunes
 from .islands import plot_islands, plot_rotation
 from .orbits import plot_orbits, plot_tangent_map
 from .periodic import plot_periodic
@@ -102,6 +104,8 @@ FIGURES: dict[type, Callable] = {
     State: plot_density,
     TangentMap: plot_tangent_map,
     TorusFit: plot_torus,
+    TuneSums: lambda sums, **options: plot_tunes(TuneAccumulator.of(sums).tunes(), **options),
+    Tunes: plot_tunes,
 }
 
 for _kind, _function in FIGURES.items():

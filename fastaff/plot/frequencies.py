@@ -45,7 +45,7 @@ def plot_frequency_map(
     their equation; a label without room is left out, its line is drawn. A click picks the orbit (`picked`).
     """
     names = frequency_map.names
-    body = frequency_map.nu_eta is not None
+    body = getattr(frequency_map, "nu_eta", None) is not None
     if x is None and y is None and not body:
         x, y = names[0], names[1]
     x, y = x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
@@ -75,6 +75,27 @@ def plot_frequency_map(
         nothing(ax, why(frequency_map.status, ~good) if good.size else "")
     drawn, labels = _draw_lines(ax, lines, x, y)
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
+
+
+@figure
+def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any) -> Artists:
+    """Draw orbits in the plane of their tunes, modulo 1; of one plane, its tune from orbit to orbit.
+
+    Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by
+    default the diffusion. Returns Artists.
+    """
+    values = tunes.diffusion if values is None else values
+    if len(tunes.names) > 1:
+        found = plot_frequency_map(tunes, ax=ax, values=values, **{"label": "$\\log_{10}$ change of tunes", **options})
+        x, y = (options.get(axis) or tunes.names[k] for k, axis in enumerate("xy"))
+        ax.set(xlabel=f"${_fraction(x)}$", ylabel=f"${_fraction(y)}$")
+        return found
+    good = tunes.status == Status.OK
+    numbers = np.flatnonzero(good)
+    points = ax.scatter(numbers, tunes.nu[0, good], c=np.asarray(values)[good], s=12.0)
+    ax.set(xlabel="orbit", ylabel=f"${symbol(f'nu_{tunes.names[0]}')}$")
+    carry(points, numbers, tunes.nu[0, good], numbers)
+    return Artists(points, None, (), (), int(np.count_nonzero(~good)))
 
 
 def _fraction(name: str) -> str:

@@ -17,16 +17,14 @@ from ...base.numbers import an_array, fits, numbers, positive, whole
 from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
-from ..frequencies.fundamental import SPANS, damping
+from ..frequencies.fundamental import SPANS
+from ..frequencies.turning import unresolved
 from .scatter import scattered
 
 SAFETY = 5.0
 """Factor of error estimates over the differences between windows, as for frequency maps."""
 
 ROUNDING = 1e-14
-HARMONICS = 16
-"""Harmonics of a curve whose slow beats count in the error of its rotation number."""
-
 STILL = 1e-9
 """Relative size of an island below which it is a periodic orbit."""
 
@@ -258,20 +256,8 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
     spread = np.abs(radius[1] - radius[2]) / np.where(radius[0] > 0, radius[0], 1.0)
     digits = np.where(enough, -np.log10(np.maximum(np.maximum(difference, spread), 1e-16)), 0.0)
     rotation = np.where(enough, turns[0] - np.ceil(turns[0] - 0.5), 0.0)
-    error = np.where(enough, SAFETY * uneven + _unresolved(turns[0], steps) + ROUNDING, np.inf)
+    error = np.where(enough, SAFETY * uneven + unresolved(turns[0], steps) + ROUNDING, np.inf)
     return Rotation(rotation, error, digits, centre.T, counts, np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS))
-
-
-def _unresolved(rotation: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around
-    between the m.
-
-    The displacement varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of
-    their slow beats.
-    """
-    m = np.arange(1, HARMONICS + 1)[:, None]
-    beat = np.abs(m * rotation - np.rint(m * rotation))
-    return (4.0 * 0.5**m * beat / m * damping(beat * steps)).sum(axis=0)
 
 
 def _displacements(theta: np.ndarray) -> np.ndarray:

@@ -1,0 +1,240 @@
+"""Tunes of orbits that arrive a few turns at a time, in memory that does not grow with the number of turns."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...base.axes import along
+from ...base.results import Result
+from ...base.status import Status
+from ...compile.threads import checked_threads
+from ...kernels import tunes as kernels
+from ..orbits.given_orbits import gap, given_orbits
+from .tunes import Tunes, tunes_of
+from .turning import PIECE, Means, Turning, Window, run_orbits
+
+FIRST = 32
+"""Steps that only say where the loops are; the windows are [32, 64), [64, 128), ..., each twice as long."""
+
+FRAME, PART = 4096, 8
+"""Steps in the middle of a window whose moments say what the next one looks at: this number, or an eighth if more."""
+
+
+def window_of(step: int) -> Window:
+    """Return the window that a step from sample number `step` to the next belongs to."""
+    begin = 0 if step < FIRST else 1 << (step.bit_length() - 1)
+    length = max(begin, FIRST)
+    middle = length if length <= FRAME else max(FRAME, length // PART)
+    return Window(begin, length, (begin + (length - middle) // 2, middle))
+
+
+@dataclass(frozen=True)
+class TuneSums(Result):
+    """All that a `TuneAccumulator` knows: `fastaff.save` keeps it, and `TuneAccumulator.of` goes on from it.
+
+    names (2n,): of the rows; samples: that have been pushed; last (2n, orbits): the last one; planes (n, 8, orbits):
+    centre, shape and reference turn of each plane's loop, the columns of `fastaff.kernels.tunes`; sums (n, 6, orbits)
+    of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of their weights;
+    turns (orbits,): samples before the first that is not finite; ended (orbits,); nu, error (n, orbits), halves (2, n,
+    orbits): what the last window said that the orbit came to the end of, window (orbits,) its length, 0 for none. The
+    orbits of several can be joined (`concat`) where they have as many samples.
+    Source: as `tunes`.
+    """
+
+    names: tuple[str, ...]
+    samples: int
+    last: Annotated[np.ndarray, along("coordinate", "orbit", labels="names")]
+    planes: Annotated[np.ndarray, along("angle", "column", "orbit")]
+    sums: Annotated[np.ndarray, along("angle", "span", "orbit", unit="radians")]
+    moments: Annotated[np.ndarray, along("angle", "moment", "orbit")]
+    weights: Annotated[np.ndarray, along("weight")]
+    turns: Annotated[np.ndarray, along("orbit", unit="turns")]
+    ended: Annotated[np.ndarray, along("orbit")]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn")]
+    error: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn")]
+    halves: Annotated[np.ndarray, along("half", "angle", "orbit", unit="1/turn")]
+    window: Annotated[np.ndarray, along("orbit", unit="turns")]
+
+
+class TuneAccumulator:
+    """Tunes with errors and diffusion of orbits that are pushed a few turns at a time.
+
+    Parameters: coordinates: names of the 2n rows (default q1, ..., p1, ...); threads as in `integrate`. `push` takes
+    the next turns, `tunes()` says at any time what is known, `state` is all of it as a result that can be saved, and
+    the accumulator itself can be pickled. Raises ValueError or TypeError for wrong input.
+
+    The steps from turn to turn fill windows [2^k, 2^(k + 1)), so how many there will be need not be known. Each is
+    averaged as `tunes` does, with the same weights and errors, about centre and ellipse of its predecessor; `tunes()`
+    are those of the last window that is complete, a quarter to a half of all turns. Where the loop of a plane passes
+    through its centre, as one of coupled planes may, its error says that there is no tune; no lines are fitted, for
+    which samples would have to be kept: `tunes` of some of them does that.
+    The values are those of one push of all turns, to rounding, for any chunks; the orbits' bits do not depend on their
+    company.
+    Cost: as `tunes`, once.
+    Memory: 8 (10 + 26 n) bytes an orbit, whatever the number of turns is.
+    Source: as `tunes`.
+    """
+
+    def __init__(self, coordinates: Any = None, *, threads: int | None = None):
+        self._coordinates, self._threads = coordinates, threads
+        checked_threads(threads)
+        if coordinates is not None:
+            given_orbits("samples", np.zeros((2, 1, 1)), coordinates=("q", "p"))
+        self._known: _Known | None = None
+
+    @classmethod
+    def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
+        """Return an accumulator that goes on from a `state`. Raises TypeError for anything else."""
+        if not isinstance(state, TuneSums):
+            raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
+        found = cls(state.names, threads=threads)
+        found._known = _Known.of(state)
+        return found
+
+    @property
+    def samples(self) -> int:
+        """The number of turns that have been pushed."""
+        return 0 if self._known is None else self._known.samples
+
+    @property
+    def state(self) -> TuneSums:
+        """All that is known, copied. Raises ValueError before the first push."""
+        return self._pushed().state()
+
+    def push(self, samples: Any) -> None:
+        """Take the next turns of all orbits.
+
+        Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
+        them: NaN from where an orbit has ended, and from then on. Raises ValueError or TypeError naming orbit and
+        sample, counted from the first push on, of what is wrong, and for another number of orbits; then, as on Ctrl-C,
+        nothing has been taken.
+        """
+        names = self._coordinates if self._known is None else self._known.names
+        given = given_orbits("samples", samples, coordinates=names, least=int(self._known is None))
+        rows, orbits, _ = given.shape
+        z = given.read(0, orbits)
+        threads = checked_threads(self._threads)
+        if self._known is None:
+            known = _Known(given.names, z[:, :, 0])
+        elif (rows, orbits) != self._known.last_shape:
+            raise ValueError(
+                f"samples must have {self._known.last_shape[0]} rows of {self._known.last_shape[1]} orbits, as before, "
+                f"got shape {given.shape}"
+            )
+        else:
+            known = self._known.copy()
+        known.push(z, threads)
+        self._known = known
+
+    def tunes(self) -> Tunes:
+        """Return what is known of all orbits. Raises ValueError before the first push."""
+        known = self._pushed()
+        means = Means(known.nu, known.error, known.halves)
+        status = np.where(known.ended, Status.NONFINITE, Status.OK)
+        names = known.names[: len(known.nu)]
+        return tunes_of(
+            names, means, np.zeros(known.nu.shape, np.int8), known.turns.copy(), known.window.copy(), status
+        )
+
+    def _pushed(self) -> _Known:
+        if self._known is None:
+            raise ValueError("samples must be pushed first")
+        return self._known
+
+    def __repr__(self) -> str:
+        if self._known is None:
+            return "TuneAccumulator()"
+        return f"TuneAccumulator: {self._known.last_shape[1]} orbits, {self.samples} turns"
+
+
+class _Known:
+    """What an accumulator has found so far, in arrays that one push changes."""
+
+    def __init__(self, names: tuple[str, ...], first: np.ndarray):
+        rows, orbits = first.shape
+        n = rows // 2
+        self.names, self.samples = names, 0
+        self.turning = Turning(first)
+        self.turns, self.window = np.zeros((2, orbits), np.int64)
+        self.ended = np.zeros(orbits, bool)
+        self.nu, self.error, self.halves = np.zeros((n, orbits)), np.full((n, orbits), np.inf), np.zeros((2, n, orbits))
+
+    @property
+    def last_shape(self) -> tuple[int, int]:
+        """Rows and orbits."""
+        return self.turning.last.shape[1], self.turning.last.shape[0]
+
+    def copy(self) -> _Known:
+        """Return one that a push may change."""
+        return copy.deepcopy(self)
+
+    def push(self, z: np.ndarray, threads: int) -> None:
+        """Take the samples z (2n, orbits, samples)."""
+        until, again = np.empty((2, z.shape[1]), np.int64)
+        run_orbits(kernels.finite_until, z.shape[1], (z, self.ended.astype(np.int64), until, again), threads)
+        for orbit in np.flatnonzero(again >= 0)[:1]:
+            lost = self.turns[orbit] if self.ended[orbit] else self.samples + until[orbit]
+            raise gap("samples", int(orbit), int(lost), self.samples + int(again[orbit]))
+        self.turns += until
+        at = 0
+        if self.samples == 0:
+            at = 1  # the first sample, from which no step is known yet
+        while at < z.shape[2]:
+            step = self.samples + at - 1
+            window = window_of(step)
+            size = min(z.shape[2] - at, window.begin + window.length - step, PIECE)
+            angles = window.begin > 0
+            part = np.clip(until - at, 0, size)
+            self.turning.add(z[:, :, at : at + size], part, step, window, threads, angles=angles, frame=True)
+            at += size
+            if step + size == window.begin + window.length:
+                self._end(window, angles, threads)
+        self.samples += z.shape[2]
+        self.ended |= until < z.shape[2]
+
+    def _end(self, window: Window, angles: bool, threads: int) -> None:
+        """Keep what a complete window says of the orbits that came to its end, and begin the next."""
+        alive = self.turns > window.begin + window.length
+        if angles:
+            with np.errstate(invalid="ignore"):
+                nu, error, halves = self.turning.means(window.length)
+            self.nu[:, alive], self.error[:, alive] = nu[:, alive], error[:, alive]
+            self.halves[:, :, alive], self.window[alive] = halves[:, :, alive], window.length
+        self.turning.learn(alive, threads)
+        self.turning.clear()
+
+    def state(self) -> TuneSums:
+        """Return all of it, copied."""
+        turning = self.turning
+        return TuneSums(
+            self.names,
+            self.samples,
+            turning.last.T.copy(),
+            turning.planes.transpose(1, 2, 0).copy(),
+            turning.sums.transpose(1, 2, 0).copy(),
+            turning.moments.transpose(1, 2, 0).copy(),
+            turning.weights.copy(),
+            self.turns.copy(),
+            self.ended.copy(),
+            self.nu.copy(),
+            self.error.copy(),
+            self.halves.copy(),
+            self.window.copy(),
+        )
+
+    @classmethod
+    def of(cls, state: TuneSums) -> _Known:
+        """Return what a state says."""
+        known = cls(state.names, np.array(state.last, np.float64))
+        turning = known.turning
+        for name in ("planes", "sums", "moments"):
+            setattr(turning, name, np.ascontiguousarray(getattr(state, name).transpose(2, 0, 1)))
+        turning.weights = np.array(state.weights)
+        known.samples = state.samples
+        for name in ("turns", "ended", "nu", "error", "halves", "window"):
+            setattr(known, name, np.array(getattr(state, name)))
+        return known

@@ -1,0 +1,243 @@
+"""Tunes: frequencies modulo 1 of orbits that are known once a turn, from arrays of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...base.axes import along
+from ...base.interruption import keeping
+from ...base.numbers import reporter
+from ...base.results import Result
+from ...base.short_forms import takes
+from ...base.status import Status
+from ...compile.threads import checked_threads
+from ...flows.flow import Report
+from ...kernels.tunes import COLUMNS
+from ..orbits.given_orbits import GivenOrbits, ends, given_orbits
+from .frequency_map import MANY_TURNS, FrequencyKind
+from .fundamental import LINE_ORDER, line_rates
+from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
+from .naff import found_lines
+from .readings import CHANGED, SAME
+from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window
+
+FALLBACK = 1e-9
+"""Error in turns above which lines are fitted."""
+
+LEAST = 64
+"""Samples that an orbit needs."""
+
+BUDGET = 1 << 27
+"""Bytes of samples in work at once."""
+
+AT_ONCE = 1 << 22
+"""Samples of signals whose lines are fitted at once."""
+
+LADDER = 8
+"""Lengths within a factor of 2 that orbits which end are cut to: those of one length are in work together."""
+
+
+@dataclass(frozen=True)
+class Tunes(Result):
+    """Tunes of orbits: mean turns from one sample to the next in each plane (q, p), modulo 1.
+
+    names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
+    takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in
+    (-1/2, 1/2]. error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line;
+    diffusion (orbits,) = log10 of the largest |change| from the first half of the window to the second; turns
+    (orbits,): samples before the first that is not finite, all of them for an orbit that survived; window (orbits,):
+    the number of steps that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from
+    half to half by 0.3 cycles or more; DEPENDENT, a plane is at rest or two planes show one line; UNDECIDED, too short
+    to tell; else INDEPENDENT; status (orbits,): OK, or NONFINITE of an orbit that ended, whose numbers are those of
+    its life.
+    """
+
+    names: tuple[str, ...]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn", labels="names", plain=True)]
+    error: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn", labels="names")]
+    method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
+    diffusion: Annotated[np.ndarray, along("orbit", unit="log10(1/turn)")]
+    turns: Annotated[np.ndarray, along("orbit", unit="turns")]
+    window: Annotated[np.ndarray, along("orbit", unit="turns")]
+    kind: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+
+    @property
+    def signed(self) -> np.ndarray:
+        """Tunes (n, orbits) in (-1/2, 1/2]."""
+        return self.nu - (self.nu > 0.5)
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Whether orbits (orbits,) survived and have tunes: neither irregular nor undecided."""
+        return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
+
+
+@takes(method=method_of)
+def tunes(
+    samples: Any,
+    *,
+    coordinates: Any = None,
+    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Tunes:
+    """Find the tunes of orbits known once a turn: of a map, of a tracking code, of a section.
+
+    Parameters: samples (2n, orbits, turns), rows q1, ..., qn, p1, ..., pn, or (2n, turns) of one orbit, NaN from where
+    an orbit has ended; an array of xarray, whose dimensions may be in any order; a data set of a file of HDF5 or Zarr,
+    read some orbits at a time; or, with coordinates, what has arrays (orbits, turns) by name: a mapping, a Dataset, a
+    group of a file; coordinates: names of the 2n rows; method: `BirkhoffAverages()`, with lines where an average is off
+    by more than `fallback` turns (default 1e-9), or `NaffLines()`, or "birkhoff", "naff"; threads, report as in
+    `integrate`. Returns Tunes. Raises ValueError or TypeError naming orbit and sample of what is wrong; Interrupted on
+    Ctrl-C, with `.partial`.
+
+    Each plane's own ellipse, from the weighted second moments, is made a circle about its mean (what beta and alpha of
+    an optics do), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from
+    one sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): faster than any power of the number N of turns
+    on a smooth curve, a line d turns from the tune and from an integer is damped below 2e-12 once d N > 9.6. Where the
+    loop passes through its centre, as one of coupled planes may, the mean turn is no line: then it is the strongest
+    line of the plane, fitted with seven others. Tunes of motion in time, without the modulus: `orbit_frequencies`.
+    Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, what beats near a
+    fraction p/m can do that are too slow to see, and rounding. Orbits that ended are cut to one of eight lengths in a
+    factor of 2.
+    Cost: one pass for moments and one for angles, some 2 ns a plane and turn, and an FFT where lines are fitted.
+    Memory: 128 MiB of samples or one orbit at a time, beyond what is handed in.
+    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); Laskar 1990, Icarus 88, 266
+    (diffusion, lines); Courant & Snyder 1958, Ann. Phys. 3, 1 (ellipses).
+    """
+    reporter(report)
+    given = given_orbits("samples", samples, coordinates=coordinates, least=LEAST)
+    fallback = checked_method(method).fallback
+    work = _Work(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report)
+    with keeping("tunes", work.result):
+        work.run()
+    return work.result()
+
+
+def tunes_of(
+    names: tuple[str, ...],
+    means: Means,
+    method: np.ndarray,
+    turns: np.ndarray,
+    window: np.ndarray,
+    status: np.ndarray,
+) -> Tunes:
+    """Return the Tunes that means (n, orbits) over windows (orbits,) say, 0 of orbits without one."""
+    known = np.isfinite(means.error) & (window > 0)
+    nu, error = np.where(known, means.nu, 0.0), np.where(known, means.error, np.inf)
+    nu = nu - np.floor(nu)
+    nu = np.where(nu >= 1.0, 0.0, nu)
+    change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
+    some = known.any(axis=0)
+    kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+    for i in range(len(nu)):
+        for j in range(i):
+            for apart in (nu[i] - nu[j], nu[i] + nu[j]):
+                kind[np.abs(apart - np.rint(apart)) <= error[i] + error[j]] = FrequencyKind.DEPENDENT
+    cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
+    kind[window / 2 * change > CHANGED] = FrequencyKind.IRREGULAR
+    kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
+    diffusion = np.where(some, np.log10(change + 1e-18), 0.0)
+    return Tunes(names, nu, error, method, diffusion, turns, window, kind, status)
+
+
+class _Work:
+    """Tunes in the making; arrays hold what is known so far."""
+
+    def __init__(self, given: GivenOrbits, fallback: float, threads: int, report: Report | None):
+        self.given, self.fallback, self.threads, self.report = given, fallback, threads, report
+        rows, self.orbits, self.samples = given.shape
+        n = rows // 2
+        self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
+        self.halves, self.method = np.zeros((2, n, self.orbits)), np.zeros((n, self.orbits), np.int8)
+        self.turns, self.window = np.zeros((2, self.orbits), np.int64)
+        self.status = np.full(self.orbits, int(Status.INTERRUPTED))
+
+    def run(self) -> None:
+        """Find the tunes of all orbits, as many at a time as memory allows."""
+        rows, orbits, samples = self.given.shape
+        portion = max(1, BUDGET // (8 * rows * samples))
+        for begin in range(0, orbits, portion):
+            end = min(begin + portion, orbits)
+            z = self.given.read(begin, end)
+            counts = ends("samples", z, begin).counts
+            self.turns[begin:end] = counts
+            for length, own in _lengths(counts, samples):
+                part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
+                self._adopt(begin + own, part, length)
+            self.status[begin:end] = np.where(counts == samples, Status.OK, Status.NONFINITE)
+            if self.report is not None:
+                self.report(end / orbits)
+
+    def _adopt(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
+        """Fill in what z (2n, orbits, length + 1) says."""
+        until, window = np.empty(z.shape[1], np.int64), Window(0, length, (0, length))
+        turning = Turning(z[:, :, 0])
+        first = turning.last.copy()
+        for angles in (False, True):
+            for at in range(0, length, PIECE):
+                piece = z[:, :, 1 + at : 1 + min(at + PIECE, length)]
+                until[:] = piece.shape[2]
+                turning.add(piece, until, at, window, self.threads, angles=angles, frame=not angles)
+            if not angles:
+                turning.learn(np.ones(z.shape[1], bool), self.threads)
+                turning.clear()
+                turning.last = first
+        means = turning.means(length)
+        method = np.zeros(means.nu.shape, np.int8)
+        self._with_lines(z, turning, means, method, length)
+        self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = means
+        self.method[:, orbits], self.window[orbits] = method, length
+
+    def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
+        """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""
+        n, always = len(means.nu), self.fallback == 0
+        needed = (means.error > self.fallback) & (turning.planes[:, :, COLUMNS.a] != 0).T
+        t = np.arange(length + 1)
+        for planes, orbits in _parts(needed, max(1, AT_ONCE // (length + 1))):
+            known, rough = turning.planes[orbits, planes], means.nu[planes, orbits]
+            x, y = z[planes, orbits] - known[:, :1], z[n + planes, orbits] - known[:, 1:2]
+            a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
+            turns = rough[:, None] * t
+            f = (a * x + 1j * (b * x + c * y)) * np.exp(-2j * np.pi * (turns - np.rint(turns)))
+            strongest = found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0]
+            near = means.error[planes, orbits] / SAFETY * length < SAME
+            centre = np.where(near, 0.0, strongest)
+            worst = np.full(len(f), np.inf) if always else means.error[planes, orbits] / SAFETY
+            worst = np.where(near, worst, np.inf)  # what is no line at all says nothing of one
+            found, uncertainty = line_rates(f, 1.0, centre, worst)
+            good = np.isfinite(uncertainty)
+            i, o = planes[good], orbits[good]
+            means.nu[i, o] = rough[good] + found[0, good]
+            means.error[i, o] = SAFETY * uncertainty[good] + ROUNDING
+            halves = rough[good] + found[1:3, good]
+            means.halves[:, i, o] = np.where(np.isfinite(halves), halves, means.halves[:, i, o])
+            method[i, o] = 1
+
+    def result(self) -> Tunes:
+        """Assemble the tunes."""
+        means = Means(self.nu, self.error, self.halves)
+        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status)
+
+
+def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield rows and columns of what is needed, so many or fewer at a time."""
+    rows, columns = np.nonzero(needed)
+    for begin in range(0, rows.size, most):
+        yield rows[begin : begin + most], columns[begin : begin + most]
+
+
+def _lengths(counts: np.ndarray, samples: int) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield numbers of steps and the orbits that are cut to them; none of an orbit that has less than LEAST samples."""
+    steps = np.where(counts == samples, samples - 1, 0)
+    short = np.flatnonzero((counts < samples) & (counts >= LEAST))
+    rung = np.floor(np.log2(counts[short] - 1) * LADDER) / LADDER
+    steps[short] = np.maximum(np.floor(2.0**rung), LEAST - 1)
+    steps[short] = np.minimum(steps[short], counts[short] - 1)
+    for length in np.unique(steps[steps > 0]):
+        yield int(length), np.flatnonzero(steps == length)

@@ -1,0 +1,133 @@
+"""Weighted mean angles from sample to sample of the planes (q, p) of orbits, over windows that are filled by pieces."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...base.sums import total
+from ...flows.flow import launch
+from ...kernels import tunes as kernels
+from ...kernels.tunes import COLUMNS, MOMENTS
+from .fundamental import SPANS, damping, weight_at
+
+PIECE = 65536
+"""Samples at once: so long are tables of weights."""
+
+SAFETY = 5.0
+"""Factor of error estimates over the differences between windows, as for frequency maps."""
+
+ROUNDING = 2e-15
+"""Turns that the mean of angles may be off by rounding."""
+
+HARMONICS = 40
+"""Harmonics of a curve whose slow beats count in the error of its rotation number."""
+
+
+class Window(NamedTuple):
+    """Steps from sample to sample begin to begin + length, and the part (begin, length) of them whose moments say what
+    the next window looks at.
+    """
+
+    begin: int
+    length: int
+    frame: tuple[int, int]
+
+
+class Means(NamedTuple):
+    """What a window says: turns per step nu (n, orbits), their error, and those of the halves (2, n, orbits)."""
+
+    nu: np.ndarray
+    error: np.ndarray
+    halves: np.ndarray
+
+
+def run_orbits(kernel: object, orbits: int, arguments: tuple, threads: int) -> None:
+    """Run a kernel of units of orbits to its end."""
+    if orbits:
+        units = -(-orbits // kernels.ORBITS)
+        launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(units), float(units), threads, None)  # type: ignore[arg-type]
+
+
+class Turning:
+    """Sums over a window, of orbits that each have a centre, a shape and a reference of their own.
+
+    Arrays, orbits first: last (orbits, 2n), the last sample; planes (orbits, n, 8) of `kernels.tunes.COLUMNS`; sums
+    (orbits, n, 6) of angles over SPANS of the window, moments (orbits, n, 9); weights (7,): the sums of their weights
+    so far.
+    """
+
+    def __init__(self, first: np.ndarray):
+        rows, orbits = first.shape
+        self.last = np.array(first.T, order="C")
+        self.planes = np.zeros((orbits, rows // 2, COLUMNS.end))
+        self.planes[:, :, COLUMNS.q], self.planes[:, :, COLUMNS.p] = (
+            self.last[:, : rows // 2],
+            self.last[:, rows // 2 :],
+        )
+        self.planes[:, :, [COLUMNS.a, COLUMNS.cosine]], self.planes[:, :, COLUMNS.c] = 1.0, -1.0
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin a window."""
+        orbits, n, _ = self.planes.shape
+        self.sums, self.moments = np.zeros((orbits, n, len(SPANS))), np.zeros((orbits, n, MOMENTS))
+        self.weights = np.zeros(len(SPANS) + 1)
+
+    def add(
+        self, chunk: np.ndarray, until: np.ndarray, at: int, window: Window, threads: int, *, angles: bool, frame: bool
+    ) -> None:
+        """Add the steps from number `at` to the samples of chunk (2n, orbits, samples), until (orbits,) of each, all in
+        the window: their angles, or what its frame learns of them.
+        """
+        orbits, samples = chunk.shape[1:]
+        place = (np.arange(at, at + samples) - window.begin + 0.5) / window.length
+        rows = [weight_at(2 * (place - x0) / (x1 - x0) - 1) for x0, x1 in SPANS if angles]
+        tables = np.array(rows).reshape(len(rows), samples)
+        ranges = np.array([_within(row) for row in tables], np.int64).reshape(len(rows), 2)
+        begin, length = window.frame
+        weights, (low, high) = np.zeros(samples), (0, 0)
+        if frame and begin < at + samples and at < begin + length:
+            weights = weight_at(2 * (np.arange(at, at + samples) - begin + 0.5) / length - 1)
+            low, high = _within(weights)
+        self.weights[: len(rows)] += tables.sum(axis=1)
+        self.weights[-1] += weights.sum()
+        arguments = (chunk, until, self.last, self.planes, tables, ranges, weights, low, high, self.sums, self.moments)
+        run_orbits(kernels.turn_on, orbits, arguments, threads)
+
+    def learn(self, known: np.ndarray, threads: int) -> None:
+        """Take centre, shape and reference of the `known` orbits (orbits,) from the moments of the window."""
+        arguments = self.moments, float(self.weights[-1]), known.astype(np.int64), self.planes
+        run_orbits(kernels.learn, len(self.planes), arguments, threads)
+
+    def means(self, length: int) -> Means:
+        """Return what a window of that many steps says; error inf of a plane at rest."""
+        turns = self.planes[:, :, COLUMNS.turn, None] + self.sums / (2 * math.pi * self.weights[:-1])
+        nu = turns[:, :, 0]
+        error = SAFETY * np.abs(turns[:, :, 1:] - turns[:, :, :1]).max(axis=2)
+        error = error + unresolved(nu, length) + ROUNDING
+        # Near 0 and 1/2 the samples do not show where the centre is, nor the shape.
+        halves = np.abs(2 * nu - np.rint(2 * nu)) * length
+        error = error + np.where(np.rint(2 * nu) % 2 == 0, 1.0, 0.25) * damping(halves) / length
+        error = np.where(self.planes[:, :, COLUMNS.a] != 0, error, np.inf)
+        return Means(nu.T.copy(), error.T.copy(), turns[:, :, 1:3].transpose(2, 1, 0).copy())
+
+
+def _within(weights: np.ndarray) -> tuple[int, int]:
+    """Return from where to where weights (samples,) are not 0."""
+    some = np.flatnonzero(weights)
+    return (int(some[0]), int(some[-1]) + 1) if some.size else (0, 0)
+
+
+def unresolved(rotation: np.ndarray, steps: np.ndarray | int) -> np.ndarray:
+    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around
+    between the m.
+
+    The angle of a step varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of
+    their slow beats.
+    """
+    m = np.arange(1, HARMONICS + 1).reshape(-1, *[1] * np.ndim(rotation))
+    beat = np.abs(m * rotation - np.rint(m * rotation))
+    return total(4.0 * 0.5**m * beat / m * damping(beat * steps))

@@ -1,0 +1,278 @@
+"""Orbits that were computed elsewhere: arrays, named arrays and files of them, as (2n, orbits, samples)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.numbers import an_array, entries, fits, numbers, positive, shown
+
+COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
+ORBITS = ("orbit", "orbits", "particle", "particles", "particle_id", "star", "stars", "body", "bodies", "trajectory")
+SAMPLES = ("sample", "samples", "time", "times", "t", "turn", "turns", "at_turn", "step", "steps")
+"""Names of dimensions that say which axis of a labelled array is meant."""
+
+MOST = 12
+"""Degrees of freedom that are taken: more rows than twice that are most likely orbits."""
+
+EVEN = 1e-6
+"""Part of the interval by which times may miss being equidistant."""
+
+
+class GivenOrbits(NamedTuple):
+    """Orbits (2n, orbits, samples) that are read some at a time.
+
+    name: of the argument; parts: what holds them, either one source with three axes or one for each row with those of
+    orbits and samples; order: for each source, the places of (coordinate,) orbit and sample among its axes, orbit -1
+    where there is one orbit without an axis; interval: between samples, None where nothing says so; start: time of the
+    first sample; names (2n,): of the rows.
+    """
+
+    name: str
+    parts: tuple[Any, ...]
+    order: tuple[tuple[int, ...], ...]
+    shape: tuple[int, int, int]
+    interval: float | None
+    start: float
+    names: tuple[str, ...]
+
+    @property
+    def angles(self) -> tuple[str, ...]:
+        """Names of the coordinates, one for each angle."""
+        return self.names[: len(self.names) // 2]
+
+    def read(self, begin: int, end: int) -> np.ndarray:
+        """Return the orbits from begin to end as floats (2n, orbits, samples), a view where that is what they are."""
+        rows = [self._rows(part, order, begin, end) for part, order in zip(self.parts, self.order, strict=True)]
+        return rows[0] if len(self.order[0]) == 3 else np.stack(rows)
+
+    def _rows(self, part: Any, order: tuple[int, ...], begin: int, end: int) -> np.ndarray:
+        lone = order[-2] < 0
+        index = tuple(slice(begin, end) if axis == order[-2] else slice(None) for axis in range(len(order) - lone))
+        array = numbers(self.name, _plain(self.name, part[index]))
+        if lone:
+            return np.expand_dims(array if len(order) == 2 or order[0] == 0 else array.T, -2)
+        return array.transpose(order)
+
+
+class Ends(NamedTuple):
+    """How many samples (orbits,) of each orbit there are: those before the first that is not finite."""
+
+    counts: np.ndarray
+
+    def complete(self, samples: int) -> np.ndarray:
+        """Return which orbits have all samples."""
+        return self.counts == samples
+
+
+def given_orbits(
+    name: str, value: Any, *, dt: Any = None, times: Any = None, coordinates: Any = None, least: int = 1
+) -> GivenOrbits:
+    """Return what an argument holds of orbits, nothing of it read yet where it lies in a file.
+
+    Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a labelled
+    array with `dims`, whose names say which axis is which; anything with a shape and slices, such as a data set of a
+    file; a mapping, group or Dataset, of which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or
+    times (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples. Raises ValueError or
+    TypeError naming what is wrong.
+    """
+    names = None if coordinates is None else _row_names(coordinates)
+    parts: tuple[Any, ...]
+    order: tuple[tuple[int, ...], ...]
+    if times is None and hasattr(value, "samples") and hasattr(value, "times") and hasattr(value, "names"):
+        value, found, own = value.samples, value.times, tuple(value.names)
+        if value.shape[0] == 0:
+            raise ValueError(f"{name} must have samples: integrate(..., samples=1000)")
+        names, times = names or own, None if dt is not None else found
+        parts, order = (value,), ((1, 2, 0),)
+    elif _named(value):
+        if names is None:
+            raise ValueError(
+                f"{name} has named arrays: coordinates must say which, q1, ..., qn, p1, ..., pn; it has "
+                f"{shown(list(value))}"
+            )
+        missing = [entry for entry in names if entry not in value]
+        if missing:
+            raise ValueError(f"coordinates must be names in {name}, which has {shown(list(value))}, got {missing[0]!r}")
+        parts = tuple(_source(name, value[entry]) for entry in names)
+        order = tuple(_order(name, part, 2) for part in parts)
+    else:
+        part = _source(name, value)
+        parts, order = (part,), (_order(name, part, 3),)
+    shape = _shape(name, parts, order)
+    if dt is None and times is None:
+        times = _coordinate(parts[0], order[0])
+    _check_shape(name, shape, parts[0], least)
+    if names is None:
+        n = shape[0] // 2
+        names = (*(f"q{i + 1}" for i in range(n)), *(f"p{i + 1}" for i in range(n)))
+    if len(names) != shape[0]:
+        raise ValueError(f"coordinates must be {shape[0]} names, one for each row of {name}, got {len(names)}")
+    start, interval = _interval(dt, times, shape[2])
+    return GivenOrbits(name, parts, order, shape, interval, start, names)
+
+
+def ends(name: str, z: np.ndarray, first: int = 0, before: int = 0) -> Ends:
+    """Return where orbits z (2n, orbits, samples) end: NaN, or an infinity, in any row from some sample to the last.
+
+    first, before: numbers of the first orbit and sample, for messages. Raises ValueError where an orbit goes on after
+    a gap.
+    """
+    samples = z.shape[2]
+    counts = np.full(z.shape[1], samples, np.int64)
+    with np.errstate(invalid="ignore"):
+        bad = np.flatnonzero(np.isnan((z * 0.0).sum(axis=(0, 2))))
+    for orbit in bad:
+        finite = np.isfinite(z[:, orbit]).all(axis=0)
+        counts[orbit] = int(np.argmin(finite))
+        again = np.flatnonzero(finite[counts[orbit] :])
+        if again.size:
+            raise gap(name, first + int(orbit), before + int(counts[orbit]), before + int(counts[orbit] + again[0]))
+    return Ends(counts)
+
+
+def gap(name: str, orbit: int, lost: int, again: int) -> ValueError:
+    """Return the error of an orbit that has no finite numbers at one sample, and has them again at a later one."""
+    return ValueError(
+        f"{name} must have no gaps: orbit {orbit} is not finite at sample {lost} and goes on at sample {again}; an "
+        "orbit that ended is NaN from there to its last sample"
+    )
+
+
+def _row_names(coordinates: Any) -> tuple[str, ...]:
+    listed = coordinates.replace(",", " ").split() if isinstance(coordinates, str) else coordinates
+    names = entries("coordinates", listed, "names of the rows q1, ..., qn, p1, ..., pn")
+    if not all(isinstance(entry, str) for entry in names) or len(set(names)) != len(names):
+        raise TypeError(f"coordinates must be different names, got {shown(coordinates)}")
+    if not names or len(names) % 2:
+        raise ValueError(f"coordinates must be 2n names, q1, ..., qn, p1, ..., pn, got {len(names)}")
+    return tuple(names)
+
+
+def _named(value: Any) -> bool:
+    """Tell whether a value has arrays by name: a mapping, a group of a file, a Dataset."""
+    return isinstance(value, Mapping) or (
+        not hasattr(value, "shape") and hasattr(value, "keys") and hasattr(value, "__getitem__")
+    )
+
+
+def _source(name: str, value: Any) -> Any:
+    """Return what has a shape and slices: as it is where reading it is put off, else an array."""
+    lazy = not isinstance(value, np.ndarray) and all(hasattr(value, part) for part in ("shape", "dtype", "__getitem__"))
+    if lazy:
+        if getattr(value.dtype, "kind", "") not in "iuf":
+            numbers(name, np.zeros(0, value.dtype))
+        return value
+    return numbers(name, _plain(name, value))
+
+
+def _plain(name: str, value: Any) -> np.ndarray:
+    array = an_array(name, value)
+    if array.dtype.kind == "c":
+        raise TypeError(
+            f"{name} must be real rows q1, ..., qn, p1, ..., pn, got complex numbers: of signals q - i p give "
+            "np.concatenate([s.real, -s.imag]), or the signals to naff"
+        )
+    return array
+
+
+def _order(name: str, part: Any, axes: int) -> tuple[int, ...]:
+    """Return the places of (coordinate,) orbit and sample among the axes of a source; -1 for an orbit without one."""
+    dims = getattr(part, "dims", None)
+    ndim = len(part.shape)
+    if ndim not in (axes, axes - 1):
+        takes = "(2n, orbits, samples) or (2n, samples)" if axes == 3 else "(orbits, samples) or (samples,)"
+        raise ValueError(f"{name} must have shape {takes}, got {tuple(part.shape)}")
+    lone = ndim == axes - 1
+    plain = (*range(axes - 2), -1, axes - 2) if lone else tuple(range(axes))
+    if not isinstance(dims, tuple) or not all(isinstance(entry, str) for entry in dims):
+        return plain
+    kinds = [COORDINATES] * (axes == 3) + [ORBITS] * (not lone) + [SAMPLES]
+    places = [next((k for k, entry in enumerate(dims) if entry.lower() in kind), -1) for kind in kinds]
+    unknown = [k for k in range(ndim) if k not in places]
+    if places.count(-1) == 1 and len(unknown) == 1:
+        places[places.index(-1)] = unknown[0]
+    if -1 in places:
+        raise ValueError(
+            f"{name} must have dimensions named like {', '.join(kind[0] for kind in kinds)}, got {dims}: rename them"
+        )
+    return (*places[:-1], -1, places[-1]) if lone else tuple(places)
+
+
+def _shape(name: str, parts: tuple[Any, ...], order: tuple[tuple[int, ...], ...]) -> tuple[int, int, int]:
+    shapes = [
+        tuple(1 if axis < 0 else int(part.shape[axis]) for axis in axes)
+        for part, axes in zip(parts, order, strict=True)
+    ]
+    if len(order[0]) == 3:
+        return shapes[0]  # type: ignore[return-value]
+    if any(shape != shapes[0] for shape in shapes):
+        raise ValueError(f"{name} must have arrays of one shape, got {' and '.join(map(str, sorted(set(shapes))))}")
+    return len(parts), *shapes[0]  # type: ignore[return-value]
+
+
+def _check_shape(name: str, shape: tuple[int, int, int], part: Any, least: int) -> None:
+    """Raise ValueError for a shape that can't be (2n, orbits, samples), with the order of axes that could."""
+    rows, _, samples = shape
+    said = tuple(map(int, part.shape))
+    few = samples < least
+    if not few and rows % 2 == 0 and 0 < rows <= 2 * MOST:
+        return
+    hint = ""
+    if len(said) == 3:
+        small = [k for k, size in enumerate(said) if 0 < size <= 2 * MOST and size % 2 == 0]
+        for c in sorted(small, key=lambda k: said[k]):
+            first, last = sorted((k for k in range(3) if k != c), key=lambda k: (said[k], k))
+            if (c, first, last) != (0, 1, 2) and said[last] >= least:
+                hint = f"; if its axes are in another order, {name}.transpose({c}, {first}, {last})"
+                break
+    elif len(said) == 2 and said[0] >= least and said[1] % 2 == 0 and 0 < said[1] <= 2 * MOST:
+        hint = f"; if its axes are (samples, 2n), {name}.T"
+    if few:
+        raise ValueError(f"{name} must have at least {least} samples, got shape {said}{hint}")
+    raise ValueError(
+        f"{name} must have 2n rows q1, ..., qn, p1, ..., pn on its first axis, n from 1 to {MOST}, got shape "
+        f"{said}{hint}"
+    )
+
+
+def _coordinate(part: Any, order: tuple[int, ...]) -> Any:
+    """Return the times that a labelled array has along its samples; None where it has none."""
+    dims, coords = getattr(part, "dims", None), getattr(part, "coords", None)
+    if not isinstance(dims, tuple) or coords is None or dims[order[-1]] not in coords:
+        return None
+    labels = np.asarray(coords[dims[order[-1]]])
+    return labels if labels.dtype.kind in "iuf" else None
+
+
+def _interval(dt: Any, times: Any, samples: int) -> tuple[float, float | None]:
+    """Return the first time and the interval between samples, None where nothing is known of it."""
+    if dt is not None and times is not None:
+        raise ValueError("dt must not be given beside times")
+    if times is None:
+        return 0.0, None if dt is None else positive("dt", dt)
+    array = numbers("times", times)
+    if array.shape != (samples,):
+        raise ValueError(f"times must have shape ({samples},), one for each sample, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(
+            f"times must be finite, got {array[~np.isfinite(array)][0]} at sample {int(np.argmin(np.isfinite(array)))}"
+        )
+    if samples < 2:
+        return float(array[0]), None
+    interval = float((array[-1] - array[0]) / (samples - 1))
+    if not interval > 0:
+        raise ValueError(f"times must increase, got {array[0]} first and {array[-1]} last")
+    fits("times", samples)
+    off = np.abs(array - (array[0] + interval * np.arange(samples)))
+    steps = np.abs(np.diff(array) - interval)
+    if max(off.max(), steps.max()) > EVEN * interval:
+        median = float(np.median(np.diff(array)))
+        worst = int(np.abs(np.diff(array) - median).argmax())
+        raise ValueError(
+            f"times must be equidistant: from sample {worst} to {worst + 1} it is {array[worst + 1] - array[worst]:.9g}"
+            f", most often {median:.9g}; sample the orbits evenly, an interpolation would show lines of its own"
+        )
+    return float(array[0]), interval

@@ -1,0 +1,214 @@
+"""Kernels of tunes: mean angles from sample to sample of loops in the planes (q, p) of many orbits, piece after piece.
+
+The angle of the step from one sample to the next is taken from a reference turn, so that none is near the cut at half a
+turn. Centre, shape and reference of a plane's loop follow from weighted moments of earlier samples.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.jit import jit, read_now
+from .fundamental import BLOCK, angle_of, weighted_sum
+
+ORBITS = 16
+"""Orbits of a unit, which are gathered at once: neighbours in memory where samples come first."""
+
+SEGMENT = 512
+"""Samples of them at once."""
+
+
+class Columns(NamedTuple):
+    """Columns of what is known of a plane: its centre; the loop (a + i b)(q - centre) + i c (p - centre), 0 of a plane
+    at rest; cosine, sine and turns of the reference.
+    """
+
+    q: int = 0
+    p: int = 1
+    a: int = 2
+    b: int = 3
+    c: int = 4
+    cosine: int = 5
+    sine: int = 6
+    turn: int = 7
+    end: int = 8
+
+
+COLUMNS = Columns()
+
+MOMENTS = 9
+"""Weighted sums of a plane: of q, p; qq, qp, pp; and of the next q or p with this one, q'q, q'p, p'q, p'p."""
+
+
+@jit
+def gather(chunk, first, count, start, size, room):
+    """Copy the samples from `start` of `count` orbits of chunk (rows, orbits, samples) to room (orbits, rows, 1 +
+    samples), behind the first of each.
+    """
+    along = chunk.strides[2] <= chunk.strides[1]
+    for r in range(chunk.shape[0]):
+        if along:
+            for o in range(count):
+                for i in range(size):
+                    room[o, r, 1 + i] = chunk[r, first + o, start + i]
+        else:
+            for i in range(size):
+                for o in range(count):
+                    room[o, r, 1 + i] = chunk[r, first + o, start + i]
+
+
+def finite_until(unit, stop, progress, chunk, ended, until, again):
+    """Fill until (orbits,) with the number of finite samples of chunk (rows, orbits, samples) before the first that is
+    not, 0 of orbits that have ended, and again (orbits,) with the first finite one after that, -1 for none.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    rows, orbits, samples = chunk.shape
+    first = unit * ORBITS
+    count = min(ORBITS, orbits - first)
+    room, trace = np.empty((count, rows, SEGMENT + 1)), np.empty(SEGMENT)
+    for o in range(count):
+        until[first + o] = 0 if ended[first + o] > 0 else samples
+        again[first + o] = -1
+    for start in range(0, samples, SEGMENT):
+        size = min(SEGMENT, samples - start)
+        gather(chunk, first, count, start, size, room)
+        for o in range(count):
+            for i in range(size):
+                trace[i] = 0.0
+            for r in range(rows):
+                row = room[o, r]
+                for i in range(size):
+                    trace[i] += 0.0 * row[1 + i]
+            end = until[first + o]
+            clean = end > start
+            if clean:
+                for i in range(size):
+                    clean = clean and trace[i] == 0.0
+            if not clean:
+                for i in range(size):
+                    if trace[i] == 0.0:
+                        if end <= start + i and again[first + o] < 0:
+                            again[first + o] = start + i
+                    elif end > start + i:
+                        end = start + i
+                until[first + o] = end
+    progress[unit] = 1.0
+
+
+@jit
+def step_angles(plane, q, p, pairs, re, im, angles):
+    """Fill angles (pairs,) with the angle, less that of the reference, from each value of a plane's loop to the
+    next.
+    """
+    q0, p0, a, b, c = plane[COLUMNS.q], plane[COLUMNS.p], plane[COLUMNS.a], plane[COLUMNS.b], plane[COLUMNS.c]
+    cosine, sine = plane[COLUMNS.cosine], plane[COLUMNS.sine]
+    for i in range(pairs + 1):
+        x = q[i] - q0
+        re[i] = a * x
+        im[i] = b * x + c * (p[i] - p0)
+    for i in range(pairs):
+        x = re[i + 1] * re[i] + im[i + 1] * im[i]
+        y = im[i + 1] * re[i] - re[i + 1] * im[i]
+        angles[i] = angle_of(x * cosine + y * sine, y * cosine - x * sine)
+
+
+@jit
+def add_moments(plane, q, p, begin, end, weights, x, y, product, sums, moments):
+    """Add to moments (MOMENTS,) what the pairs of samples from begin to end give, with their weights."""
+    q0, p0, size = plane[COLUMNS.q], plane[COLUMNS.p], end - begin
+    for i in range(size + 1):
+        x[i] = q[begin + i] - q0
+        y[i] = p[begin + i] - p0
+    w = weights[begin:end]
+    now, then, here, there = x[:size], x[1 : size + 1], y[:size], y[1 : size + 1]
+    moments[0] += weighted_sum(w, now, sums)
+    moments[1] += weighted_sum(w, here, sums)
+    for k, one, other in (
+        (2, now, now),
+        (3, now, here),
+        (4, here, here),
+        (5, then, now),
+        (6, then, here),
+        (7, there, now),
+        (8, there, here),
+    ):
+        for i in range(size):
+            product[i] = one[i] * other[i]
+        moments[k] += weighted_sum(w, product[:size], sums)
+
+
+def turn_on(unit, stop, progress, chunk, until, last, planes, tables, ranges, frame, begin, end, sums, moments):
+    """Add the steps to the samples of chunk (rows, orbits, samples), the first from last (orbits, rows), to sums
+    (orbits, n, windows) of angles and moments (orbits, n, MOMENTS); last becomes the last sample.
+
+    until (orbits,): samples of each orbit; planes (orbits, n, COLUMNS.end); tables (windows, samples): weights, not 0
+    in ranges (windows, 2) alone; frame (samples,): weights of the moments, not 0 from begin to end.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    rows, orbits, samples = chunk.shape
+    n, first = rows // 2, unit * ORBITS
+    count = min(ORBITS, orbits - first)
+    room = np.empty((count, rows, SEGMENT + 1))
+    re, im, angles, partial = np.empty(SEGMENT + 1), np.empty(SEGMENT + 1), np.empty(SEGMENT), np.empty(BLOCK)
+    for start in range(0, samples, SEGMENT):
+        size = min(SEGMENT, samples - start)
+        gather(chunk, first, count, start, size, room)
+        for o in range(count):
+            orbit = first + o
+            pairs = min(size, until[orbit] - start)
+            if pairs > 0:
+                for r in range(rows):
+                    room[o, r, 0] = last[orbit, r]
+                    last[orbit, r] = room[o, r, pairs]
+                low, high = max(begin - start, 0), min(end - start, pairs)
+                for i in range(n):
+                    q, p, plane = room[o, i], room[o, n + i], planes[orbit, i]
+                    if tables.shape[0] > 0:
+                        step_angles(plane, q, p, pairs, re, im, angles)
+                    for w in range(tables.shape[0]):
+                        one, other = max(ranges[w, 0] - start, 0), min(ranges[w, 1] - start, pairs)
+                        if other > one:
+                            sums[orbit, i, w] += weighted_sum(
+                                tables[w, start + one : start + other], angles[one:other], partial
+                            )
+                    if high > low:
+                        weights = frame[start : start + size]
+                        add_moments(plane, q, p, low, high, weights, re, im, angles, partial, moments[orbit, i])
+    progress[unit] = 1.0
+
+
+def learn(unit, stop, progress, moments, weight, known, planes):
+    """Set the planes (orbits, n, COLUMNS.end) of the orbits that are `known` (orbits,) by their moments (orbits, n,
+    MOMENTS), with the sum of their weights.
+
+    The loop is the circle of the linear motion whose moments these are; the reference is the mean of its steps.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    for orbit in range(unit * ORBITS, min((unit + 1) * ORBITS, planes.shape[0])):
+        for i in range(planes.shape[1] if known[orbit] else 0):
+            plane, m = planes[orbit, i], moments[orbit, i]
+            q, p = m[0] / weight, m[1] / weight
+            A, B, D = m[2] / weight - q * q, m[3] / weight - q * p, m[4] / weight - p * p
+            plane[COLUMNS.q] += q
+            plane[COLUMNS.p] += p
+            moving = m[2] / weight * 1e-30 < A and m[4] / weight * 1e-30 < D
+            area = A * D - B * B
+            if not area > 1e-14 * A * D:
+                area, B = A * D, 0.0
+            a = 1.0 / math.sqrt(A) if moving else 0.0
+            b = a * B / math.sqrt(area) if moving else 0.0
+            c = -math.sqrt(A / area) if moving else 0.0
+            qq, qp = m[5] / weight - q * q, m[6] / weight - q * p
+            pq, pp = m[7] / weight - q * p, m[8] / weight - p * p
+            x, y = (a * a + b * b) * qq + b * c * (qp + pq) + c * c * pp, a * c * (pq - qp)
+            size = math.sqrt(x * x + y * y)
+            plane[COLUMNS.a], plane[COLUMNS.b], plane[COLUMNS.c] = a, b, c
+            plane[COLUMNS.cosine], plane[COLUMNS.sine] = (x / size, y / size) if size > 0.0 else (1.0, 0.0)
+            plane[COLUMNS.turn] = angle_of(x, y) / (2.0 * math.pi)
+    progress[unit] = 1.0

@@ -1,0 +1,375 @@
+"""tunes and TuneAccumulator: orbits whose tunes are known, coverage of errors, chunks, ends, company, bad input."""
+
+import pickle
+
+import numpy as np
+import pytest
+from comparison import same
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fastaff as fa
+from fastaff.analysis import FrequencyKind, NaffLines, TuneSums
+from fastaff.analysis.frequencies.tune_accumulator import window_of
+from fastaff.compile.jit import JIT_DISABLED
+
+MANY = 8 if JIT_DISABLED else 400
+VECTORS = np.array([(i, j) for i in range(9) for j in range(-8, 9) if 0 < i + abs(j) <= 8])
+
+
+def apart(rng, orbits, samples):
+    """Tunes (2, orbits) of which no low combination is so near an integer that lines hide, or beats are too slow."""
+    order = np.abs(VECTORS).sum(axis=1)[:, None]
+    width = np.where(order <= 4, min(2 / samples, 0.02), min(2 / samples, 0.002))
+    nu = np.empty((2, 0))
+    while nu.shape[1] < orbits:
+        tried = rng.uniform(0, 1, (2, orbits))
+        combined = VECTORS @ tried
+        far = (np.abs(combined - np.rint(combined)) > width).all(axis=0)
+        nu = np.concatenate([nu, tried[:, far]], axis=1)
+    return nu[:, :orbits]
+
+
+def circles(rng, nu, samples):
+    """Rotations (n, orbits, samples) e^(2 pi i (nu t + phase)), phases reduced before they are rounded."""
+    turns = nu[..., None] * np.arange(samples) + rng.uniform(size=(*nu.shape, 1))
+    return np.exp(2j * np.pi * (turns - np.rint(turns)))
+
+
+def optics(rng, h):
+    """Samples (2n, orbits, samples) of loops h = q - i p as another place of a ring with its own origin shows them."""
+    n, orbits, _ = h.shape
+    beta, alpha = 10 ** rng.uniform(-2, 3, (n, orbits, 1)), rng.uniform(-3, 3, (n, orbits, 1))
+    q = np.sqrt(beta) * h.real
+    p = (-h.imag - alpha * h.real) / np.sqrt(beta)
+    return np.concatenate([q, p]) + rng.normal(size=(2 * n, orbits, 1))
+
+
+def coupled(rng, nu, samples):
+    """Loops with lines at nu, at 2 nu_i - nu_j and at 3 nu_j, of up to a third of the first."""
+    z = circles(rng, nu, samples)
+    size = 10 ** rng.uniform(-6, np.log10(0.35), (*nu.shape, 1)) * np.exp(2j * np.pi * rng.uniform(size=(*nu.shape, 1)))
+    return optics(rng, z + size * (np.conj(z[::-1]) * z**2 + 0.3 * z[::-1] ** 3))
+
+
+def sheared(rng, nu, samples):
+    """Circles in coordinates that are nonlinear in those of the rotation: all harmonics."""
+    z = circles(rng, nu, samples)
+    q, p = z.real, -z.imag
+    p = p + rng.uniform(-0.6, 0.6, (*nu.shape, 1)) * q * q
+    q = q + rng.uniform(-0.3, 0.3, (*nu.shape, 1)) * p * p
+    return optics(rng, q - 1j * p)
+
+
+def distance(one, other):
+    d = np.abs(one - other)
+    return np.minimum(d, 1 - d)
+
+
+def twin(z, length):
+    """The stored computation in NumPy: mean and moments with the weight, angles about the centre, weighted means."""
+    x = (np.arange(length) + 0.5) / length
+
+    def weight(a, b):
+        y = np.maximum(1 - (2 * (x - a) / (b - a) - 1) ** 2, 0)
+        w = np.where(y > 0, np.exp(30 * (np.sqrt(y) - 1)), 0)
+        return w / w.sum()
+
+    q, p = np.split(z[:, : length + 1], 2)
+    nu = []
+    for one, other in zip(q, p, strict=True):
+        w, start = weight(0, 1), (one[0], other[0])
+        one, other = one - start[0], other - start[1]
+        cut = one[:-1], other[:-1]
+        mean = [w @ entry for entry in cut]
+        (A, B), (_, D) = np.array([[w @ (a * b) for b in cut] for a in cut]) - np.outer(mean, mean)
+        emittance = np.sqrt(A * D - B * B)
+        beta, alpha = A / emittance, -B / emittance
+        h = (one - mean[0]) - 1j * (alpha * (one - mean[0]) + beta * (other - mean[1]))
+        step = h[1:] * h[:-1].conj()
+        reference = (w @ step) / abs(w @ step)
+        turns = np.angle(step * reference.conj()) / (2 * np.pi)
+        nu.append(np.angle(reference) / (2 * np.pi) + np.array([weight(0, 1) @ turns, weight(0, 0.5) @ turns]))
+    return np.array(nu)
+
+
+def test_rotations_by_exact_tunes():
+    """In any place of any ring, by either method, to rounding; 0.2 is the sense of motion in time."""
+    rng = np.random.default_rng(1)
+    nu = apart(rng, 40, 3000)
+    z = optics(rng, circles(rng, nu, 3000))
+    for method in (fa.analysis.BirkhoffAverages(), NaffLines()):
+        found = fa.tunes(z, method=method)
+        assert distance(found.nu, nu).max() < 2e-15
+        assert (distance(found.nu, nu) <= found.error).all()
+        assert found.error.max() < 1e-8
+        assert found.diffusion.max() < -14
+        assert (found.kind == FrequencyKind.INDEPENDENT).all()
+    assert (found.method == 1).all()
+    assert distance(found.signed % 1, nu).max() < 2e-15
+    t = 0.01 * np.arange(1000)
+    later = fa.tunes(np.array([np.cos(0.2 * np.pi * t), -np.sin(0.2 * np.pi * t)]))  # of H = 0.1 pi (q^2 + p^2)
+    assert later.signed[0, 0] == pytest.approx(0.001, abs=later.error[0, 0])
+
+
+@pytest.mark.parametrize("make", [coupled, sheared])
+@pytest.mark.parametrize("samples", [64, 100, 300, 1000, 3000, 10000])
+def test_errors_cover_the_truth(make, samples):
+    rng = np.random.default_rng(samples)
+    nu = apart(rng, min(MANY, 2_000_000 // samples), samples)
+    z = make(rng, nu, samples)
+    found = fa.tunes(z)
+    running = fa.TuneAccumulator()
+    running.push(z)
+    for result in (found, running.tunes()):
+        known = np.isfinite(result.error)
+        ratio = (distance(result.nu, nu) / result.error)[known]
+        assert (ratio <= 1).sum() >= 0.99 * ratio.size
+        assert (ratio <= 10).all()
+    assert np.isfinite(found.error).all()
+    assert np.median(found.error) < (1e-6 if samples < 100 else 1e-12)
+
+
+def test_the_stored_computation_is_what_it_says():
+    rng = np.random.default_rng(3)
+    z = sheared(rng, apart(rng, 5, 5000), 5000)
+    found = fa.tunes(z, method=fa.analysis.BirkhoffAverages(np.inf))
+    for k in range(5):
+        whole, first = twin(z[:, k], 4999).T
+        assert distance(found.nu[:, k], whole % 1).max() < 1e-14
+        assert np.isfinite(first).all()
+
+
+def henon(start, turns, tune=0.2114):
+    """Orbits (2, orbits, turns) of Henon's area-preserving map."""
+    c, s = np.cos(2 * np.pi * tune), np.sin(2 * np.pi * tune)
+    x, p = np.array(start, float)
+    out = np.empty((2, x.size, turns))
+    for t in range(turns):
+        out[:, :, t] = x, p
+        kick = p + x * x
+        x, p = c * x + s * kick, -s * x + c * kick
+    return out
+
+
+def test_henon_map_against_longer_runs_and_high_precision():
+    """The tune at vanishing amplitude is that of the linear map; errors cover what a record 16 times as long says."""
+    import mpmath
+
+    start = np.linspace(0.02, 0.45, 40), np.zeros(40)
+    long = henon(start, 32768)
+    best, brief = fa.tunes(long), fa.tunes(long[:, :, :2048])
+    regular = best.regular & brief.regular
+    assert regular.sum() >= 36
+    assert (distance(best.nu, brief.nu) <= best.error + brief.error)[:, regular].mean() >= 0.99
+    tiny = fa.tunes(henon((np.array([1e-7]), np.zeros(1)), 2048))
+    assert tiny.nu[0, 0] == pytest.approx(0.2114, abs=1e-14)
+    with mpmath.workdps(40):
+        c, s = mpmath.cospi(2 * mpmath.mpf(0.2114)), mpmath.sinpi(2 * mpmath.mpf(0.2114))
+        x, p, path = mpmath.mpf(0.25), mpmath.mpf(0), []
+        for _ in range(2048):
+            path.append((float(x), float(p)))
+            kick = p + x * x
+            x, p = c * x + s * kick, -s * x + c * kick
+    exact = fa.tunes(np.array(path).T)
+    nearest = fa.tunes(henon((np.array([0.25]), np.zeros(1)), 2048))
+    assert distance(exact.nu, nearest.nu)[0, 0] <= exact.error[0, 0] + nearest.error[0, 0]
+
+
+def test_a_plane_that_shows_another_planes_line():
+    """Where coupling is stronger than a plane's own line its loop passes through its centre: the strongest line it is,
+    and the orbit is told to show fewer lines than planes."""
+    rng = np.random.default_rng(4)
+    z = circles(rng, np.array([[0.2317, 0.31], [0.1721, 0.4]]), 4000)
+    h = z + np.array([0.2, 3.0])[:, None, None] * z[::-1]
+    found = fa.tunes(optics(rng, h))
+    assert distance(found.nu, np.array([[0.2317, 0.31], [0.2317, 0.31]])).max() < 1e-10
+    assert (found.kind == FrequencyKind.DEPENDENT).all()
+    equal = fa.tunes(optics(rng, z + 0.99 * z[::-1] * np.array([1.0, 0.0])[:, None, None]))
+    assert (distance(equal.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])) <= equal.error).all()
+
+
+def test_a_plane_at_rest_and_changing_tunes():
+    rng = np.random.default_rng(5)
+    z = np.concatenate([circles(rng, np.array([[0.2317]]), 1000).real, np.zeros((1, 1, 1000))])
+    z = np.concatenate([z, [-circles(np.random.default_rng(5), np.array([[0.2317]]), 1000).imag[0]], 0 * z[:1]])
+    for found in (fa.tunes(z), pushed(z, 1000)):
+        assert found.error[1, 0] == np.inf
+        assert found.nu[1, 0] == 0
+        assert found.kind[0] == FrequencyKind.DEPENDENT
+        assert distance(found.nu[0, 0], 0.2317) < 1e-13
+    t = np.arange(4000)
+    turns = 0.2 * t + 0.01 * t**2 / 4000
+    drifting = np.array([np.cos(2 * np.pi * turns), -np.sin(2 * np.pi * turns)])
+    found = fa.tunes(drifting)
+    assert found.kind[0] == FrequencyKind.IRREGULAR
+    assert found.diffusion[0] == pytest.approx(np.log10(0.01), abs=0.05)
+    assert not found.regular[0]
+
+
+# --- the accumulator -------------------------------------------------------------------------------------------------
+
+
+def pushed(z, *sizes, **given):
+    running, at = fa.TuneAccumulator(**given), 0
+    for size in sizes:
+        running.push(z[:, :, at : at + size])
+        at += size
+    return running.tunes()
+
+
+def close(one, other):
+    """Equal to the rounding of sums; what is at rounding is 0."""
+    assert distance(one.nu, other.nu).max() < 1e-14
+    assert np.abs(10**one.diffusion - 10**other.diffusion).max() < 1e-14
+    finite = np.isfinite(one.error)
+    assert (finite == np.isfinite(other.error)).all()
+    assert np.abs(one.error[finite] - other.error[finite]).max(initial=0) < 1e-13
+    for name in ("turns", "window", "status", "kind"):
+        assert (getattr(one, name) == getattr(other, name)).all(), name
+
+
+RECORD = coupled(np.random.default_rng(6), apart(np.random.default_rng(6), 20, 2500), 2500)
+RECORD[:, 3, 1700:] = np.nan
+RECORD[:, 4, 40:] = np.inf
+RECORD[2, 5, 129:] = np.nan
+RECORD[:, 6] = np.nan
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(1, 400), min_size=1, max_size=60))
+def test_any_chunks_give_the_stored_value(sizes):
+    count = min(sum(sizes), 2500)
+    close(pushed(RECORD, *sizes), pushed(RECORD, count))
+
+
+def test_windows_are_averages_of_their_steps():
+    """The last complete window against its stored twin, which knows nothing of windows before it."""
+    found = pushed(RECORD, 2500)
+    assert list(found.window[:7]) == [1024, 1024, 1024, 512, 0, 64, 0]
+    assert list(found.turns[:7]) == [2500, 2500, 2500, 1700, 40, 129, 0]
+    assert list(found.status[:7]) == [0, 0, 0, 1, 1, 1, 1]
+    for k in (0, 1, 2, 7, 8):
+        own, _ = twin(RECORD[:, k, 1024:2049], 1024).T
+        assert (distance(found.nu[:, k], own % 1) <= found.error[:, k]).all()
+    assert (found.error[:, [4, 6]] == np.inf).all()
+    assert window_of(31)[:2] == (0, 32)
+    assert window_of(32)[:2] == (32, 32)
+    assert window_of(2**40 + 5)[:2] == (2**40, 2**40)
+
+
+def test_an_orbit_keeps_what_is_known_up_to_its_last_turn():
+    """What comes after its end changes nothing; a window is complete with the sample after its last step."""
+    before = pushed(RECORD[:, :, :1700], 1700)
+    after = pushed(RECORD, 2500)
+    for name in ("nu", "error", "diffusion", "turns", "window"):
+        same(getattr(before.take(3), name), getattr(after.take(3), name))
+    whole = RECORD[:, :3]
+    assert list(pushed(whole, 1024).window) == [256] * 3
+    assert list(pushed(whole, 1025).window) == [512] * 3
+
+
+@pytest.mark.parametrize("sizes", [(2500,), (700, 1, 1799)])
+def test_bits_do_not_depend_on_company_or_threads(sizes, two_threads):
+    together = pushed(RECORD, *sizes, threads=1)
+    same(pushed(RECORD, *sizes, threads=2), together)
+    stored = fa.tunes(RECORD, threads=1)
+    same(fa.tunes(RECORD, threads=2), stored)
+    for chosen in ([0], [3], [7, 4, 19], [*range(19, -1, -1)]):
+        same(pushed(RECORD[:, chosen], *sizes), together.take(chosen))
+        same(fa.tunes(RECORD[:, chosen]), stored.take(chosen))
+
+
+def test_layouts_have_the_same_bits():
+    together, stored = pushed(RECORD, 2500), fa.tunes(RECORD)
+    for other in (np.asfortranarray(RECORD), np.moveaxis(np.ascontiguousarray(np.moveaxis(RECORD, 2, 0)), 0, 2)):
+        kept = other.copy()
+        same(pushed(other, 2500), together)
+        same(fa.tunes(other), stored)
+        same(np.ascontiguousarray(other), np.ascontiguousarray(kept))
+    small = RECORD[:, :3].astype(np.float32)
+    same(fa.tunes(small), fa.tunes(small.astype(float)))
+    same(pushed(small, 2500), pushed(small.astype(float), 2500))
+
+
+def test_it_goes_on_after_a_pickle_a_file_and_in_parts(tmp_path):
+    whole = fa.TuneAccumulator(("x", "y", "px", "py"))
+    whole.push(RECORD[:, :, :777])
+    again = pickle.loads(pickle.dumps(whole))
+    stored = fa.TuneAccumulator.of(fa.load(fa.save(tmp_path / "tunes", whole.state)))
+    parts = []
+    for chosen in (slice(None, 9), slice(9, None)):
+        part = fa.TuneAccumulator("x y px py")
+        part.push(RECORD[:, chosen, :777])
+        parts.append(part.state)
+    joined = fa.TuneAccumulator.of(TuneSums.concat(parts))
+    for each in (whole, again, stored, joined):
+        assert each.samples == 777
+        each.push(RECORD[:, :, 777:])
+    for each in (again, stored, joined):
+        same(each.tunes(), whole.tunes())
+        same(each.state, whole.state)
+    assert whole.tunes()["x"].shape == (20,)
+    assert repr(whole) == "TuneAccumulator: 20 orbits, 2500 turns"
+
+
+def test_memory_does_not_grow():
+    running = fa.TuneAccumulator()
+    sizes = []
+    for _ in range(4):
+        running.push(RECORD[:, :3, :1000])
+        sizes.append(sum(getattr(running.state, name).nbytes for name in ("last", "planes", "sums", "moments", "nu")))
+    assert len(set(sizes)) == 1
+
+
+def test_a_push_is_whole_or_has_not_been(monkeypatch):
+    from fastaff.analysis.frequencies import turning
+
+    running = fa.TuneAccumulator()
+    running.push(RECORD[:, :, :500])
+    before, own, count = running.state, turning.launch, [0]
+
+    def launch(*arguments):
+        count[0] += 1
+        if count[0] == 3:
+            raise KeyboardInterrupt
+        own(*arguments)
+
+    monkeypatch.setattr(turning, "launch", launch)
+    with pytest.raises(KeyboardInterrupt):
+        running.push(RECORD[:, :, 500:])
+    same(running.state, before)
+    monkeypatch.setattr(turning, "launch", own)
+    running.push(RECORD[:, :, 500:])
+    same(running.tunes(), pushed(RECORD, 500, 2000))
+
+
+def test_bad_pushes_are_named_and_change_nothing():
+    running = fa.TuneAccumulator()
+    with pytest.raises(ValueError, match="samples must be pushed first"):
+        running.tunes()
+    running.push(RECORD[:, :4, :100])
+    before = running.state
+    gap = RECORD[:, :4, 100:200].copy()
+    gap[1, 2, 7] = np.nan
+    for bad, said in (
+        (gap, "samples must have no gaps: orbit 2 is not finite at sample 107 and goes on at sample 108"),
+        (RECORD[:, :3, 100:200], r"samples must have 4 rows of 4 orbits, as before, got shape \(4, 3, 100\)"),
+        (RECORD[:3, :4, :10], "coordinates must be 3 names|must have 2n rows"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            running.push(bad)
+        same(running.state, before)
+    running.push(RECORD[:, :4, :0])
+    same(running.state, before)
+    with pytest.raises(ValueError, match="samples must have at least 1 samples"):
+        fa.TuneAccumulator().push(RECORD[:, :4, :0])
+    with pytest.raises(TypeError, match="samples must be real rows"):
+        running.push(RECORD[:, :4].astype(complex))
+    ended = RECORD[:, :4, 100:200].copy()
+    ended[:, 1, 30:] = np.nan
+    running.push(ended)
+    with pytest.raises(ValueError, match="orbit 1 is not finite at sample 130 and goes on at sample 200"):
+        running.push(RECORD[:, :4, 200:300])
+    with pytest.raises(TypeError, match="state must be a TuneSums, got dict"):
+        fa.TuneAccumulator.of({})
