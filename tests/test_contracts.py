@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.flows.checks import lacking
+from fastaff.flows.checks import EVERY, lacking
 from fastaff.models import contracts
 from fastaff.models.contracts import Angles, Kind, Model, OneVariable, Potential, Section
 
@@ -85,7 +85,7 @@ def test_a_model_that_lacks_a_method_is_told_which(method):
         fa.integrate(own((1.0,)), Z[:, 0], time=1.0)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in Kind if kind not in (Kind.SEPARABLE, Kind.MAP)])
+@pytest.mark.parametrize("kind", [kind for kind in Kind if kind not in EVERY])
 def test_other_kinds_of_models_are_refused_in_a_sentence(kind):
     class Other(NamedTuple):
         m: float = 1.0

@@ -30,6 +30,7 @@ from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .pointers import Bound, Calls, call_table
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, signals, taken
+from .turning import turn
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
@@ -114,20 +115,32 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    return _model_block(kind, *_built(value), degrees_of_freedom, vectors, winding_of(value))
+    return _model_block(kind, *_built(value), degrees_of_freedom, vectors, winding_of(value), turning(value))
 
 
 @functools.cache
 def _model_block(
-    kind: str, line: str, classes: tuple, degrees_of_freedom: int, vectors: int, winding: tuple[bool, ...] | None
+    kind: str,
+    line: str,
+    classes: tuple,
+    degrees_of_freedom: int,
+    vectors: int,
+    winding: tuple[bool, ...] | None,
+    turns: bool,
 ) -> Any:
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
-    return _compiled(kind, line + texts[kind](Rows(degrees_of_freedom, vectors)), classes, ())
+    names = (("turn", turn if JIT_DISABLED else _compiled_method(turn)),) if turns else ()
+    return _compiled(kind, line + texts[kind](Rows(degrees_of_freedom, vectors, turns=turns)), classes, names)
 
 
 def winding_of(value: Any) -> tuple[bool, ...] | None:
     """Return which rows (2n,) of a map have a period; None for what is no map."""
     return tuple(period > 0 for period in value.periods()) if hasattr(value, "iterate") else None
+
+
+def turning(value: Any) -> bool:
+    """Tell whether a model is one of a turning frame, by its kind."""
+    return getattr(getattr(value, "kind", None), "name", None) == "ROTATING"
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
@@ -150,7 +163,7 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
     if kind not in texts:
         raise ValueError(f"kind must be one of {', '.join(map(repr, texts))} for a map, got {kind!r}")
-    return _text(kind, line + texts[kind](Rows(n, vectors)), classes)
+    return _text(kind, line + texts[kind](Rows(n, vectors, turns=turning(value))), classes)
 
 
 def function_block(function: Any) -> Any:

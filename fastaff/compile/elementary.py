@@ -18,10 +18,7 @@ from numba.extending import overload
 
 from .blocks import inlined, is_value
 from .callees import Callee
-from .fused import FUSED, fma
-
-SHIFT = 6755399441055744.0
-"""1.5 * 2^52: adding it rounds a number to a whole one, which is then in the low bits."""
+from .fused import FUSED, SHIFT, fma
 
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 """ln 2 in two parts; whole multiples of the first are exact."""

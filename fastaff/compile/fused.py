@@ -16,6 +16,9 @@ from numba.extending import intrinsic
 
 from .jit import JIT_DISABLED, config
 
+SHIFT = 6755399441055744.0
+"""1.5 * 2^52: adding it rounds a number to a whole one, which is then in the low bits."""
+
 
 def has_instruction() -> bool:
     """Tell whether the processor that is compiled for fuses: x86 without FMA3 (before 2013) would call a function for

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from . import turning
 from .jit import LANES
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
@@ -15,11 +16,11 @@ VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 
 class Rows:
     """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
-    after another).
+    after another); `turns`: whether the frame of the first two coordinates turns.
     """
 
-    def __init__(self, n: int, vectors: int):
-        self.n, self.vectors, self.half = n, vectors, n * (1 + vectors)
+    def __init__(self, n: int, vectors: int, *, turns: bool = False):
+        self.n, self.vectors, self.half, self.turns = n, vectors, n * (1 + vectors), turns
 
     @property
     def orbit(self) -> list[int]:
@@ -63,6 +64,11 @@ class Rows:
             text += f"{_list('f', part)}, = value.{call}\n"
         return text
 
+    def slopes(self, rows: range) -> str:
+        """Text that sets v and f of these rows to dq/dt and dp/dt."""
+        text = self.velocities(rows) + self.forces(rows)
+        return text + "".join(turning.rates(part[0], part[1]) for part in self.parts(rows) if self.turns)
+
 
 def _list(letter: str, rows: Iterable[int]) -> str:
     return ", ".join(f"{letter}{r}" for r in rows)
@@ -78,18 +84,19 @@ def _at(row: int) -> str:
 
 def _splitting(rows: Rows) -> str:
     """Steps of drifts and kicks of the state in place."""
-    return _steps(rows, _drifts_kicks(rows, 0))
+    return _steps(rows, _drifts_kicks(rows, 0), 2 * rows.half)
 
 
 def _precise_splitting(rows: Rows) -> str:
     """Steps of drifts and kicks of the increments since the start of the step (rows 2n...4n), which round at their own
     small size; then these are added to the state.
     """
-    return _steps(rows, _drifts_kicks(rows, 2 * rows.half) + _settling(2 * rows.half))
+    return _steps(rows, _drifts_kicks(rows, 2 * rows.half) + _settling(2 * rows.half), 6 * rows.half)
 
 
-def _steps(rows: Rows, step: str) -> str:
-    """Text of so many steps; ends early, after the one with which a lane leaves the domain; returns their number.
+def _steps(rows: Rows, step: str, size: int) -> str:
+    """Text of so many steps of a state of `size` rows; ends early, after the one with which a lane leaves the domain;
+    returns their number.
 
     One call makes as many stages as there is nothing to look at between: an array is handed over as words on the stack,
     and a call that reads these waits until what the stage before it stored has left the store queue, a sixth of the
@@ -97,7 +104,8 @@ def _steps(rows: Rows, step: str) -> str:
     """
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     return (
-        "    taken = 0\n    while taken < steps:\n"
+        (turning.made(size, "lanes", "drifts", "step[i]") if rows.turns else "")
+        + "    taken = 0\n    while taken < steps:\n"
         + _indent(step, 2)
         + "        taken += 1\n        if taken == steps:\n            break\n        outside = 0\n"
         + _loop(margin, 2)
@@ -130,15 +138,35 @@ def _drifts_kicks(rows: Rows, first: int) -> str:
         for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
             text += "".join(f"d{r} = fma(hd, v{r}, {_at(first + r)})\n" for r in part)
+            text += _turned(rows, part, first) if rows.turns else ""
             text += "".join(f"{_at(first + r)} = d{r}\n" for r in part)
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
             push += "".join(f"{_at(first + n + r)} = fma(hk, f{r}, {_at(first + n + r)})\n" for r in part)
             move, both = move + text, both + text + push
         drift, kick = drift + _loop(move, 1), kick + _loop(both, 1)
+    start, end = (_turning(rows, first, entry) for entry in ("s", "kicks.size"))
     return (
-        f"for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{kick}"
-        f"drift = drifts[kicks.size]\nif drift != 0.0:\n{drift}"
+        f"for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{start}{kick}"
+        f"drift = drifts[kicks.size]\nif drift != 0.0:\n{end}{drift}"
     )
+
+
+def _turned(rows: Rows, part: range, first: int) -> str:
+    """Text that rotates the coordinates d of an orbit or vector, and its momenta in their rows."""
+    x, y, n = part[0], part[1], rows.half
+    base = [f"{_at(r)} + " if first else "" for r in (x, y, n + x, n + y)]
+    text = turning.ROTATION + "".join(f"e{r} = {_at(first + n + r)}\n" for r in (x, y))
+    text += turning.rotated(x, y, ("d", "e"), base)
+    return text + "".join(f"{_at(first + n + r)} = e{r}\n" for r in (x, y))
+
+
+def _turning(rows: Rows, first: int, drift: str) -> str:
+    """Text of what comes before the drift of that number in a turning frame: half turns, where there are some."""
+    if not rows.turns:
+        return ""
+    size = 3 * first if first else 2 * rows.half
+    half = "".join(turning.flipped(part[0], part[1], rows.half, first) for part in rows.parts(rows.all))
+    return _indent(turning.of_drift(size, drift, "kicks") + "if beyond > 0.0:\n" + _loop(half, 1), 1)
 
 
 def _loop(body: str, depth: int) -> str:
@@ -155,9 +183,16 @@ def _march(rows: Rows) -> str:
     drift = (
         rows.velocities(rows.all) + "hd = drift[s]*step\n" + "".join(f"q{r} = fma(hd, v{r}, q{r})\n" for r in rows.all)
     )
+    begin = ""
+    if rows.turns:
+        begin, pairs = turning.made(2 * n, "1", "drift", "step"), [(part[0], part[1]) for part in rows.parts(rows.all)]
+        flips = "".join(f"{c}{r} = -{c}{r}\n" for pair in pairs for r in pair for c in "qp")
+        turn = f"{turning.of_drift(2 * n, 's', 'kick')}i = 0\n{turning.ROTATION}"
+        turn += f"if odds[0] > 0.0:\n{_indent(flips, 1)}"
+        drift = turn + drift + "".join(turning.rotated(x, y, ("q", "p")) for x, y in pairs)
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
     return (
-        f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
+        begin + f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
         "    taken = 0\n    while taken < steps:\n        for s in range(drift.size):\n"
         + _indent(drift, 3)
         + "            if s < kick.size:\n"
@@ -173,7 +208,7 @@ def _derivative(rows: Rows) -> str:
     for group in rows.groups:
         q = [*group] if group.start == 0 else [*range(rows.n), *group]
         body = "".join(f"q{r} = {_at(r)}\n" for r in q) + "".join(f"p{r} = {_at(n + r)}\n" for r in group)
-        body += rows.velocities(group) + rows.forces(group)
+        body += rows.slopes(group)
         body += "".join(f"result[{r * LANES} + i] = v{r}\nresult[{(n + r) * LANES} + i] = f{r}\n" for r in group)
         text += _loop(body, 1)
     return text
@@ -221,7 +256,7 @@ def _along(rows: Rows) -> str:
     """The direction of the flow: velocities and forces of the orbit alone."""
     n, orbit = rows.n, rows.orbit
     body = "".join(f"q{r} = {_at(orbit[r])}\np{r} = {_at(orbit[n + r])}\n" for r in range(n))
-    body += rows.velocities(range(n)) + rows.forces(range(n))
+    body += rows.slopes(range(n))
     return _loop(
         body + "".join(f"result[{r * LANES} + i] = v{r}\nresult[{(n + r) * LANES} + i] = f{r}\n" for r in range(n)), 1
     )

@@ -13,7 +13,7 @@ from ..analysis.sections.energy_sample import edge
 from ..base.numbers import numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance
-from ..flows.checks import checked_model
+from ..flows.checks import NATURAL, checked_model
 from ..jobs.system import Surface
 from ..models.contracts import isotropic, quadratic
 from ..schemes.automatic import cheapest
@@ -88,7 +88,7 @@ def setup_of(
             p_gamma or own.p_gamma,
         )
         section = under.plan.section if section is None else section
-    chosen = named_body("neo-hookean") if body is None else checked_model(body)
+    chosen = named_body("neo-hookean") if body is None else checked_model(body, kinds=NATURAL)
     accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     systems = named_systems()
     usual = _usual(chosen, systems)

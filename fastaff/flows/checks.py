@@ -13,7 +13,7 @@ from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..kernels import escape
 from ..models.contracts import Kind, Map, Model, Potential, Section, coordinate_names, kind_of, planar, quadratic
-from ..models.mechanics import energies, kinetic_energies, potential_energies, slopes
+from ..models.mechanics import energies, kinetic_energies, least_energies, potential_energies, slopes, turns
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 
@@ -21,7 +21,10 @@ LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
 
 
-RUNS = (Kind.SEPARABLE,)
+NATURAL = (Kind.SEPARABLE,)
+"""Kinds of models whose energy is T(p) + V(q)."""
+
+RUNS = (*NATURAL, Kind.ROTATING)
 """Kinds of models that run in time."""
 
 EVERY = (*RUNS, Kind.MAP)
@@ -68,7 +71,31 @@ def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
     _evaluated(name, model)
+    if turns(model):
+        _check_turning(name, model)
     return model
+
+
+def _check_turning(name: str, model: Any) -> None:
+    """Refuse a model of a turning frame whose rate is no number, or whose kinetic energy the turning would change."""
+    n = model.degrees_of_freedom
+    try:
+        omega = float(model.angular_velocity())
+    except (AttributeError, TypeError, ValueError, ArithmeticError) as problem:
+        raise TypeError(
+            f"{name} {type(model).__name__} turns: it must have angular_velocity(), a number ({problem})"
+        ) from None
+    if not abs(omega) <= LARGEST:
+        raise ValueError(f"{name} {shown(model)} must turn at a finite rate, got {omega!r}")
+    if n < 2:
+        raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
+    mass = np.array([np.array(model.velocity(*unit), dtype=np.float64) for unit in np.eye(n)])
+    round_ = mass[0, 0] == mass[1, 1] > 0 and not mass[0, 1:].any() and not mass[1, 2:].any() and not mass[1:, 0].any()
+    if not (quadratic(model) and round_ and not mass[2:, :2].any()):
+        raise ValueError(
+            f"{name} {type(model).__name__} must have T = (p_x^2 + p_y^2)/2m + ... of its first two coordinates to "
+            "turn: equal masses, and quadratic in the momenta"
+        )
 
 
 def _instead(given: Any) -> str:
@@ -337,7 +364,7 @@ def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray
     def potential(spacing: int, looks: int) -> np.ndarray:
         points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
         escape.place(q, along, distances, first, spacing, points)
-        energy[:] = model.potential_energy(*points)
+        energy[:] = least_energies(model, points)
         return energy
 
     escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)

@@ -16,10 +16,11 @@ from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
 from ..compile.threads import pool
+from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
-from ..models.mechanics import energies, kinetic_energies, slopes
+from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift, escape_radii
@@ -125,6 +126,13 @@ class Flow:
         small.
         """
         return isinstance(self.scheme, Splitting) and self.scheme.increments
+
+    @property
+    def spare(self) -> int:
+        """Rows that blocks of states need besides: those of the rotations of drifts."""
+        if not isinstance(self.scheme, Splitting) or not turns(self.model):
+            return 0
+        return spare_rows(self.scheme.drift_array.size)
 
     def ensemble(
         self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None
@@ -392,6 +400,7 @@ class Flow:
             order,
             ensemble.radius,
             self.precise,
+            self.spare,
             self.vectors > 0,
             refill,
             solo,
@@ -427,6 +436,7 @@ class Flow:
             *self._tables(),
             float(section.direction),
             self.precise,
+            self.spare,
             2 * self.model.degrees_of_freedom * (1 + self.vectors),
             records,
             where,
@@ -438,7 +448,16 @@ class Flow:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
         table, stop, (splitting, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
         progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
-        arguments = splitting, derivative, parameters(self.model), *self._tables(), self.precise, steps, table
+        arguments = (
+            splitting,
+            derivative,
+            parameters(self.model),
+            *self._tables(),
+            self.precise,
+            self.spare,
+            steps,
+            table,
+        )
         launch(crossings.shift, arguments, stop, progress, 0.0, self.threads, None, z.shape[1])
         return table
 

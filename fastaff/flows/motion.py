@@ -11,7 +11,7 @@ from ..base.status import Status
 from ..base.sums import length, total
 from ..kernels.averages import scales
 from ..models.contracts import Kind, kind_of
-from ..models.mechanics import kinetic_energies
+from ..models.mechanics import frame_rate, kinetic_energies, seen, turns, velocities
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
@@ -47,7 +47,7 @@ class Motion(NamedTuple):
     (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`; far (orbits,): how many
     amplitudes a coordinate is away from the origin at most, at least 1. They follow changes of units and know not the
     zero of V; all but the radius and far know not the origin of coordinates. Of an orbit at rest in an equilibrium
-    kinetic is 0.
+    kinetic is 0. In a turning frame all are those of the motion seen there, and rates at least the frame's own.
     """
 
     rate: np.ndarray
@@ -120,7 +120,9 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = inverse_masses(model, z)
     rate, stiff = _first_rates(model, z, W)
-    kinetic, step, todo, radius = np.zeros(orbits), PHASE / rate, np.arange(orbits), escape_radii(model, z)
+    turning = frame_rate(model)
+    kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
+    todo, radius = np.arange(orbits), escape_radii(model, z)
     reach = np.abs(z[:n])
     for round_ in range(ROUNDS):
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
@@ -128,7 +130,7 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
         rate[todo] = np.where(moves, now, rate[todo])
-        phase = rate[todo] * step[todo]
+        phase = np.maximum(rate[todo], turning) * step[todo]
         fits = (PHASES[0] <= phase) & (phase <= PHASES[1]) & ~(failed & (round_ < ROUNDS // 2))
         change = np.where(failed, 1 / LEAP, np.clip(PHASE / phase, 1 / LEAP, LEAP))
         step[todo] *= np.where(moves & ~fits, change, 1.0)
@@ -139,16 +141,18 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
-        position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own)
+        whole = np.maximum(rate, turning)
+        position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
-        return Motion(rate, kinetic, position, momentum, radius, np.maximum(far, 1.0))
+        return Motion(whole, kinetic, position, momentum, radius, np.maximum(far, 1.0))
 
 
 def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     """Return the highest angular frequency (orbits,) of small displacements from z (2n, orbits), however weakly an
     orbit moves that way: the root of the largest eigenvalue of W dF/dq, W = dv/dp, from below.
 
-    By power iteration on differences of forces over a small part of |q| or of the way of a step. 0 where it has none.
+    By power iteration on differences of forces over a small part of |q| or of the way of a step, and the rate of a
+    turning frame. 0 where it has none.
     """
     n = z.shape[0] // 2
     q, W = z[:n], inverse_masses(model, z)
@@ -160,7 +164,7 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
             change = _turned(model, W, q, size * u) / (2 * size)
             growth = length(change)
             u = change / np.where(growth > 0, growth, 1.0)
-    return np.sqrt(np.where(np.isfinite(growth), growth, 0.0))
+    return np.sqrt(np.where(np.isfinite(growth), growth, 0.0)) + frame_rate(model)
 
 
 def _look(
@@ -183,9 +187,9 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     z = np.ascontiguousarray(np.moveaxis(states, 1, 0))
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
-        F, v = _force(model, z[:n]), _velocity(model, z[n:])
-        T[:] = kinetic_energies(model, z)
-        scales(np.ascontiguousarray(W), F, v, z[n:], T, rate, largest)
+        v, p, F = _seen(model, z)
+        T[:] = kinetic_energies(model, np.concatenate([z[:n], p]) if turns(model) else z)
+        scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
     return rate, largest
 
 
@@ -208,9 +212,9 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, 
     path; and those of small oscillations along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
-    q, p = z[:n], z[n:]
+    q = z[:n]
     with np.errstate(all="ignore"):
-        F, v = _force(model, q), _velocity(model, p)
+        v, p, F = _seen(model, z)
         u = applied(W, F)
         distance, momentum, force, speed, pull = (length(x) for x in (q, p, F, v, u))
         odd = np.sqrt(np.abs(np.array([W[i, i] for i in range(n)]))) * (1.0 + 0.618 * np.arange(n))[:, None]
@@ -241,6 +245,14 @@ def _turned(model: Any, W: np.ndarray, q: np.ndarray, shift: np.ndarray) -> np.n
     """Return W times the change of the force (n, ...) from q - shift to q + shift."""
     above, below = np.moveaxis(_force(model, np.stack([q + shift, q - shift], axis=1)), 1, 0)
     return applied(W, above - below)
+
+
+def _seen(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return velocities, momenta and forces (n, ...) as they are seen in the model's frame."""
+    n = z.shape[0] // 2
+    if turns(model):
+        return velocities(model, z), *seen(model, z)
+    return _velocity(model, z[n:]), z[n:], _force(model, z[:n])
 
 
 def _force(model: Any, q: np.ndarray) -> np.ndarray:

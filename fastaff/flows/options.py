@@ -12,6 +12,7 @@ from ..base.numbers import numbers, positive, shown
 from ..compile.elementary import branch_free
 from ..compile.threads import checked_threads
 from ..models.contracts import Kind, kind_of, quadratic
+from ..models.mechanics import turns
 from ..schemes.automatic import Automatic, Trial, cheapest
 from ..schemes.catalogue import ITERATION, KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
@@ -131,8 +132,14 @@ def plan(
         if step is None:
             scheme = cheapest(wanted, quadratic(model))
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
+    if isinstance(scheme, TimeTransformed) and turns(model):
+        raise ValueError(
+            f"scheme {scheme.name} takes H = T(p) + V(q), and {type(model).__name__} turns: take KAHAN_LI8, AUTO or "
+            "DOP853"
+        )
     if isinstance(scheme, Automatic):
-        chosen = _chosen(model, z, scheme if transformed else scheme.in_time, options, threads, time)
+        every = transformed and not turns(model)
+        chosen = _chosen(model, z, scheme if every else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
     if transformed and isinstance(scheme, TimeTransformed):

@@ -60,6 +60,8 @@ def hamiltonian(
     coordinates: str | Sequence[str] = "x y",
     masses: Any = None,
     domain: str | None = None,
+    rotation: float | str | None = None,
+    magnetic: float | str | None = None,
     **parameters: float,
 ) -> Any:
     """Make a system with H = sum p_i^2/2 m_i + V(q) of a potential energy written as one line of mathematics, with
@@ -67,20 +69,31 @@ def hamiltonian(
 
     Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`; coordinates:
     1 to 8 names; masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1, without fields);
-    domain: a formula that is positive where the potential lives; parameters: each by its name, floats. Returns a model
-    with the parameters and masses as its fields and the methods of `HenonHeiles`; its angles are loops in (q_i, p_i).
-    Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name without a value or a
-    value without use; ImportError where a new formula finds no SymPy.
+    domain: a formula that is positive where the potential lives; rotation: the rate Omega at which the frame of the
+    first two coordinates x, y turns: H - Omega (x p_y - y p_x), with p the momenta seen at rest and V a potential that
+    turns with the frame; the energy is Jacobi's; magnetic: charge times magnetic field e B, along x cross y, in the
+    symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 + y^2)/2 is added to V; p are the canonical momenta. Both are
+    numbers, which become fields of these names, or formulas of the parameters; parameters: each by its name, floats.
+    Returns a model with the parameters, rotation, magnetic and masses as its fields and the methods of `HenonHeiles`;
+    its angles are loops in (q_i, p_i). Raises ValueError or TypeError for what is no formula (nothing is ever
+    executed), or a name without a value or a value without use; ImportError where a new formula finds no SymPy.
 
     Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign
-    everywhere. Accuracy and cost as in `formula`.
-    Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    everywhere. Accuracy and cost as in `formula`; what turns costs little more (bench/test_rotating.py).
+    Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's
+    integral); Landau & Lifshitz, The Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017,
+    PeerJ Comput. Sci. 3, e103 (SymPy).
     """
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
     values = values_of(parameters, names)
     weights = () if masses is None else _masses(masses, len(names))
-    request = Request(written, domain, tuple(values), names, "unit" if masses is None else "masses")
+    turning = _turning({"rotation": rotation, "magnetic": magnetic}, values, names)
+    if any(turning) and weights and weights[0] != weights[1]:
+        raise ValueError(
+            f"masses must be equal for {names[0]} and {names[1]}, whose frame turns, got {weights[0]} and {weights[1]}"
+        )
+    request = Request(written, domain, tuple(values), names, "unit" if masses is None else "masses", *turning)
     cls: Any = _class(request, values, length)
     return cls(*values.values(), *weights)
 
@@ -106,6 +119,22 @@ def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[st
         raise ValueError(f"parameters must be at most {MAX_PARAMETERS}, got {len(parameters)}")
     taken = {*variables, *RESERVED}
     return {checked_name(name, "parameter", taken): real(name, value) for name, value in parameters.items()}
+
+
+def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, ...]) -> list[str | None]:
+    """Return rotation and magnetic as formulas of the parameters; a number becomes a parameter of that name."""
+    found: list[str | None] = []
+    for name, entry in given.items():
+        if entry is not None and len(names) < 2:
+            raise ValueError(f"{name} turns the first two coordinates, of which there must be two, got {names}")
+        if entry is None or isinstance(entry, str):
+            found.append(entry)
+            continue
+        if name in names:
+            raise ValueError(f"coordinate {name!r} is taken: it names the field of the number that {name} is")
+        values[name] = real(name, entry)
+        found.append(name)
+    return found
 
 
 def _inertia(mu: Any) -> tuple[float, float]:
@@ -146,6 +175,7 @@ def _class(request: Request, values: dict[str, float], length: int) -> type:
     """Check the formula and its domain; return the class."""
     programs = request.program(length), request.domain_program()
     used = programs[0].names | (programs[1].names if programs[1] is not None else frozenset())
+    used = used.union(*(program.names for program in request.turning_programs().values()))
     unused = [name for name in values if name not in used]
     if unused:
         raise ValueError(

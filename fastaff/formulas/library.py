@@ -27,6 +27,8 @@ RESERVED = {
     *dir(tuple),
     "degrees_of_freedom",
     "coordinates",
+    "kind",
+    "angular_velocity",
     "angles",
     "velocity",
     "force",
@@ -55,7 +57,7 @@ RESERVED = {
 
 class Request(NamedTuple):
     """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
-    systems.
+    systems; rotation, magnetic: formulas of the parameters, of a frame that turns.
     """
 
     text: str
@@ -63,6 +65,8 @@ class Request(NamedTuple):
     parameters: tuple[str, ...]
     coordinates: tuple[str, ...]
     inertia: str
+    rotation: str | None = None
+    magnetic: str | None = None
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -72,6 +76,13 @@ class Request(NamedTuple):
     def program(self, length: int) -> Program:
         """Return the formula's program; ValueError where it is none."""
         return parse(self.text, self.variables, self.parameters, length=length)
+
+    def turning_programs(self) -> dict[str, Program]:
+        """Return the programs of rotation and magnetic, of those that are given."""
+        given = {"rotation": self.rotation, "magnetic": self.magnetic}
+        return {
+            name: parse(text, (), self.parameters, argument=name) for name, text in given.items() if text is not None
+        }
 
     def domain_program(self) -> Program | None:
         """Return the program of the domain, if one is given."""
@@ -121,7 +132,13 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
 def _repr(self: Any) -> str:
     domain = [] if self.domain is None else [f"domain={self.domain!r}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
-    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *fields])})"
+    _, _, _, _, _, *turning = self._request
+    said = [
+        f"{name}={text!r}"
+        for name, text in zip(("rotation", "magnetic"), turning, strict=True)
+        if text not in (None, name)
+    ]
+    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
 
 
 def _reduce(self: Any, request: Request) -> tuple:
@@ -178,7 +195,12 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     description = Description(
         request.text, request.domain, request.parameters, "A natural Hamiltonian.", request.coordinates
     )
-    return hamiltonian_model(description, V, walls, masses=request.inertia == "masses")
+    parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
+    mass = sympy.Symbol("self.m_1", real=True) if request.inertia == "masses" else sympy.Integer(1)
+    omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
+    if "magnetic" in parts:  # in the symmetric gauge
+        V += parts["magnetic"] ** 2 / (8 * mass) * sum(own[name] ** 2 for name in request.coordinates[:2])
+    return hamiltonian_model(description, V, walls, masses=request.inertia == "masses", omega=omega if parts else None)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:

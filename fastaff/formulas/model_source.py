@@ -153,6 +153,7 @@ def model(
     angles: str,
     imports: str = "",
     before: str = "",
+    more: Sequence[str] = (),
 ) -> str:
     """Return the text of a model of any number of degrees of freedom, with the tangent force as one Hessian-vector
     product.
@@ -193,7 +194,7 @@ def model(
     texts = work.add([V])
     value = texts[0] if V.free_symbols & set(inner.symbols.values()) else f"{texts[0]} + 0.0*({' + '.join(q)})"
     methods.append(method("potential_energy", q, "Return V.", work, [value], single=True))
-    methods.append(_margin(walls, q, taken))
+    methods += [_margin(walls, q, taken), *more]
     return module(d, before + class_text(name, what, d, (*d.parameters, *inertia.fields), methods), imports)
 
 
@@ -264,8 +265,10 @@ def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clam
     )
 
 
-def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: bool) -> str:
-    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q)."""
+def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: bool, omega: Any = None) -> str:
+    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), perhaps in a frame that turns at
+    the rate omega.
+    """
     what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
     return model(
         "FormulaHamiltonian",
@@ -277,4 +280,18 @@ def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: b
         clamped=(),
         angles="Loops()",
         before=loops(d.coordinates),
+        imports="" if omega is None else "\nfrom fastaff.models.contracts import Kind\n",
+        more=() if omega is None else _turning(omega),
+    )
+
+
+def _turning(omega: Any) -> Sequence[str]:
+    """Return the methods of a frame that turns."""
+    work = Lines(())
+    (rate,) = work.add([omega])
+    return (
+        constant("kind", "H = T(p) + V(q) in a turning frame.", "Kind.ROTATING"),
+        method(
+            "angular_velocity", (), "Return the rate at which the frame turns.", work, [f"1.0*({rate})"], single=True
+        ),
     )

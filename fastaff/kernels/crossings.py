@@ -312,12 +312,12 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     return returns
 
 
-def shift(block, stop, progress, splitting, derivative, params, drift, kick, a, b, precise, tau, table):
+def shift(block, stop, progress, splitting, derivative, params, drift, kick, a, b, precise, spare, tau, table):
     """Advance the columns of table (rows, orbits) of a block by one step of tau[orbit] each."""
     rows, orbits = table.shape
     first = block * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z, k = room((3 if precise else 1) * rows), room(b.size * rows)
+    z, k = room((3 if precise else 1) * rows + spare), room(b.size * rows)
     step, work = room(1), room(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
@@ -343,6 +343,7 @@ def locate(
     b,
     direction,
     precise,
+    spare,
     rows,
     records,
     where,
@@ -357,7 +358,7 @@ def locate(
     size = rows * LANES
     first = block * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = room(3 * rows if precise else rows), room(rows), room(b.size * rows)
+    z, work, k = room((3 * rows if precise else rows) + spare), room(rows), room(b.size * rows)
     own = room(rows + BRACKET)
     start = own[:size]
     x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)

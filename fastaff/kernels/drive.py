@@ -60,6 +60,7 @@ def run_fixed(
     order,
     radius,
     precise,
+    spare,
     strict,
     refill,
     solo,
@@ -77,14 +78,15 @@ def run_fixed(
     lanes of a block keep the same step number. That orbits are in the domain is checked at every step; their escape
     radii and kinetic energies are looked at at `next_look` (at every step with `refill`, before every observation where
     `strict`); splittings take all steps to the next look or observation at once. `precise` is for splittings that work
-    on increments, `solo` for units of one orbit, which `march` steps. kinetic0 keeps the largest kinetic energy
-    that was seen.
+    on increments, `spare` the rows behind the state that they take, `solo` for units of one orbit, which `march` steps.
+    kinetic0 keeps the largest kinetic energy that was seen.
     """
     rows, orbits = z0.shape
     memory_rows = memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, orbits)
     state_rows = 3 * rows if precise else rows
-    z, work, k, memory = room(state_rows), room(rows), room(b.size * rows), room(memory_rows)
+    block, work, k, memory = room(state_rows + spare), room(rows), room(b.size * rows), room(memory_rows)
+    z = block[: state_rows * LANES]
     t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
     kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
     n, orbit, left = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
@@ -115,9 +117,9 @@ def run_fixed(
             for i in range(lanes):
                 quiet = min(quiet, left[i])
             if solo:
-                taken = march(params, drift, kick, h[0], quiet, z)
+                taken = march(params, drift, kick, h[0], quiet, block)
             else:
-                taken = advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, h, quiet, z, k, work)
+                taken = advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, h, quiet, block, k, work)
             ran += taken
             due = 0
             for i in range(lanes):

@@ -14,12 +14,16 @@ from .contracts import Kind, kind_of
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dq/dt (n, ...) at phase points z (2n, ...)."""
-    return _rows(model.velocity(*z[model.degrees_of_freedom :]), z)
+    n = model.degrees_of_freedom
+    v = _rows(model.velocity(*z[n:]), z)
+    return v + _turned(model, z[:n]) if turns(model) else v
 
 
 def forces(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dp/dt (n, ...) at phase points z (2n, ...)."""
-    return _rows(model.force(*z[: model.degrees_of_freedom]), z)
+    n = model.degrees_of_freedom
+    f = _rows(model.force(*z[:n]), z)
+    return f + _turned(model, z[n:]) if turns(model) else f
 
 
 def slopes(model: Any, z: np.ndarray) -> np.ndarray:
@@ -29,7 +33,9 @@ def slopes(model: Any, z: np.ndarray) -> np.ndarray:
 
 
 def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...)."""
+    """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...): T of the momenta, also in a
+    turning frame.
+    """
     if kind_of(model) is Kind.MAP:
         return _full(0.0, z)
     with np.errstate(all="ignore"):
@@ -40,12 +46,14 @@ def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return what is left of the energy beside the kinetic one, of phase points z (2n, ...)."""
     if kind_of(model) is Kind.MAP:
         return _full(0.0, z)
+    n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
-        return _full(model.potential_energy(*z[: model.degrees_of_freedom]), z)
+        V = _full(model.potential_energy(*z[:n]), z)
+        return V - model.angular_velocity() * (z[0] * z[n + 1] - z[1] * z[n]) if turns(model) else V
 
 
 def energies(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return the energy of phase points z (2n, ...); NaN outside the potential's domain."""
+    """Return the energy of phase points z (2n, ...), Jacobi's in a turning frame; NaN outside the domain."""
     with np.errstate(all="ignore"):
         return kinetic_energies(model, z) + potential_energies(model, z)
 
@@ -54,6 +62,61 @@ def inside(model: Any, z: np.ndarray) -> np.ndarray:
     """Tell which phase points z (2n, ...) lie where the potential lives."""
     with np.errstate(all="ignore"):
         return _full(model.margin(*z[: model.degrees_of_freedom]), z) > 0
+
+
+# --- turning frames -------------------------------------------------------------------------------------------------
+
+
+def turns(model: Any) -> bool:
+    """Tell whether the frame of a model's first two coordinates turns."""
+    return kind_of(model) is Kind.ROTATING
+
+
+def frame_rate(model: Any) -> float:
+    """Return |Omega| of a turning frame, 0 for other models."""
+    return abs(float(model.angular_velocity())) if turns(model) else 0.0
+
+
+def turning_mass(model: Any) -> float:
+    """Return the mass of the first two coordinates of a turning frame: T = (p_x^2 + p_y^2)/2m + ..."""
+    return 0.5 / float(model.kinetic_energy(1.0, *[0.0] * (model.degrees_of_freedom - 1)))
+
+
+def least_energies(model: Any, q: np.ndarray) -> np.ndarray:
+    """Return the least energy that there is at places q (n, ...): V, in a turning frame less the centrifugal part
+    m Omega^2 (x^2 + y^2)/2. A place is reached where it does not exceed the orbit's.
+    """
+    with np.errstate(all="ignore"):
+        V = np.empty(q.shape[1:])
+        V[...] = model.potential_energy(*q)
+        if turns(model):
+            V -= 0.5 * turning_mass(model) * model.angular_velocity() ** 2 * (q[0] * q[0] + q[1] * q[1])
+        return V
+
+
+def at_rest(model: Any, q: np.ndarray) -> np.ndarray:
+    """Return the momenta (n, ...) of rest at places q (n, ...): 0, but in a turning frame."""
+    p = np.zeros(q.shape)
+    return p - turning_mass(model) * _turned(model, q) if turns(model) else p
+
+
+def seen(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the momenta (n, ...) beyond those of rest at phase points z (2n, ...), and what they change at: the mass
+    times velocity and acceleration as they are seen in the model's frame.
+    """
+    n = model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        v, f = velocities(model, z), forces(model, z)
+        return z[n:] - at_rest(model, z[:n]), f - at_rest(model, v)
+
+
+def _turned(model: Any, rows: np.ndarray) -> np.ndarray:
+    """Return what turning adds to the slopes of n rows: Omega times the second to the first, minus the first to the
+    second.
+    """
+    omega, change = model.angular_velocity(), np.zeros(rows.shape)
+    change[0], change[1] = omega * rows[1], -omega * rows[0]
+    return change
 
 
 def _full(number: Any, z: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from ..base.placing import placed
 from ..base.status import Status
 from ..charts import CARTESIAN
 from ..models.contracts import Model
+from ..models.mechanics import energies, least_energies
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 
@@ -188,12 +189,12 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
     x, y = (np.linspace(c - half, c + half, 181) for c in middle)
     X, Y = np.meshgrid(x, y)
     with np.errstate(all="ignore"):
-        V = np.broadcast_to(model.potential_energy(X, Y), X.shape) + 0.0
+        V = least_energies(model, np.array([X, Y]))
         V[~(np.broadcast_to(model.margin(X, Y), X.shape) > 0)] = np.nan
     panels = []
     for k, ax in enumerate(axes):
         z = states[0, :, k]
-        energy = float(model.kinetic_energy(*z[2:]) + model.potential_energy(*z[:2]))
+        energy = float(energies(model, z))
         low = float(np.nanmin(V))
         if np.isfinite(V).any() and energy > low:
             ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors="0.82", linewidths=0.7)

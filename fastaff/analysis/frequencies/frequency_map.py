@@ -18,7 +18,7 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows.accuracy import HALVINGS
-from ...flows.checks import checked_model
+from ...flows.checks import NATURAL, checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.options import Options, plan
@@ -169,7 +169,7 @@ def frequency_map(
     fallback = checked_method(method).fallback
     if fallback is None:
         fallback = FALLBACK if options.accuracy is None else options.accuracy
-    angles = checked_angles(angles, checked_model(body))
+    angles = checked_angles(angles, checked_model(body, kinds=NATURAL))
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report)
     with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):

@@ -22,6 +22,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, iterates, plan
 from ...models.contracts import Model
+from ...models.mechanics import frame_rate
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 
 
@@ -130,7 +131,7 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
                 [row + np.zeros(q.shape[1]) for row in body.velocity(*body.tangent_force(*q, *direction))]
             )
             square = length(direction)
-    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300))
+    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + frame_rate(body)
 
 
 def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:

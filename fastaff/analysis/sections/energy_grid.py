@@ -14,7 +14,7 @@ from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import checked_model, checked_section
+from ...flows.checks import NATURAL, checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import isotropic
 from ...models.mechanics import energies
@@ -114,7 +114,7 @@ def energy_grid(
 
 def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
     """Return energy, p_eta and p_gamma if they and the section suit the body."""
-    checked_model(body)
+    checked_model(body, kinds=NATURAL)
     checked_section(section, body)
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):

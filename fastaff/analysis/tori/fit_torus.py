@@ -19,7 +19,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import checked_model, energy_drift, phase_points
+from ...flows.checks import NATURAL, checked_model, energy_drift, phase_points
 from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
@@ -212,7 +212,7 @@ def fit_torus(
     (window).
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
-    z = phase_points("z0", z0, checked_model(body))
+    z = phase_points("z0", z0, checked_model(body, kinds=NATURAL))
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol, report=report))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...base.numbers import shown
 from ...compile.blocks import function_block, parameters
-from ...flows.checks import checked_function, checked_model, phase_points
+from ...flows.checks import NATURAL, checked_function, checked_model, phase_points
 from ...models import Zero
 from ...models.contracts import isotropic, planar
 from ...models.regular_variables import in_regular_variable
@@ -78,7 +78,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
-    checked_model(body)
+    checked_model(body, kinds=NATURAL)
     if not planar(body):
         raise TypeError(f"body must be a Body or a StackelBody, got {type(body).__name__}")
     name = type(body.potential).__name__

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
-from ...flows.checks import checked_model
+from ...flows.checks import NATURAL, checked_model
 from ...models.contracts import isotropic
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential
@@ -117,7 +117,7 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
     Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
     Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
     """
-    checked_model(body)
+    checked_model(body, kinds=NATURAL)
     if not isotropic(body):
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):

@@ -1,0 +1,412 @@
+"""Turning frames and uniform magnetic fields: against frames at rest, closed forms and published numbers."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from own_models import OneSpring
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+from test_fused import _call, _call_alone, exact
+
+import fastaff as fa
+from fastaff.compile import source
+from fastaff.compile.blocks import model_block, parameters
+from fastaff.compile.fused import FUSED
+from fastaff.compile.jit import JIT_DISABLED, LANES
+from fastaff.compile.turning import spare_rows, turn
+from fastaff.models.contracts import Kind
+from fastaff.models.mechanics import energies, slopes, velocities
+from fastaff.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting
+
+SPLITTINGS = [scheme for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
+MOON = 1.215058560962404e-2
+"""m_2/(m_1 + m_2) of Earth and Moon as of JPL's catalogue of periodic orbits."""
+
+POINTS = [0.8369151257723572, 1.155682165444884, -1.005062645810278]
+"""x of L1, L2, L3 for MOON: ssd-api.jpl.nasa.gov/periodic_orbits.api (Park et al. 2021), field `L1` and so on."""
+
+
+def three_bodies(m=MOON):
+    """The restricted three-body problem in the plane."""
+    V = "-(1 - m)/sqrt((x + m)**2 + y**2) - m/sqrt((x - 1 + m)**2 + y**2)"
+    return fa.hamiltonian(V, rotation=1.0, m=m)
+
+
+def triangular(m=MOON):
+    """L4, at rest in the frame."""
+    x, y = 0.5 - m, np.sqrt(0.75)
+    return np.array([x, y, -y, x])
+
+
+class Bar(NamedTuple):
+    """A logarithmic potential that turns, of somebody's own class: V = v^2 log(c^2 + x^2 + y^2/s^2)/2 and mass m."""
+
+    omega: float = 0.3
+    v: float = 1.0
+    c: float = 0.2
+    s: float = 0.8
+    m: float = 1.0
+    kind = Kind.ROTATING
+    degrees_of_freedom = 2
+    coordinates = ("x", "y")
+
+    def angular_velocity(self):
+        return self.omega
+
+    def velocity(self, px, py):
+        return px / self.m, py / self.m
+
+    def kinetic_energy(self, px, py):
+        return (px * px + py * py) / (2 * self.m)
+
+    def force(self, x, y):
+        w = self.m * self.v**2 / (self.c**2 + x * x + y * y / self.s**2)
+        return -w * x, -w * y / self.s**2
+
+    def potential_energy(self, x, y):
+        return self.m * self.v**2 * np.log(self.c**2 + x * x + y * y / self.s**2) / 2
+
+    def margin(self, x, y):
+        return 1.0 + 0.0 * (x + y)
+
+
+def seen(model, z):
+    """z as coordinates and velocities in the frame."""
+    n = model.degrees_of_freedom
+    return np.concatenate([z[:n], velocities(model, z)])
+
+
+def at_rest(omega, t, w):
+    """Coordinates and velocities of a turning frame seen from one at rest."""
+    c, s = np.cos(omega * t), np.sin(omega * t)
+    turned, rate = np.array([[c, -s], [s, c]]), omega * np.array([[-s, -c], [c, -s]])
+    q, v = w[:2], w[2:]
+    return np.concatenate([turned @ q, turned @ v + rate @ q])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_turning_frame_shows_the_motion_of_a_frame_at_rest(seed):
+    """The bar turned by hand and integrated by SciPy in the frame at rest, in random units."""
+    rng = np.random.default_rng(seed)
+    length, time, mass = 10.0 ** rng.uniform(-3, 3, 3)
+    omega = rng.uniform(-1.5, 1.5)
+    bar = Bar(omega / time, length / time, 0.2 * length, rng.uniform(0.7, 1.0), mass)
+    z = rng.uniform(-1, 1, (4, 5)) * np.repeat([length, mass * length / time], 2)[:, None]
+    ran = fa.integrate(bar, z, time=8 * time)
+
+    def slope(t, w):
+        turned = Rotation.from_euler("z", omega * t).as_matrix()[:2, :2]
+        q = turned.T @ (w[:2] * length)
+        return np.concatenate([w[2:], turned @ np.array(bar.force(*q)) * time**2 / (mass * length)])
+
+    assert (ran.status == fa.Status.OK).all()
+    for o in range(z.shape[1]):
+        start = np.concatenate([z[:2, o] / length, z[2:, o] * time / (mass * length)])  # p is m times the speed at rest
+        truth = solve_ivp(slope, (0, 8), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        frame = seen(bar, ran.z[:, [o]])[:, 0] / np.repeat([length, length / time], 2)
+        error = ran.error[:, o].max() / length  # that of momenta in their units is no larger here
+        assert np.abs(at_rest(omega, 8.0, frame) - truth).max() <= 5 * error + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_magnetic_field_turns_charges_by_the_force_of_lorentz(seed):
+    """Three coordinates, random masses and field: x, y, z and velocities of m q'' = -grad V + e q' x B by SciPy."""
+    rng = np.random.default_rng(10 + seed)
+    m, M, eB, k = *rng.uniform(0.3, 3, 2), rng.uniform(-3, 3), rng.uniform(0.2, 1)
+    model = fa.hamiltonian(
+        "k*x**2/2 + 0.15*y**2 + z**2/2 + 0.1*x*y*z", coordinates="x y z", masses=(m, m, M), magnetic=eB, k=k
+    )
+    assert model.angular_velocity() == pytest.approx(eB / (2 * m))
+    z = 0.4 * rng.standard_normal((6, 4))
+    ran = fa.integrate(model, z, time=25.0)
+
+    def slope(t, w):
+        x, y, c, u, v, _ = w
+        force = [-k * x - 0.1 * y * c + eB * v, -0.3 * y - 0.1 * x * c - eB * u, -c - 0.1 * x * y]
+        return np.concatenate([w[3:], np.array(force) / [m, m, M]])
+
+    for o in range(z.shape[1]):
+        truth = solve_ivp(slope, (0, 25), seen(model, z)[:, o], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        np.testing.assert_allclose(seen(model, ran.z)[:, o], truth, atol=3e-9)
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+def test_splittings_keep_their_order(scheme):
+    """Also the Nystroem ones: drift and rotation commute, and with V they make double brackets that depend on q
+    alone.
+    """
+    model, z = three_bodies(), np.array([0.5, 0.0, 0.1, 1.2])
+    truth = solve_ivp(
+        lambda t, w: slopes(model, w[:, None])[:, 0], (0, 3), z, method="DOP853", rtol=3e-14, atol=1e-15
+    ).y[:, -1]
+    longest = {2: 0.02, 4: 0.025}.get(scheme.order, 0.1)
+    steps = np.array([longest, longest / 2])
+    errors = [np.abs(fa.integrate(model, z, time=3.0, step=h, scheme=scheme).z[:, 0] - truth).max() for h in steps]
+    assert errors[1] < 1e-2
+    assert np.log2(errors[0] / errors[1]) > scheme.order - 1.0
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+def test_free_motion_is_exact_whatever_the_step(scheme):
+    """Steps of many turns too: a straight line in the frame at rest, and lanes that turn by odd and even half turns."""
+    rng = np.random.default_rng(3)
+    omega, end = 1.3, 700.0
+    model, z = fa.hamiltonian("0*x", rotation=omega), rng.standard_normal((4, 40))
+    for step in (0.7, 0.01 + 40 * rng.uniform(size=40)):
+        ran = fa.integrate(model, z, time=end, step=step, scheme=scheme)
+        angle = omega * end
+        c, s = np.cos(angle), np.sin(angle)
+        q, p = z[:2] + end * z[2:], z[2:]
+        truth = np.array([c * q[0] + s * q[1], c * q[1] - s * q[0], c * p[0] + s * p[1], c * p[1] - s * p[0]])
+        assert np.abs(ran.z - truth).max() <= 1e-10 * end
+    for o in (0, 7):
+        alone = fa.integrate(model, z[:, o], time=end, step=step[o], scheme=scheme)
+        np.testing.assert_array_equal(alone.z[:, 0], ran.z[:, o])
+
+
+@pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")
+@pytest.mark.parametrize("kind", ["splitting", "precise_splitting"])
+@pytest.mark.parametrize("lanes", [1, 3, 8, 13, 128])
+def test_a_block_has_the_bits_of_its_text(lanes, kind):
+    """As for other models: compiled or run by Python with exact sums, in vectors or alone, with steps of all sizes."""
+    model, rows, rng = three_bodies(0.3), 4, np.random.default_rng(lanes)
+    size, tables = rows * (1 if kind == "splitting" else 3), (KAHAN_LI8.drift_array, KAHAN_LI8.kick_array)
+    z = np.zeros((size + spare_rows(tables[0].size)) * LANES)
+    for r in range(rows):
+        z[r * LANES : r * LANES + lanes] = 2.0 + rng.standard_normal(lanes)
+    step = rng.uniform(0.01, 0.1, LANES)
+    step[::3] *= 100.0
+    compiled, single, strict = z.copy(), z.copy(), z.copy()
+    names = {"fma": exact, "value": model, "turn": turn}
+    head, _, body = source(model, kind).partition("    value = ")
+    exec(head + body.partition("\n")[2], names)
+    for taken in (1, 2):  # the second call finds the rotations of the first
+        given = parameters(model), lanes, *tables, step, taken
+        assert _call(model_block(kind, model, 2), *given, compiled) == taken
+        assert names[kind](*given, strict) == taken
+        np.testing.assert_array_equal(compiled, strict)
+        step[1] *= 1.5
+    if kind == "splitting":
+        march = model_block("march", model, 2)
+        for taken in (1, 2):
+            assert _call_alone(march, parameters(model), *tables, step[0], taken, single) == taken
+        np.testing.assert_array_equal(single[::LANES], strict[::LANES])
+
+
+def test_turns_are_those_of_their_angle():
+    """tan(r/2) and sin(r) to a few units in the last place, whatever the angle."""
+    rng = np.random.default_rng(1)
+    angles = np.concatenate([rng.uniform(-2, 2, 300), rng.uniform(-60, 60, 300), [0.0, np.pi / 2, -np.pi, 1e-300]])
+    for angle in angles:
+        tangent, sine, odd = turn(angle)
+        half_turns = round(angle / np.pi)
+        rest = angle - half_turns * np.pi - half_turns * 1.2246467991473532e-16
+        assert odd == abs(half_turns) % 2
+        assert tangent == pytest.approx(np.tan(rest / 2), rel=8e-16, abs=1e-15 * abs(angle))
+        assert sine == pytest.approx(np.sin(rest), rel=8e-16, abs=1e-15 * abs(angle))
+    assert turn(0.0) == (0.0, 0.0, 0.0)
+
+
+# --- tangent vectors ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+def test_tangent_maps_are_symplectic(scheme):
+    model = three_bodies()
+    z = triangular()[:, None] + 0.05 * np.random.default_rng(2).standard_normal((4, 3))
+    form = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]])
+    for step in (0.05, 0.3):
+        moved = fa.tangent_map(model, z, time=6.0, step=step, scheme=scheme, energy_tolerance=1e9)
+        matrix = np.moveaxis(moved.matrix, -1, 0)
+        assert np.abs(matrix.transpose(0, 2, 1) @ form @ matrix - form).max() <= 1e-13 * np.abs(matrix).max() ** 2
+
+
+@pytest.mark.parametrize("scheme", [None, "dop853", "SOFRONIOU_SPALETTA10"])
+def test_the_tangent_map_of_a_linear_system_is_an_exponential(scheme):
+    """Three coordinates, a saddle too: the exponential of Hamilton's matrix."""
+    omega, a, b, c = 0.9, -0.4, 1.7, 0.6
+    model = fa.hamiltonian("(a*x**2 + b*y**2 + c*z**2)/2", coordinates="x y z", rotation="w", a=a, b=b, c=c, w=omega)
+    turning = omega * np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]])
+    whole = np.block([[turning, np.eye(3)], [-np.diag([a, b, c]), turning]])
+    z = np.random.default_rng(0).standard_normal((6, 3))
+    moved = fa.tangent_map(model, z, time=7.0, scheme=scheme)
+    truth = expm(7.0 * whole)
+    size = np.abs(truth).max()
+    for o in range(3):
+        np.testing.assert_allclose(moved.matrix[..., o], truth, atol=2e-9 * size)
+    np.testing.assert_allclose(moved.z, truth @ z, atol=2e-9 * size)
+
+
+# --- the restricted three-body problem ------------------------------------------------------------------------------
+
+
+def test_the_five_points_are_at_rest():
+    """Where JPL's catalogue has them; orbits stay there, or leave L1 to L3 as rounding grows by their exponents."""
+    model, (x, y) = three_bodies(), triangular()[:2]
+    places = np.array([*((x, 0.0) for x in POINTS), (x, y), (x, -y)]).T
+    z = np.array([*places, -places[1], places[0]])
+    assert np.abs(slopes(model, z)).max() <= 3e-15
+    for scheme in (None, "dop853", fa.AUTO):
+        stay = fa.integrate(model, z[:, 3:], time=300.0, scheme=scheme)
+        assert (stay.status == fa.Status.OK).all()
+        np.testing.assert_allclose(stay.z, z[:, 3:], atol=2e-10)
+    leave = fa.integrate(model, z[:, :3], time=4.0)
+    np.testing.assert_allclose(leave.z, z[:, :3], atol=1e-7)  # exp(2.93*4) times rounding at L1
+
+
+def test_jacobi_constant_over_a_thousand_periods():
+    """To 1e-12 on regular orbits of the frame: around each primary, around both, and from L4; chaos_map agrees."""
+    model = three_bodies()
+    z = triangular()[:, None] + np.zeros((4, 4))
+    z[:, 0] += [0.004, 0.003, 0.0, 0.002]
+    z[:, 1] = [0.3, 0, 0, 0.3 + 1.45]  # around the heavy one
+    z[:, 2] = [1 - MOON + 0.1, 0, 0, 1 - MOON + 0.1 - 0.45]  # retrograde around the light one
+    z[:, 3] = [3.0, 0, 0, 0.55]  # around both
+    time = 1000 * 2 * np.pi
+    ran = fa.integrate(model, z, time=time, scheme="BLANES_CASAS_ESCORIHUELA8", step=0.01)
+    assert (ran.status == fa.Status.OK).all()
+    drift = np.abs(energies(model, ran.z) / energies(model, z) - 1)
+    assert drift.max() <= 1e-12, drift
+
+
+def test_errors_cover_the_truth():
+    """Of random orbits, against another scheme: at most one in a hundred beyond its estimate, none ten times."""
+    model, rng = three_bodies(), np.random.default_rng(5)
+    z, r, turned = np.empty((4, 500)), rng.uniform(0.25, 0.6, 500), rng.uniform(0, 2 * np.pi, 500)
+    z[0], z[1] = r * np.cos(turned) - MOON, r * np.sin(turned)
+    speed = rng.uniform(0.8, 1.1, 500) / np.sqrt(r)
+    z[2], z[3] = -speed * np.sin(turned), speed * np.cos(turned)
+    truth = fa.integrate(model, z, time=15.0, scheme="verner9", rtol=1e-14, atol=1e-14)
+    rough = fa.integrate(model, z, time=15.0, scheme="dop853", rtol=1e-14, atol=1e-14)
+    noise = np.abs(truth.z - rough.z)
+    for accuracy in (1e-5, 1e-8):
+        ran = fa.integrate(model, z, time=15.0, accuracy=accuracy)
+        beyond = ((np.abs(ran.z - truth.z) - noise) / ran.error)[:, noise.max(axis=0) < 1e-9]
+        assert beyond.shape[1] > 400
+        assert np.mean(beyond > 1) <= 0.01, accuracy
+        assert beyond.max() < 10
+
+
+def test_sections_have_the_crossings_of_scipy():
+    """y = 0, upwards, and px + y = 0, where x' changes its sign: linear in the rows, so a section of the frame."""
+    model, z = three_bodies(), np.array([[0.45, 0.35], [0.0, 0.1], [0.1, 0.0], [1.9, 2.1]])
+    sections = {"y=0": lambda t, w: w[1], fa.Linear((0.0, 1.0, 1.0, 0.0), direction=-1): lambda t, w: -w[1] - w[2]}
+    for section, function in sections.items():
+        function.direction = 1
+        found = fa.poincare_map(model, z, section=section, crossings=4, max_time=60.0)
+        assert (found.counts == 4).all()
+        for o in range(2):
+            truth = solve_ivp(
+                lambda t, w: slopes(model, w[:, None])[:, 0],
+                (0, 60),
+                z[:, o],
+                method="DOP853",
+                rtol=1e-12,
+                atol=1e-13,
+                events=function,
+            )
+            times = truth.t_events[0][truth.t_events[0] > 1e-9][:4]
+            np.testing.assert_allclose(found.times[:, o], times, atol=1e-8)
+
+
+def test_company_changes_no_bit():
+    """Alone or among others with other steps, on one thread or two."""
+    model, rng = three_bodies(), np.random.default_rng(4)
+    z = triangular()[:, None] + 0.1 * rng.standard_normal((4, 150))
+    runs = [
+        lambda z, **how: fa.integrate(model, z, time=8.0, samples=3, **how).z,
+        lambda z, **how: fa.chaos_map(model, z, time=40.0, **how).values,
+        lambda z, **how: fa.poincare_map(model, z, section="x=0.4", crossings=2, max_time=20.0, **how).points,
+    ]
+    for run in runs:
+        whole = run(z, threads=2)
+        np.testing.assert_array_equal(run(z[:, ::-1], threads=1)[..., ::-1], whole)
+        np.testing.assert_array_equal(run(z[:, 17])[..., 0], whole[..., 17])
+
+
+# --- a pendulum on a turning Earth ----------------------------------------------------------------------------------
+
+
+def test_foucaults_pendulum_turns_its_plane():
+    """Small swings seen on Earth, with its turning about the vertical, w = Omega sin(latitude): q(t) of the oscillator
+    turned by -w t. In the field's words q'' = -(k^2 - w^2) q + 2 w q' x ez: rotation=w and V = k^2 r^2/2.
+    """
+    k, latitude, end = 2 * np.pi / 16.0, np.radians(48.846), 3600.0
+    w = 2 * np.pi / 86164.1 * np.sin(latitude)
+    model = fa.hamiltonian(
+        "k**2*(x**2 + y**2)/2", rotation="Omega*sin(latitude)", k=k, Omega=w / np.sin(latitude), latitude=latitude
+    )
+    z = np.array([3.0, 0.0, 0.0, w * 3.0])  # let go at rest on Earth
+    found = fa.integrate(model, z, time=end).z[:, 0]
+    c, s = np.cos(w * end), np.sin(w * end)
+    free = np.array([3.0 * np.cos(k * end), 3.0 * w / k * np.sin(k * end)])
+    np.testing.assert_allclose(found[:2], [c * free[0] + s * free[1], c * free[1] - s * free[0]], atol=1e-9)
+    assert np.abs(free[1]) < 1e-3  # the plane of the swing turns, the swing stays nearly in it
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+class Fast(NamedTuple):
+    """A relativistic particle in a well that turns: T is not quadratic."""
+
+    omega: float = 0.3
+    kind = Kind.ROTATING
+    degrees_of_freedom = 2
+    angular_velocity = Bar.angular_velocity
+
+    def velocity(self, px, py):
+        w = 1 / np.sqrt(1 + px * px + py * py)
+        return px * w, py * w
+
+    def kinetic_energy(self, px, py):
+        return np.sqrt(1 + px * px + py * py) - 1
+
+    def force(self, x, y):
+        return -x, -y
+
+    def potential_energy(self, x, y):
+        return (x * x + y * y) / 2
+
+    margin = Bar.margin
+
+
+def test_what_cannot_turn_is_refused_with_what_can():
+    z = np.array([0.1, 0.2, 0.1, 0.1])
+    model = fa.hamiltonian("(x**2 + y**2)/2", rotation=0.2)
+    with pytest.raises(ValueError, match=r"TimeTransformed.*turns: take KAHAN_LI8"):
+        fa.integrate(model, z, time=1.0, scheme=fa.TimeTransformed())
+    with pytest.raises(TypeError, match=r"rotating frame.*what runs here is H = T"):
+        fa.quantum.weyl_count(model, [1.0], m=0, l=0)
+    with pytest.raises(ValueError, match="first two coordinates to turn: equal masses, and quadratic"):
+        fa.integrate(Fast(), z, time=1.0)
+    with pytest.raises(ValueError, match="masses must be equal for x and y"):
+        fa.hamiltonian("x*y", rotation=1.0, masses=(1, 2))
+    changed = fa.hamiltonian("(x**2 + y**2)/2", rotation=1.0, masses=(1, 1))._replace(m_1=2.0)
+    with pytest.raises(ValueError, match="equal masses"):
+        fa.integrate(changed, z, time=1.0)
+    with pytest.raises(ValueError, match="rotation turns the first two coordinates"):
+        fa.hamiltonian("x**2", coordinates="x", rotation=1.0)
+    with pytest.raises(ValueError, match=r"rotation: .*Omga"):
+        fa.hamiltonian("x**2 + y**2", rotation="Omga", Omega=1.0)
+    with pytest.raises(ValueError, match="'Omega' is not used"):
+        fa.hamiltonian("x**2 + y**2", Omega=1.0)
+    with pytest.raises(TypeError, match="magnetic"):
+        fa.hamiltonian("x**2 + y**2", magnetic=[1.0])
+    with pytest.raises(ValueError, match="rotation"):
+        fa.hamiltonian("x**2 + y**2", rotation=float("nan"))
+    lonely = type("Lonely", (OneSpring,), {"kind": Kind.ROTATING, "angular_velocity": Bar.angular_velocity, "omega": 1})
+    with pytest.raises(ValueError, match="two coordinates or more"):
+        fa.integrate(lonely(), [1.0, 0.0], time=1.0)
+
+
+def test_a_model_says_what_it_is():
+    model = fa.hamiltonian("a*x**2 + y**2", rotation="2*w", magnetic=0.5, a=1.0, w=0.3)
+    assert model.kind is Kind.ROTATING
+    assert model.angular_velocity() == pytest.approx(0.6 + 0.25)
+    assert "rotation='2*w'" in repr(model)
+    assert model._replace(w=0.4, magnetic=0.0).angular_velocity() == pytest.approx(0.8)
+    with pytest.raises(TypeError, match="angular_velocity"):
+        fa.integrate(type("Bare", (Bar,), {"angular_velocity": None})(), np.zeros(4) + 0.1, time=1.0)
