@@ -19,6 +19,7 @@ import numpy as np
 
 import fastaff as fa
 from fastaff.kernels.readings import first_length
+from fastaff.models.sections import Stroboscopic
 
 SECONDS = 60.0
 """Seconds of the processor that an accepted input may take."""
@@ -89,6 +90,12 @@ def cut_by(make, body=BODY, z0=Z8, **given):
     return fa.poincare_map(body, z0, section=make(**given), crossings=1, max_time=3.0, **FIXED)
 
 
+def strobed_by(**given):
+    """A stroboscopic section at work."""
+    model = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", period="2*pi")
+    return fa.poincare_map(model, [0.1, 0.2], section=Stroboscopic(**given), crossings=1, **FIXED)
+
+
 def moved(make, z0=Z8, **given):
     """A model at work, alone or as the potential of a body."""
     model = make(**given)
@@ -153,6 +160,7 @@ CALLS = {
     "BetaEquals": (partial(cut_by, fa.BetaEquals), {"constant": 0.5}),
     "BetaTurning": (partial(cut_by, fa.BetaTurning), {}),
     "Linear": (partial(cut_by, fa.Linear, HH, Z4), {"normal": (1.0, 0.0, 0.0, 0.0)}),
+    "Stroboscopic": (strobed_by, {"phase": 0.3}),
     "Algebraic": (partial(slowed, fa.schemes.Algebraic), {"kappa": 1.0}),
     "Exponential": (partial(slowed, fa.schemes.Exponential), {"kappa": 1.0}),
     "Logistic": (partial(slowed, fa.schemes.Logistic), {"kappa": 1.0}),
@@ -256,6 +264,10 @@ CALLS = {
     "from_action_angles": (fa.from_action_angles, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
     "from_matrix": (fa.charts.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
     "hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "masses": (1.0, 2.0), "k": 1.0}),
+    "driven hamiltonian": (
+        fa.hamiltonian,
+        {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "period": "2*pi", "k": 1.0},
+    ),
     "husimi": (fa.quantum.husimi, {"state": lambda: result("state")}),
     "integrate": (fa.integrate, {"body": HH, "z0": Z4, **REAL_TIME}),
     "islands": (fa.islands, {"points": POINTS, "max_period": 4}),
@@ -659,7 +671,7 @@ def _ring(_, frame):
 
 def call(name, given):
     """The result of a callable with these arguments."""
-    first = [given.pop("text")] if name in ("formula", "hamiltonian", "mapping") else []
+    first = [given.pop("text")] if name in ("formula", "hamiltonian", "driven hamiltonian", "mapping") else []
     return CALLS[name][0](*first, **given)
 
 

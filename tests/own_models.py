@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 import fastaff as fa
+from fastaff.models.contracts import Kind
 
 
 class OneSpring(NamedTuple):
@@ -76,3 +77,59 @@ class HenonHeilesInUnits(NamedTuple):
 
     def section(self):
         return fa.Linear(normal=(1, 0, 0, 0), offset=self.origin * self.length)
+
+
+class Driven(NamedTuple):
+    """A pendulum with a wave of amplitude a and frequency 1, in the phase space extended by the time."""
+
+    a: float
+
+    kind = Kind.DRIVEN
+    coordinates = ("x", "t")
+    degrees_of_freedom = 2
+    period = 2 * np.pi
+
+    def phase(self, t):
+        return t - 2 * np.pi * np.floor(t / (2 * np.pi))
+
+    def velocity(self, px, pt):
+        return px, 1.0 + 0.0 * pt
+
+    def force(self, x, t):
+        return -np.sin(x) - self.a * np.sin(x - t), self.a * np.sin(x - t)
+
+    def tangent_force(self, x, t, dx, dt):
+        wave = self.a * np.cos(x - t) * (dx - dt)
+        return -np.cos(x) * dx - wave, wave
+
+    def kinetic_energy(self, px, pt):
+        return px * px / 2
+
+    def potential_energy(self, x, t):
+        return -np.cos(x) - self.a * np.cos(x - t)
+
+    def margin(self, x, t):
+        return 1.0 + 0.0 * (x + t)
+
+
+class NoPhase(NamedTuple):
+    """As `Driven`, without the phase."""
+
+    a: float
+
+    kind, coordinates, degrees_of_freedom, period = Kind.DRIVEN, ("x", "t"), 2, 2 * np.pi
+    velocity, force, margin = Driven.velocity, Driven.force, Driven.margin
+    kinetic_energy, potential_energy = Driven.kinetic_energy, Driven.potential_energy
+
+
+class Stopped(NamedTuple):
+    """As `Driven`, with a time that stands still."""
+
+    a: float
+
+    kind, coordinates, degrees_of_freedom, period = Kind.DRIVEN, ("x", "t"), 2, 2 * np.pi
+    phase, force, margin = Driven.phase, Driven.force, Driven.margin
+    kinetic_energy, potential_energy = Driven.kinetic_energy, Driven.potential_energy
+
+    def velocity(self, px, pt):
+        return px, 0.0 * pt

@@ -43,6 +43,7 @@ PAGES: dict[str, Page] = {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
             "BetaEquals AreaEquals Linear",
             "analysis": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
+            "models.sections": "Stroboscopic",
         },
     ),
     "schemes": Page(

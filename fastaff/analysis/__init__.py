@@ -23,7 +23,7 @@ from .periodic.periodic_orbits import PeriodicOrbits, Stability
 from .sections.energy_grid import EnergyGrid, NotReached
 from .sections.energy_sample import EnergySample
 from .sections.islands import Islands, Rotation
-from .sections.poincare_map import SectionMap
+from .sections.section_map import SectionMap
 from .tori.action_angles import ActionAngles, EnergyOfActions
 from .tori.fit_torus import TorusFit, Verdict
 

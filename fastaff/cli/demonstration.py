@@ -14,7 +14,8 @@ import numpy as np
 from .. import files, plot
 from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
 from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
-from ..analysis.sections.poincare_map import SectionMap, poincare_map
+from ..analysis.sections.poincare_map import poincare_map
+from ..analysis.sections.section_map import SectionMap
 from ..base.machine import cores
 from ..base.placing import placed
 from ..base.provenance import provenance

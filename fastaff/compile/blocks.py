@@ -115,7 +115,8 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    return _model_block(kind, *_built(value), degrees_of_freedom, vectors, winding_of(value), turning(value))
+    kinds = winding_of(value), turning(value), hasattr(value, "phase")
+    return _model_block(kind, *_built(value), degrees_of_freedom, vectors, *kinds)
 
 
 @functools.cache
@@ -127,10 +128,12 @@ def _model_block(
     vectors: int,
     winding: tuple[bool, ...] | None,
     turns: bool,
+    driven: bool,
 ) -> Any:
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
     names = (("turn", turn if JIT_DISABLED else _compiled_method(turn)),) if turns else ()
-    return _compiled(kind, line + texts[kind](Rows(degrees_of_freedom, vectors, turns=turns)), classes, names)
+    rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven)
+    return _compiled(kind, line + texts[kind](rows), classes, names)
 
 
 def winding_of(value: Any) -> tuple[bool, ...] | None:
@@ -163,7 +166,8 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
     if kind not in texts:
         raise ValueError(f"kind must be one of {', '.join(map(repr, texts))} for a map, got {kind!r}")
-    return _text(kind, line + texts[kind](Rows(n, vectors, turns=turning(value))), classes)
+    rows = Rows(n, vectors, turns=turning(value), driven=hasattr(value, "phase"))
+    return _text(kind, line + texts[kind](rows), classes)
 
 
 def function_block(function: Any) -> Any:

@@ -16,11 +16,20 @@ VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 
 class Rows:
     """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
-    after another); `turns`: whether the frame of the first two coordinates turns.
+    after another).
+
+    turns: whether the frame of the first two coordinates turns; driven: whether the last position is the time, whose
+    velocity is 1: no vector's changes, and it is no distance. It takes one addition a step, not one a stage, and is
+    reduced by its period: in many periods a rounding error that all steps share would be a phase.
     """
 
-    def __init__(self, n: int, vectors: int, *, turns: bool = False):
-        self.n, self.vectors, self.half, self.turns = n, vectors, n * (1 + vectors), turns
+    def __init__(self, n: int, vectors: int, *, turns: bool = False, driven: bool = False):
+        self.n, self.vectors, self.half, self.turns, self.driven = n, vectors, n * (1 + vectors), turns, driven
+
+    @property
+    def time(self) -> int | None:
+        """The row of the time, if there is one."""
+        return self.n - 1 if self.driven else None
 
     @property
     def orbit(self) -> list[int]:
@@ -50,7 +59,11 @@ class Rows:
         """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
         momenta.
         """
-        return "".join(f"{_list('v', part)}, = value.velocity({_list('p', part)})\n" for part in self.parts(rows))
+        text = ""
+        for part in self.parts(rows):
+            text += f"{_list('v', part)}, = value.velocity({_list('p', part)})\n"
+            text += f"v{part[-1]} = 0.0\n" if self.driven and part.start > 0 else ""
+        return text
 
     def forces(self, rows: range) -> str:
         """Text that sets the f of these rows to the force at q, or its change along a vector."""
@@ -84,14 +97,18 @@ def _at(row: int) -> str:
 
 def _splitting(rows: Rows) -> str:
     """Steps of drifts and kicks of the state in place."""
-    return _steps(rows, _drifts_kicks(rows, 0), 2 * rows.half)
+    step = _drifts_kicks(rows, 0)
+    step += "" if rows.time is None else _loop(f"{_at(rows.time)} += step[i]\n", 0)
+    return _steps(rows, step, 2 * rows.half)
 
 
 def _precise_splitting(rows: Rows) -> str:
     """Steps of drifts and kicks of the increments since the start of the step (rows 2n...4n), which round at their own
     small size; then these are added to the state.
     """
-    return _steps(rows, _drifts_kicks(rows, 2 * rows.half) + _settling(2 * rows.half), 6 * rows.half)
+    size = 2 * rows.half
+    passed = "" if rows.time is None else _loop(f"{_at(size + rows.time)} = step[i]\n", 0)
+    return _steps(rows, _drifts_kicks(rows, size) + passed + _settling(size), 3 * size)
 
 
 def _steps(rows: Rows, step: str, size: int) -> str:
@@ -107,6 +124,7 @@ def _steps(rows: Rows, step: str, size: int) -> str:
         (turning.made(size, "lanes", "drifts", "step[i]") if rows.turns else "")
         + "    taken = 0\n    while taken < steps:\n"
         + _indent(step, 2)
+        + ("" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 2))
         + "        taken += 1\n        if taken == steps:\n            break\n        outside = 0\n"
         + _loop(margin, 2)
         + "        if outside > 0:\n            break\n    return taken\n"
@@ -137,16 +155,24 @@ def _drifts_kicks(rows: Rows, first: int) -> str:
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
         for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
-            text += "".join(f"d{r} = fma(hd, v{r}, {_at(first + r)})\n" for r in part)
+            text += "".join(
+                f"d{r} = fma(hd, v{r}, {_at(first + r)})\n"
+                if r != rows.time
+                else f"d{r} = passed*step[i]\n"
+                if first
+                else f"d{r} = fma(passed, step[i], {_at(r)})\n"
+                for r in part
+            )
             text += _turned(rows, part, first) if rows.turns else ""
-            text += "".join(f"{_at(first + r)} = d{r}\n" for r in part)
+            text += "".join(f"{_at(first + r)} = d{r}\n" for r in part if r != rows.time)
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
             push += "".join(f"{_at(first + n + r)} = fma(hk, f{r}, {_at(first + n + r)})\n" for r in part)
             move, both = move + text, both + text + push
         drift, kick = drift + _loop(move, 1), kick + _loop(both, 1)
     start, end = (_turning(rows, first, entry) for entry in ("s", "kicks.size"))
+    begin, more = ("", "") if rows.time is None else ("passed = 0.0\n", "    passed += drift\n")
     return (
-        f"for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{start}{kick}"
+        f"{begin}for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{more}{start}{kick}"
         f"drift = drifts[kicks.size]\nif drift != 0.0:\n{end}{drift}"
     )
 
@@ -180,9 +206,12 @@ def _march(rows: Rows) -> str:
     """
     n = rows.half
     state = [f"q{r}" for r in rows.all] + [f"p{r}" for r in rows.all]
-    drift = (
-        rows.velocities(rows.all) + "hd = drift[s]*step\n" + "".join(f"q{r} = fma(hd, v{r}, q{r})\n" for r in rows.all)
-    )
+    time = rows.time
+    drift = rows.velocities(rows.all) + "hd = drift[s]*step\n"
+    drift += "".join(f"q{r} = fma(hd, v{r}, q{r})\n" for r in rows.all if r != time)
+    drift += "" if time is None else f"passed += drift[s]\nq{time} = fma(passed, step, begun)\n"
+    started = "" if time is None else f"        begun, passed = q{time}, 0.0\n"
+    end = "" if time is None else f"        q{time} = value.phase(begun + step)\n"
     begin = ""
     if rows.turns:
         begin, pairs = turning.made(2 * n, "1", "drift", "step"), [(part[0], part[1]) for part in rows.parts(rows.all)]
@@ -193,10 +222,11 @@ def _march(rows: Rows) -> str:
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
     return (
         begin + f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
-        "    taken = 0\n    while taken < steps:\n        for s in range(drift.size):\n"
+        f"    taken = 0\n    while taken < steps:\n{started}        for s in range(drift.size):\n"
         + _indent(drift, 3)
         + "            if s < kick.size:\n"
         + _indent(kick, 4)
+        + end
         + f"        taken += 1\n        if not value.margin({_list('q', range(rows.n))}) > 0.0:\n            break\n"
         + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(state))
         + "    return taken\n"
@@ -221,7 +251,7 @@ def _check(rows: Rows) -> str:
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
         + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"size = {' + '.join(f'{name}*{name}' for name in z[:n])}\n"
+        f"size = {' + '.join(f'{name}*{name}' for name in z[: rows.time or n])}\n"
         f"margin = value.margin({', '.join(z[:n])})\n"
         "code = 0.0 if margin > 0.0 else 2.0\n"
         "code = code if size < radius[i]*radius[i] else 3.0\n"

@@ -12,8 +12,21 @@ from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..kernels import escape
-from ..models.contracts import Kind, Map, Model, Potential, Section, coordinate_names, kind_of, planar, quadratic
+from ..models.contracts import (
+    Kind,
+    Map,
+    Model,
+    Potential,
+    Section,
+    coordinate_names,
+    driven,
+    kind_of,
+    moving,
+    planar,
+    quadratic,
+)
 from ..models.mechanics import energies, kinetic_energies, least_energies, potential_energies, slopes, turns
+from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 
@@ -24,7 +37,7 @@ LARGEST = 1e150
 NATURAL = (Kind.SEPARABLE,)
 """Kinds of models whose energy is T(p) + V(q)."""
 
-RUNS = (*NATURAL, Kind.ROTATING)
+RUNS = (*NATURAL, Kind.ROTATING, Kind.DRIVEN)
 """Kinds of models that run in time."""
 
 EVERY = (*RUNS, Kind.MAP)
@@ -70,6 +83,8 @@ def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS
         raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
+    if kind is Kind.DRIVEN:
+        _check_drive(name, model)
     _evaluated(name, model)
     if turns(model):
         _check_turning(name, model)
@@ -96,6 +111,21 @@ def _check_turning(name: str, model: Any) -> None:
             f"{name} {type(model).__name__} must have T = (p_x^2 + p_y^2)/2m + ... of its first two coordinates to "
             "turn: equal masses, and quadratic in the momenta"
         )
+
+
+def _check_drive(name: str, model: Any) -> None:
+    """Refuse a driven model whose last coordinate is not the time, with a period."""
+    what = f"{name} {type(model).__name__} is driven"
+    period = getattr(model, "period", None)
+    if not isinstance(period, (int, float, np.number)):
+        raise TypeError(f"{what}: it must have its period, a number, as `period`, got {shown(period)}")
+    if not (np.isfinite(period) and period > 0):
+        raise ValueError(f"{what}: its period must be positive and finite, got {shown(period)}")
+    if not hasattr(model, "phase"):
+        raise TypeError(f"{what}: it must have phase(t), the time t reduced by whole periods")
+    _, p = _some_point(model.degrees_of_freedom)
+    if not (moving(model) > 0 and model.velocity(*p)[-1] == 1.0):
+        raise ValueError(f"{what}: its last coordinate must be the time, whose velocity is 1")
 
 
 def _instead(given: Any) -> str:
@@ -270,7 +300,27 @@ def checked_section(section: Any, model: Any) -> Any:
             f"section {section!r} does not suit a {type(model).__name__}: it must take {rows} numbers, "
             f"the rows of z, and depend on one of them, such as {', '.join(section_forms(model))}"
         ) from None
+    if isinstance(section, Stroboscopic):
+        if not driven(model):
+            raise ValueError(
+                f"section {section!r} is one of driven systems, with a period: {type(model).__name__} takes "
+                f"{', '.join(section_forms(model))}"
+            )
+    elif driven(model):
+        _check_timeless(section, model)
     return section
+
+
+def _check_timeless(section: Any, model: Any) -> None:
+    """Refuse a section whose function changes with the time, which begins again after every period."""
+    now = np.linspace(0.7, 1.9, 2 * model.degrees_of_freedom)
+    later = now.copy()
+    later[moving(model)] += 0.3 * model.period
+    if section.value(*now) != section.value(*later):
+        raise ValueError(
+            f"section {section!r} of a driven system must not depend on its time t, but be one of constant t: "
+            "Stroboscopic(phase=0.0), t=c"
+        )
 
 
 def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
@@ -280,6 +330,8 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
         z = np.array(numbers(name, z0), order="C")
     except (TypeError, ValueError) as problem:
         raise type(problem)(f"{name} must be an array of real numbers, got {type(z0).__name__}: {problem}") from None
+    if driven(model) and z.ndim in (1, 2) and z.shape[0] == rows - 2:
+        z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
@@ -291,6 +343,8 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
     if bad.size:
         raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
+    if driven(model):
+        z[moving(model)] = model.phase(z[moving(model)])
     with np.errstate(all="ignore"):
         margin = np.broadcast_to(model.margin(*z[: rows // 2]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
@@ -356,15 +410,19 @@ def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray
     """Set reach (orbits,) to the distances from the origin, or of turning points, to two digits, of orbits from z with
     these energies.
     """
-    n, orbits = model.degrees_of_freedom, len(reach)
-    q, distances = z[:n], _distances()
+    n, orbits = moving(model), len(reach)
+    q, distances, speeds = z[:n], _distances(), slopes(model, z)
+    still: tuple[np.ndarray, ...] = ()
+    if driven(model):  # the line goes through the potential of one moment
+        still, limit = (np.tile(z[n], 2),), limit - z[-1]
+        speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     along, first, looks = np.empty((n, 2 * orbits)), np.empty(2 * orbits, np.int64), np.empty(2 * orbits, np.int64)
-    escape.aim(q, slopes(model, z), along, first, looks)
+    escape.aim(q, speeds, along, first, looks)
 
     def potential(spacing: int, looks: int) -> np.ndarray:
         points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
         escape.place(q, along, distances, first, spacing, points)
-        energy[:] = least_energies(model, points)
+        energy[:] = least_energies(model, np.stack([*points, *(row + 0.0 * points[0] for row in still)]))
         return energy
 
     escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)

@@ -20,6 +20,7 @@ from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
+from ..models.contracts import driven, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
@@ -159,7 +160,10 @@ class Flow:
         """
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes(self.model, z0)).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
-        return np.where(np.isfinite(self.step), self.step, np.maximum(guess, 1e-6))
+        guess = np.maximum(guess, 1e-6)
+        if driven(self.model):
+            guess = np.full_like(guess, 1e-3 * self.model.period)
+        return np.where(np.isfinite(self.step), self.step, guess)
 
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         if isinstance(self.scheme, Splitting):
@@ -234,7 +238,11 @@ class Flow:
         run(ensemble, observer, memory, out, time, observations, refill, report)
 
     def states(self, z: np.ndarray) -> np.ndarray:
-        """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves."""
+        """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs
+        within its period.
+        """
+        if driven(self.model):
+            z[moving(self.model)] = self.model.phase(z[moving(self.model)])
         return z
 
     def section(self, section: Any) -> Any:
@@ -256,6 +264,7 @@ class Flow:
                 self.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, report=report)
         except KeyboardInterrupt:
             interrupted = True
+        self.states(states.transpose(2, 0, 1))
         return states.transpose(1, 2, 0), interrupted
 
     def sampled(

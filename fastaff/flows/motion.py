@@ -10,8 +10,8 @@ import numpy as np
 from ..base.status import Status
 from ..base.sums import length, total
 from ..kernels.averages import scales
-from ..models.contracts import Kind, kind_of
-from ..models.mechanics import frame_rate, kinetic_energies, seen, turns, velocities
+from ..models.contracts import Kind, driven, kind_of
+from ..models.mechanics import frame_rate, kinetic_energies, seen, turns, velocities, without_time
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
@@ -45,9 +45,12 @@ class Motion(NamedTuple):
     oscillator; kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the
     amplitudes (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius
     (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`; far (orbits,): how many
-    amplitudes a coordinate is away from the origin at most, at least 1. They follow changes of units and know not the
-    zero of V; all but the radius and far know not the origin of coordinates. Of an orbit at rest in an equilibrium
-    kinetic is 0. In a turning frame all are those of the motion seen there, and rates at least the frame's own.
+    amplitudes a coordinate is away from the origin at most, at least 1; pace (orbits,): the angular frequency that
+    steps must follow, the rate or that of a drive, if it is higher; winding (n, orbits): the period of each coordinate,
+    inf where it has none. They follow changes of units and know not the zero of V; all but the radius and far know not
+    the origin of coordinates. Of an orbit at rest in an equilibrium kinetic is 0. The time of a driven system has its
+    period for an amplitude, and p_t the kinetic energy. In a turning frame all are those of the motion seen there, and
+    rates at least the frame's own.
     """
 
     rate: np.ndarray
@@ -56,6 +59,8 @@ class Motion(NamedTuple):
     momentum: np.ndarray
     radius: np.ndarray
     far: np.ndarray
+    pace: np.ndarray
+    winding: np.ndarray
 
     def of(self, orbits: Any) -> Motion:
         """Return those of some of the orbits."""
@@ -67,7 +72,12 @@ class Motion(NamedTuple):
         """
         size = np.concatenate([self.position, self.momentum])
         size = np.where(size > 0, size, 1.0)
-        return np.abs(apart / size).max(axis=-2)
+        apart = apart / size
+        if np.isfinite(self.winding).any():
+            n, turns = len(self.winding), self.winding / size[: len(self.winding)]
+            whole = np.where(np.isfinite(turns), turns * np.rint(apart[..., :n, :] / turns), 0.0)
+            apart[..., :n, :] -= whole
+        return np.abs(apart).max(axis=-2)
 
 
 def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
@@ -85,7 +95,7 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
         return _motion_of_map(model, z, threads)
     n, orbits = z.shape[0] // 2, z.shape[1]
     one, each = np.zeros(orbits), np.zeros((n, orbits))
-    found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1)
+    found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
     for start in range(0, orbits, CHUNK):
         part = slice(start, start + CHUNK)
         for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads), strict=True):
@@ -112,7 +122,9 @@ def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
         if period > 0:
             size[row] = period / (2 * np.pi)
     size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
-    return Motion(one, np.zeros(orbits), size[:n], size[n:], radius, one.copy())
+    return Motion(
+        one, np.zeros(orbits), size[:n], size[n:], radius, one.copy(), one.copy(), np.full((n, orbits), math.inf)
+    )
 
 
 def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
@@ -120,18 +132,20 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = inverse_masses(model, z)
     rate, stiff = _first_rates(model, z, W)
-    turning = frame_rate(model)
+    turning, drive = frame_rate(model), drive_rate(model)
     kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
     todo, radius = np.arange(orbits), escape_radii(model, z)
-    reach = np.abs(z[:n])
+    reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
+        step[todo] = np.minimum(step[todo], longest)
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
         rate[todo] = np.where(moves, now, rate[todo])
         phase = np.maximum(rate[todo], turning) * step[todo]
-        fits = (PHASES[0] <= phase) & (phase <= PHASES[1]) & ~(failed & (round_ < ROUNDS // 2))
+        fits = ((PHASES[0] <= phase) | (step[todo] == longest)) & (phase <= PHASES[1])
+        fits &= ~(failed & (round_ < ROUNDS // 2))
         change = np.where(failed, 1 / LEAP, np.clip(PHASE / phase, 1 / LEAP, LEAP))
         step[todo] *= np.where(moves & ~fits, change, 1.0)
         todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
@@ -143,8 +157,17 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     with np.errstate(all="ignore"):
         whole = np.maximum(rate, turning)
         position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
+        winding = np.full((n, orbits), math.inf)
+        if driven(model):
+            position[-1], momentum[-1], winding[-1] = model.period, kinetic, model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
-        return Motion(whole, kinetic, position, momentum, radius, np.maximum(far, 1.0))
+        far, pace = np.maximum(far, 1.0), np.maximum(whole, drive)
+        return Motion(whole, kinetic, position, momentum, radius, far, pace, winding)
+
+
+def drive_rate(model: Any) -> float:
+    """Return the angular frequency of a model's drive; 0 where it has none."""
+    return 2 * math.pi / float(model.period) if driven(model) else 0.0
 
 
 def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
@@ -157,8 +180,9 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     n = z.shape[0] // 2
     q, W = z[:n], inverse_masses(model, z)
     with np.errstate(all="ignore"):
-        size = NUDGE * np.maximum(length(q), length(_velocity(model, z[n:])) * np.where(np.isfinite(step), step, 0.0))
-        u = np.broadcast_to(np.cos(np.arange(1, n + 1))[:, None], q.shape)
+        way = length(_velocity(model, z[n:])) * np.where(np.isfinite(step), step, 0.0)
+        size = NUDGE * np.maximum(length(without_time(model, q)), way)
+        u = without_time(model, np.cos(np.arange(1, n + 1))[:, None] + np.zeros(q.shape))
         u = u / length(u)
         for _ in range(ITERATIONS):
             change = _turned(model, W, q, size * u) / (2 * size)
@@ -216,7 +240,9 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, 
     with np.errstate(all="ignore"):
         v, p, F = _seen(model, z)
         u = applied(W, F)
-        distance, momentum, force, speed, pull = (length(x) for x in (q, p, F, v, u))
+        distance, momentum, force, speed, pull = (
+            length(x) for x in (*(without_time(model, x) for x in (q, p, F)), v, u)
+        )
         odd = np.sqrt(np.abs(np.array([W[i, i] for i in range(n)]))) * (1.0 + 0.618 * np.arange(n))[:, None]
         units = np.array([u / pull, v / speed, odd / length(odd)]).transpose(1, 0, 2)
         path, free = 0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / distance)
@@ -235,7 +261,7 @@ def _curvatures(model: Any, z: np.ndarray, W: np.ndarray, units: np.ndarray) -> 
     orbits), from differences of forces; NaN where none.
     """
     q = z[: len(units), None]
-    size = length(q)
+    size = length(without_time(model, q))
     shift = NUDGE * np.where(size > 0, size, 1.0) * units
     with np.errstate(all="ignore"):
         return np.sqrt(length(_turned(model, W[:, :, None], q, shift)) / (2 * length(shift)))
@@ -260,7 +286,7 @@ def _force(model: Any, q: np.ndarray) -> np.ndarray:
 
 
 def _velocity(model: Any, p: np.ndarray) -> np.ndarray:
-    return np.array([row + np.zeros(p.shape[1:]) for row in model.velocity(*p)])
+    return without_time(model, np.array([row + np.zeros(p.shape[1:]) for row in model.velocity(*p)]))
 
 
 def typical_rate(model: Any, z: np.ndarray) -> float:

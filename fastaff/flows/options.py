@@ -11,7 +11,7 @@ import numpy as np
 from ..base.numbers import numbers, positive, shown
 from ..compile.elementary import branch_free
 from ..compile.threads import checked_threads
-from ..models.contracts import Kind, kind_of, quadratic
+from ..models.contracts import Kind, driven, kind_of, quadratic
 from ..models.mechanics import turns
 from ..schemes.automatic import Automatic, Trial, cheapest
 from ..schemes.catalogue import ITERATION, KAHAN_LI8, RungeKutta, Splitting
@@ -126,6 +126,11 @@ def plan(
     if kind_of(model) is Kind.MAP:
         return _iterated(model, z, options)
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
+    if isinstance(scheme, TimeTransformed) and driven(model):
+        raise TypeError(
+            f"scheme {scheme.name} steps in a fictitious time, which a driven system has not: take a splitting or a "
+            "Runge-Kutta scheme such as fastaff.KAHAN_LI8"
+        )
     if scheme is None:
         wanted = options.accuracy or error or ACCURACY
         scheme = KAHAN_LI8
@@ -138,7 +143,7 @@ def plan(
             "DOP853"
         )
     if isinstance(scheme, Automatic):
-        every = transformed and not turns(model)
+        every = transformed and not turns(model) and not driven(model)
         chosen = _chosen(model, z, scheme if every else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")

@@ -15,7 +15,7 @@ from ..schemes.catalogue import DOP853, RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift
 from .flow import Flow, no_memory
-from .motion import Motion, typical_rate
+from .motion import Motion, drive_rate, typical_rate
 
 SPAN, SAMPLES = 16.0, 4
 """Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
@@ -56,14 +56,14 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     """
     order = flow.scheme.order
     orbits = z.shape[1]
-    step, least = FIRST / found.rate, np.full(orbits, np.nan)
+    rate, pace = found.rate, found.pace
+    step, least = FIRST / pace, np.full(orbits, np.nan)
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
-    rate = found.rate
     for _ in range(TRIALS):
         apart = halving(flow, z[:, todo], step[todo], SPAN / rate[todo], found.of(todo))
         least[todo] = apart
         change = np.where(np.isfinite(apart), (wanted[todo] / np.maximum(apart, 1e-14)) ** (1 / order), 0.0)
-        following = np.clip(step[todo] * np.clip(change, 0.25, 3.0), FINEST / rate[todo], COARSEST / rate[todo])
+        following = np.clip(step[todo] * np.clip(change, 0.25, 3.0), FINEST / pace[todo], COARSEST / pace[todo])
         near = (change >= 0.6) & (change <= 1.6) | (following == step[todo])
         step[todo] = np.where(near, step[todo], following)
         todo = todo[~near]
@@ -71,7 +71,7 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
             break
     known = np.maximum(np.where(np.isfinite(least), least, 1.0), 1e-14)
     change = np.clip((error / known) ** (1 / order), 0.1, 1.6)
-    last = np.clip(step * change, FINEST / rate, COARSEST / rate)
+    last = np.clip(step * change, FINEST / pace, COARSEST / pace)
     return last, known * (last / step) ** order
 
 
@@ -136,7 +136,7 @@ def try_steps(
     taken.
     """
     best, least, k = math.inf, math.inf, 0
-    rate = typical_rate(flow.model, sample)
+    rate = max(typical_rate(flow.model, sample), drive_rate(flow.model))
     while k < most:
         step = trial_step(k, rate)
         worst, _ = _run_trial(replace(flow, step=step), sample, span, quantile, rounds)

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..base.numbers import positive, real
 from ..models import Body
-from .grammar import checked_name
+from .drive import period_of
+from .grammar import TIME, checked_name, parse
 from .library import RESERVED, Request, generated_class
 from .variables import VARIABLES
 
@@ -62,21 +63,29 @@ def hamiltonian(
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
+    period: float | str | None = None,
     **parameters: float,
 ) -> Any:
-    """Make a system with H = sum p_i^2/2 m_i + V(q) of a potential energy written as one line of mathematics, with
-    exact derivatives.
+    """Make a system with H = sum p_i^2/2 m_i + V(q), or V(q, t) with a period in t, of a potential energy written as
+    one line of mathematics, with exact derivatives.
 
     Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`; coordinates:
     1 to 8 names; masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1, without fields);
     domain: a formula that is positive where the potential lives; rotation: the rate Omega at which the frame of the
     first two coordinates x, y turns: H - Omega (x p_y - y p_x), with p the momenta seen at rest and V a potential that
     turns with the frame; the energy is Jacobi's; magnetic: charge times magnetic field e B, along x cross y, in the
-    symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 + y^2)/2 is added to V; p are the canonical momenta. Both are
-    numbers, which become fields of these names, or formulas of the parameters; parameters: each by its name, floats.
-    Returns a model with the parameters, rotation, magnetic and masses as its fields and the methods of `HenonHeiles`;
-    its angles are loops in (q_i, p_i). Raises ValueError or TypeError for what is no formula (nothing is ever
-    executed), or a name without a value or a value without use; ImportError where a new formula finds no SymPy.
+    symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 + y^2)/2 is added to V; p are the canonical momenta; period: of
+    a driven system, in whose formula t is the time. All three are numbers, which become fields of these names, or
+    formulas of the parameters such as "2*pi/w"; parameters: each by its name, floats. Returns a model with the
+    parameters, rotation, magnetic, masses and period as its fields and the methods of `HenonHeiles`; its angles are
+    loops in (q_i, p_i). Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name
+    without a value or a value without use, for a V(q, t) without t or of another period; ImportError where a new
+    formula finds no SymPy.
+
+    A driven system of n coordinates runs in the phase space that is extended by the time: rows q, t, p, p_t, where p_t
+    takes up what the drive does, so that T + V + p_t is conserved and its error is checked like an energy. Starts of 2n
+    rows have t = 0 and p_t = 0. t stays within the period, to rounding, however long a run is. Its sections are those
+    of constant t, `Stroboscopic`, "t=0".
 
     Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign
     everywhere. Accuracy and cost as in `formula`; what turns costs little more (bench/test_rotating.py).
@@ -86,8 +95,14 @@ def hamiltonian(
     """
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
-    values = values_of(parameters, names)
+    values = values_of(parameters, names if period is None else (*names, TIME))
     weights = () if masses is None else _masses(masses, len(names))
+    if period is not None:
+        if rotation is not None or magnetic is not None:
+            raise ValueError(
+                "period does not go with a rotation or a magnetic field: a driven system has a frame at rest"
+            )
+        return _driven((written, length), domain, values, names, weights, period)
     turning = _turning({"rotation": rotation, "magnetic": magnetic}, values, names)
     if any(turning) and weights and weights[0] != weights[1]:
         raise ValueError(
@@ -96,6 +111,26 @@ def hamiltonian(
     request = Request(written, domain, tuple(values), names, "unit" if masses is None else "masses", *turning)
     cls: Any = _class(request, values, length)
     return cls(*values.values(), *weights)
+
+
+def _driven(
+    text: tuple[str, int],
+    domain: str | None,
+    values: dict[str, float],
+    names: tuple[str, ...],
+    weights: tuple[float, ...],
+    period: Any,
+) -> Any:
+    """Return the driven system of a text, of the length that it may have."""
+    written, length = text
+    if TIME in names:
+        raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: its period is given")
+    said = period if isinstance(period, str) else ""
+    inertia = "masses" if weights else "unit"
+    request = Request(written, domain, tuple(values), (*names, TIME), inertia, period=said)
+    number = period_of(request, period, values, length)
+    cls: Any = _class(request, values, length)
+    return cls(*values.values(), *weights, *([] if said else [number]))
 
 
 def _written(text: Any) -> tuple[str, int]:
@@ -176,6 +211,8 @@ def _class(request: Request, values: dict[str, float], length: int) -> type:
     programs = request.program(length), request.domain_program()
     used = programs[0].names | (programs[1].names if programs[1] is not None else frozenset())
     used = used.union(*(program.names for program in request.turning_programs().values()))
+    if request.period:
+        used |= parse(request.period, (), request.parameters, argument="period").names
     unused = [name for name in values if name not in used]
     if unused:
         raise ValueError(

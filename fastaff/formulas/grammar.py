@@ -92,6 +92,15 @@ _OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//", ast.BitXor: "^"}
 _NUMERIC: dict[str, Callable[[float], float]] = {name: getattr(math, name) for name in FUNCTIONS}
 
 
+TIME = "t"
+"""Name of the time in the potentials of driven systems."""
+
+TIME_HINT = (
+    "the time of a driven system, which needs a period: hamiltonian(..., period=6.28), or a formula of the parameters "
+    "such as period='2*pi/w'; or a coordinate or parameter of that name"
+)
+
+
 class Operation(NamedTuple):
     """One step of a postfix program: kind is "number", "name", "call", "negate" or the sign of a binary operator."""
 
@@ -340,6 +349,7 @@ class _Reader:
             return Operation("name", name)
         known = (*self.variables, *self.parameters, *CONSTANTS)
         hint = self.similar(name, (*known, *FUNCTIONS)) or "a parameter needs a value: give it by name"
+        hint = TIME_HINT if name == TIME else hint
         raise ValueError(
             f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}; "
             f"{ALLOWED}"

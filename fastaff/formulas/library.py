@@ -46,6 +46,8 @@ RESERVED = {
     "proof",
     "potential",
     "ring",
+    "period",
+    "phase",
     "mu",
     "mu_1",
     "mu_2",
@@ -57,7 +59,8 @@ RESERVED = {
 
 class Request(NamedTuple):
     """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
-    systems; rotation, magnetic: formulas of the parameters, of a frame that turns.
+    systems; rotation, magnetic: formulas of the parameters, of a frame that turns; period: of a driven system, whose
+    last coordinate is its time: a formula of the parameters, or "" for a field.
     """
 
     text: str
@@ -67,6 +70,7 @@ class Request(NamedTuple):
     inertia: str
     rotation: str | None = None
     magnetic: str | None = None
+    period: str | None = None
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -132,11 +136,11 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
 def _repr(self: Any) -> str:
     domain = [] if self.domain is None else [f"domain={self.domain!r}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
-    _, _, _, _, _, *turning = self._request
+    _, _, _, _, _, *more = self._request
     said = [
         f"{name}={text!r}"
-        for name, text in zip(("rotation", "magnetic"), turning, strict=True)
-        if text not in (None, name)
+        for name, text in zip(("rotation", "magnetic", "period"), more, strict=True)
+        if text not in (None, "", name)
     ]
     return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
 
@@ -175,7 +179,7 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     import sympy
 
     from .domains import conditions
-    from .model_source import hamiltonian_model
+    from .model_source import driven_model, hamiltonian_model
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 
@@ -192,15 +196,20 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     refuse_removable(
         V, walls if domain is not None else [], plain_places(request.coordinates), values, request.coordinates
     )
+    masses, kind = request.inertia == "masses", "natural" if request.period is None else "driven"
     description = Description(
-        request.text, request.domain, request.parameters, "A natural Hamiltonian.", request.coordinates
+        request.text, request.domain, request.parameters, f"A {kind} Hamiltonian.", request.coordinates
     )
+    if request.period is not None:
+        own_period = parse(request.period, (), request.parameters, argument="period") if request.period else None
+        period = None if own_period is None else to_sympy(own_period, names)
+        return driven_model(description, V, walls, period, masses=masses)
     parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
-    mass = sympy.Symbol("self.m_1", real=True) if request.inertia == "masses" else sympy.Integer(1)
+    mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
     omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
     if "magnetic" in parts:  # in the symmetric gauge
         V += parts["magnetic"] ** 2 / (8 * mass) * sum(own[name] ** 2 for name in request.coordinates[:2])
-    return hamiltonian_model(description, V, walls, masses=request.inertia == "masses", omega=omega if parts else None)
+    return hamiltonian_model(description, V, walls, masses=masses, omega=omega if parts else None)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:

@@ -43,15 +43,21 @@ def plane_inertia(pair: bool) -> Inertia:
     return Inertia(("mu_1", "mu_2"), lines, velocity, f"({first})/(4*self.mu_1) + ({second})/(4*self.mu_2)")
 
 
-def mass_inertia(coordinates: Sequence[str], masses: bool) -> Inertia:
-    """Return unit masses, or masses m_1, ... that are fields: T = sum p_i^2/2 m_i."""
-    p = _fresh("p", coordinates, ())
+def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inertia:
+    """Return unit masses, or masses m_1, ... that are fields, of the first coordinates: T = sum p_i^2/2 m_i."""
+    p = _fresh("p", coordinates, ())[:moving]
     if not masses:
         return Inertia((), (), p, f"({' + '.join(f'{c}*{c}' for c in p)})/2")
     fields = tuple(f"m_{i}" for i in range(1, len(p) + 1))
     velocity = tuple(f"{c}*(1.0/self.{m})" for c, m in zip(p, fields, strict=True))
     kinetic = " + ".join(f"{c}*{c}/(2*self.{m})" for c, m in zip(p, fields, strict=True))
     return Inertia(fields, (), velocity, kinetic)
+
+
+def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
+    """Return the inertia of a driven system, of that of its coordinates without the time: the time goes on as 1."""
+    p = _fresh("p", coordinates, ())[-1]
+    return inertia._replace(velocity=(*inertia.velocity, f"1.0 + 0.0*{p}"))
 
 
 def _fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
@@ -210,41 +216,49 @@ def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str
 
 _LOOPS = '''\
 class Loops(NamedTuple):
-    """Loops in the coordinate planes (q_i, p_i); all averaged over time."""
-
+    """Loops in the coordinate planes (q_i, p_i){about}; all averaged over time."""
+{field}
     names = {names!r}
     planes = {planes!r}
     clocks = {clocks!r}
 
-    def signals(self, {q}, {p}):
+    def signals(self, {row}):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
         zero = 0.0*{first}
-        return {signals}
+{phase}        return {signals}
 
-    def rates(self, {q}, {p}, {dq}, {dp}):
+    def rates(self, {row}, {all}):
         """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
         zero = 0.0*{first}
-        return {rates}, 1.0 + zero, zero
+{phase}        return {rates}, 1.0 + zero, zero
 
 
 '''
 
 
-def loops(coordinates: Sequence[str]) -> str:
-    """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate."""
+def loops(coordinates: Sequence[str], *, time: bool = False) -> str:
+    """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate; `time`: the last of them is
+    the time, whose loop is that of the drive's phase.
+    """
     n = range(len(coordinates))
     q, p, dq, dp = ([f"{stem}{i}" for i in n] for stem in ("q", "p", "dq", "dp"))
+    signals = [f"{q[i]}, zero, {p[i]}, zero" for i in n]
+    rates = [f"{signals[i]}, {dq[i]}, zero, {dp[i]}, zero" for i in n]
+    if time:
+        signals[-1] = "c, zero, -self.omega*s, zero"
+        rates[-1] = f"{signals[-1]}, -self.omega*s*{dq[-1]}, zero, -self.omega*self.omega*c*{dq[-1]}, zero"
     return _LOOPS.format(
+        about=" and of the drive's phase" if time else "",
+        field="\n    omega: float\n" if time else "",
+        phase=f"        c, s = np.cos(self.omega*{q[-1]}), np.sin(self.omega*{q[-1]})\n" if time else "",
         names=tuple(coordinates),
         planes=(False,) * len(n),
         clocks=(0,) * len(n),
         first=q[0],
-        q=", ".join(q),
-        p=", ".join(p),
-        dq=", ".join(dq),
-        dp=", ".join(dp),
-        signals=", ".join(f"{q[i]}, zero, {p[i]}, zero" for i in n),
-        rates=", ".join(f"{q[i]}, zero, {p[i]}, zero, {dq[i]}, zero, {dp[i]}, zero" for i in n),
+        row=", ".join((*q, *p)),
+        all=", ".join((*dq, *dp)),
+        signals=", ".join(signals),
+        rates=", ".join(rates),
     )
 
 
@@ -276,7 +290,7 @@ def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: b
         d,
         V,
         walls,
-        mass_inertia(d.coordinates, masses),
+        mass_inertia(d.coordinates, masses, len(d.coordinates)),
         clamped=(),
         angles="Loops()",
         before=loops(d.coordinates),
@@ -294,4 +308,36 @@ def _turning(omega: Any) -> Sequence[str]:
         method(
             "angular_velocity", (), "Return the rate at which the frame turns.", work, [f"1.0*({rate})"], single=True
         ),
+    )
+
+
+def driven_model(d: Description, V: Any, walls: Sequence[Any], period: Any, *, masses: bool) -> str:
+    """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t) in the phase space that
+    is extended by the time, the last coordinate, and its momentum. Its period is a field where that is None.
+    """
+    *own, time = d.coordinates
+    inertia = mass_inertia(d.coordinates, masses, len(own))
+    lines = Lines((time,))
+    if period is None:
+        inertia = inertia._replace(fields=(*inertia.fields, "period"))
+        text, more = "self.period", []
+    else:
+        text = lines.text(period)
+        more = [method("period", (), "Return the period of the drive.", lines, [text], single=True)]
+        more = [f"@property\n{more[0]}"]
+    doc = "Return the time reduced by whole periods."
+    more.append(method("phase", (time,), doc, lines, [f"{time} - ({text})*np.floor({time}/({text}))"], single=True))
+    more.append(constant("kind", "What the motion is made of.", "Kind.DRIVEN"))
+    return model(
+        "FormulaHamiltonian",
+        f"{len(own)} driven degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}",
+        d,
+        V,
+        walls,
+        driven_inertia(inertia, d.coordinates),
+        clamped=(),
+        angles="Loops(2*np.pi/self.period)",
+        imports="\nfrom fastaff.models.contracts import Kind\n",
+        before=loops(d.coordinates, time=True),
+        more=more,
     )

@@ -6,8 +6,8 @@ import re
 from typing import Any
 
 from ..base.names import named, spelled
-from ..models.contracts import coordinate_names, isotropic, planar
-from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ..models.contracts import coordinate_names, driven, isotropic, moving, planar
+from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear, Stroboscopic
 from .number import number
 
 TURNING: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
@@ -38,6 +38,8 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     if planar(model) and name in EQUALS:
         return EQUALS[name](value, direction)
     row = coordinate_names(model).index(name)
+    if driven(model) and row == moving(model):
+        return Stroboscopic(value)
     return Linear(tuple(float(k == row) for k in range(2 * model.degrees_of_freedom)), value, direction)
 
 
@@ -62,6 +64,8 @@ def section_in_words(section: Any, model: Any) -> str:
     for name, kind in {**TURNING, **EQUALS}.items():
         if type(section) is kind:
             return f"{name}={section.constant:g}" if hasattr(section, "constant") else name
+    if type(section) is Stroboscopic and driven(model):
+        return f"{coordinate_names(model)[moving(model)]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
     if type(section) is Linear and len(rows) == 1 and rows[0] < model.degrees_of_freedom:
         return f"{coordinate_names(model)[rows[0]]}={section.offset / section.normal[rows[0]]:g}"

@@ -37,6 +37,10 @@ class Model(Protocol):
     p_eta and p_gamma of a body in the two planes a and b are conserved; kind, a `Kind`. One that is ROTATING has
     angular_velocity(), the rate Omega at which the frame of its first two coordinates x, y turns: H = T(p) + V(q) -
     Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p are the momenta seen from a frame at rest.
+
+    A DRIVEN model of n coordinates has n + 1 degrees of freedom: its last coordinate is the time t, with velocity 1,
+    and p_t balances the energy that the drive gives, H + p_t = T(p) + V(q, t) + p_t. It has its `period` in t, and
+    phase(t), the time reduced by whole periods; its kinetic_energy is T, without p_t.
     """
 
     @property
@@ -161,6 +165,16 @@ def kind_of(model: Any) -> Kind:
     return getattr(model, "kind", Kind.SEPARABLE)
 
 
+def driven(model: Any) -> bool:
+    """Tell whether a model's last coordinate is the time."""
+    return kind_of(model) is Kind.DRIVEN
+
+
+def moving(model: Any) -> int:
+    """Return how many coordinates a model has beside the time."""
+    return model.degrees_of_freedom - driven(model)
+
+
 def planar(model: Any) -> bool:
     """Tell whether a model is a body in the planes a and b: it has a potential and says whether it is isotropic."""
     return hasattr(model, "potential") and hasattr(model, "isotropic")
@@ -177,10 +191,12 @@ def coordinate_names(model: Any) -> tuple[str, ...]:
 
 
 def quadratic(model: Any) -> bool:
-    """Tell whether the kinetic energy of a model is quadratic in the momenta: its velocity is linear in them."""
-    n = model.degrees_of_freedom
+    """Tell whether the kinetic energy of a model is quadratic in the momenta: its velocity is linear in them (that of
+    the time is 1).
+    """
+    n, kept = model.degrees_of_freedom, slice(moving(model))
     p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
     with np.errstate(all="ignore"):
-        v = np.array(model.velocity(*p))
-        rest = np.array(model.velocity(*(p + d))) - v - np.array(model.velocity(*d))
+        v = np.array(model.velocity(*p))[kept]
+        rest = np.array(model.velocity(*(p + d)))[kept] - v - np.array(model.velocity(*d))[kept]
     return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .contracts import Kind, kind_of
+from .contracts import Kind, driven, kind_of, moving
 
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:
@@ -17,6 +17,23 @@ def velocities(model: Any, z: np.ndarray) -> np.ndarray:
     n = model.degrees_of_freedom
     v = _rows(model.velocity(*z[n:]), z)
     return v + _turned(model, z[:n]) if turns(model) else v
+
+
+def tangent_velocities(model: Any, dp: np.ndarray) -> np.ndarray:
+    """Return the change of dq/dt (n, ...) along a change dp (n, ...) of the momenta, where T is quadratic: 0 for the
+    time of a driven model.
+    """
+    changes = np.array([row + np.zeros(dp.shape[1:]) for row in model.velocity(*dp)])
+    return without_time(model, changes)
+
+
+def without_time(model: Any, rows: np.ndarray) -> np.ndarray:
+    """Return rows (n, ...) of coordinates or momenta, those of the time of a driven model, if it is one, set to 0."""
+    if not driven(model):
+        return rows
+    kept = rows.copy()
+    kept[moving(model)] = 0.0
+    return kept
 
 
 def forces(model: Any, z: np.ndarray) -> np.ndarray:
@@ -43,12 +60,14 @@ def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
 
 
 def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return what is left of the energy beside the kinetic one, of phase points z (2n, ...)."""
+    """Return what is left of the energy beside the kinetic one, of phase points z (2n, ...): with p_t where driven."""
     if kind_of(model) is Kind.MAP:
         return _full(0.0, z)
     n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
         V = _full(model.potential_energy(*z[:n]), z)
+        if driven(model):
+            return V + z[-1]
         return V - model.angular_velocity() * (z[0] * z[n + 1] - z[1] * z[n]) if turns(model) else V
 
 

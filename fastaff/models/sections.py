@@ -110,3 +110,23 @@ class AreaEquals(NamedTuple):
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return D1 D2 - constant."""
         return (a1 * a1 + a2 * a2 - b1 * b1 - b2 * b2) / 2 - self.constant
+
+
+@_section
+class Stroboscopic(NamedTuple):
+    """The moments at which the drive of a driven system has a phase: t = phase, up to whole periods.
+
+    Its crossings are exact multiples of the period apart; a start on it is none. phase: a time.
+    Source: Poincare 1899, Les methodes nouvelles de la mecanique celeste III (the map over a period).
+    """
+
+    phase: float = 0.0
+
+    @property
+    def direction(self) -> int:
+        """+1: the time goes on."""
+        return 1
+
+    def value(self, *z):
+        """Return t - phase."""
+        return z[len(z) // 2 - 1] - self.phase

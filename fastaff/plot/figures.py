@@ -24,7 +24,7 @@ from ..analysis.periodic.periodic_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge, EnergySample
 from ..analysis.sections.islands import Islands, Rotation
-from ..analysis.sections.poincare_map import SectionMap
+from ..analysis.sections.section_map import SectionMap
 from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
 from ..analysis.tori.fit_torus import TorusFit
 from ..base.results import drawn

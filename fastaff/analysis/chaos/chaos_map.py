@@ -22,7 +22,7 @@ from ...flows.checks import EVERY, checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Model
+from ...models.contracts import Model, driven, moving
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
@@ -57,7 +57,8 @@ class ChaosMap(Result):
     when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest first,
     and spectrum_error, its change since half the time, where asked for. history (indicators, records, orbits) at
     history_times (records, orbits), NaN past an orbit's end (and for indicators that are not streamed). Orbits that
-    failed are UNDECIDED. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`. t (orbits,) reached,
+    energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -77,6 +78,7 @@ class ChaosMap(Result):
     time: float
     scheme: Splitting | RungeKutta
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    period: float | None = None
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -105,6 +107,13 @@ class ChaosMap(Result):
         """Which orbits (orbits,) one indicator calls chaotic and another one regular: sticky ones, for instance."""
         found = (self.verdicts == Character.CHAOTIC).any(axis=0) & (self.verdicts == Character.REGULAR).any(axis=0)
         return found & self.undecided
+
+    @property
+    def spectrum_per_period(self) -> np.ndarray | None:
+        """The spectrum (2n, orbits) of the map over a period of a driven system: `spectrum`, which is per unit time,
+        times the period; None where there is none of either.
+        """
+        return None if self.spectrum is None or self.period is None else self.spectrum * self.period
 
     @property
     def fraction(self) -> float:
@@ -239,7 +248,7 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
         raise TypeError(
             f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
         )
-    n = body.degrees_of_freedom
+    n = moving(body)
     for k, entry in enumerate(indicators):
         if not isinstance(entry, Indicator):
             hint = f": write {entry.__name__}()" if isinstance(entry, type) and issubclass(entry, Indicator) else ""
@@ -250,6 +259,11 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
             raise ValueError(f"GALI.count must be 2 ... {2 * n} for {type(body).__name__}, got {entry.count}")
         if isinstance(entry, TangentIndicator):
             _check_own(f"indicators[{k}], TangentIndicator", entry, n)
+        if driven(body) and (isinstance(entry, ReversibilityError) or getattr(entry, "across_flow", False)):
+            raise ValueError(
+                f"indicators[{k}], {entry.name}, does not suit a driven system, whose flow goes along the time and "
+                "does not go back: take FLI, MEGNO, SALI or the Lyapunov spectrum"
+            )
         if isinstance(entry, FrequencyDiffusion):
             checked_angles(entry.angles, body)
         if isinstance(entry, ZeroOne) and entry.samples is not None:
@@ -335,6 +349,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         work.time,
         work.flow.scheme,
         work.flow.step,
+        float(work.flow.model.period) if driven(work.flow.model) else None,
     )
 
 

@@ -17,7 +17,7 @@ from ...flows.flow import Flow, Report
 from ...flows.motion import inverse_masses, motion, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of
-from ...models.contracts import Kind, kind_of
+from ...models.contracts import Kind, kind_of, moving
 from ...models.maps import symplectic
 from ..orbits.tangent_map import checked_deviations
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, ZeroOne, limit_of
@@ -40,7 +40,7 @@ def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.n
 
 def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega) and its momenta by it are measured in one
-    unit.
+    unit. The n coordinates are those beside the time, which moves alike on all orbits.
 
     omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
     time. The scaling is symplectic, so volumes and exponents stay what they are.
@@ -49,7 +49,7 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
         found = motion(model, z0)
         own = np.sqrt(found.momentum / found.position)
         return np.concatenate([own, 1 / own])
-    inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))
+    inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))[: moving(model)]
     inverse = np.where(np.isfinite(inverse) & (inverse > 0), inverse, 1.0)
     own = np.sqrt(rates / inverse)
     return np.concatenate([own, 1 / own])
@@ -102,7 +102,8 @@ class ChaosRun:
     ):
         self.flow, self.z0, self.time, self.chosen = flow, z0, time, chosen
         self.slots, self.early_stop = slots, early_stop
-        self.n, self.orbits = flow.model.degrees_of_freedom, z0.shape[1]
+        self.n, self.orbits = moving(flow.model), z0.shape[1]
+        self.degrees = flow.model.degrees_of_freedom
         self.rates = own_rates(flow.model, z0, time, flow.threads)
         self.scale = scales(flow.model, z0, self.rates)
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
@@ -147,7 +148,7 @@ class ChaosRun:
         if self.digits:
             self.averages, _ = own.pop()
         if self.tangent:
-            self.growth: Any = parts_of(self.n, self.k, self.m).of(self.memory)
+            self.growth: Any = parts_of(self.degrees, self.k, self.m).of(self.memory)
             self._prepare()
 
     def _prepare(self) -> None:
@@ -156,7 +157,7 @@ class ChaosRun:
         growth.columns[:: self.k + 1] = 1.0
         growth.limits[:] = self.limits[[j for j, _ in self.tangent]]
         growth.signs[:] = np.array([1.0 if entry.above else -1.0 for _, entry in self.tangent])[:, None]
-        growth.metric[:] = self.scale**2
+        growth.metric[:] = self._whole(self.scale**2)
         # About a radian, as a power of two steps: lanes that share their steps then share the work.
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
         if self.flow.exact:
@@ -176,7 +177,13 @@ class ChaosRun:
         if len(start) < needed:
             raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")
         self.flow = replace(self.flow, vectors=len(start))
-        return start
+        return np.array([self._whole(vector) for vector in start])
+
+    def _whole(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (2n, orbits) with zeros for the time and its momentum, if the model has them."""
+        missing = self.degrees - self.n
+        both = rows.reshape(2, self.n, -1)
+        return np.pad(both, ((0, 0), (0, missing), (0, 0))).reshape(2 * self.degrees, -1) if missing else rows
 
     @property
     def _spectrum(self) -> bool:

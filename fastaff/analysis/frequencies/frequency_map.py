@@ -23,7 +23,7 @@ from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.options import Options, plan
 from ...flows.trials import on_ladder
-from ...models.contracts import Angles, Model, coordinate_names, isotropic
+from ...models.contracts import Angles, Kind, Model, coordinate_names, driven, isotropic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .angle_loops import Layout, Plain, Room
 from .fundamental import fastest
@@ -169,7 +169,7 @@ def frequency_map(
     fallback = checked_method(method).fallback
     if fallback is None:
         fallback = FALLBACK if options.accuracy is None else options.accuracy
-    angles = checked_angles(angles, checked_model(body, kinds=NATURAL))
+    angles = checked_angles(angles, checked_model(body, kinds=(*NATURAL, Kind.DRIVEN)))
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report)
     with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):
@@ -363,6 +363,8 @@ class FrequencyWork:
         change = np.abs(halves[0] - halves[1])
         diffusion = np.where(self.reached, np.log10(change[sound].max(axis=0) + 1e-18), 0.0)
         kind = self._kind(change)
+        if driven(self.flow.model) and self.angles == self.flow.model.angles:
+            nu, error = self._known_drive(nu, error, basis)
         eta = gamma = None
         if names[-2:] == ("eta", "gamma"):
             eta, gamma = nu[-2], nu[-1]
@@ -389,6 +391,14 @@ class FrequencyWork:
             leading_error,
             basis,
         )
+
+    def _known_drive(self, nu: np.ndarray, error: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return frequencies and errors (n, orbits) with the drive's, the last, as it is known where it was found."""
+        nu, error, known = nu.copy(), error.copy(), 1 / float(self.flow.model.period)
+        found = (basis[-1, -1] == 1) & (basis[-1, :-1] == 0).all(axis=0) & (np.abs(nu[-1] - known) <= 2 * error[-1])
+        nu[-1] = np.where(found, known, nu[-1])
+        error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])
+        return nu, error
 
     def _kind(self, change: np.ndarray) -> np.ndarray:
         """Return what the frequencies and their change (n, orbits) between the halves say of each orbit."""

@@ -22,7 +22,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, iterates, plan
 from ...models.contracts import Model
-from ...models.mechanics import frame_rate
+from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 
 
@@ -126,10 +126,9 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     square = np.zeros(q.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
-            direction = direction / length(direction)
-            direction = np.array(
-                [row + np.zeros(q.shape[1]) for row in body.velocity(*body.tangent_force(*q, *direction))]
-            )
+            direction = without_time(body, direction / length(direction))
+            change = np.array([row + np.zeros(q.shape[1]) for row in body.tangent_force(*q, *direction)])
+            direction = tangent_velocities(body, change)
             square = length(direction)
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + frame_rate(body)
 

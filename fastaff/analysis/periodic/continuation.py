@@ -16,7 +16,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import checked_section, checked_tangent_model
+from ...flows.checks import NATURAL, checked_section, checked_tangent_model
 from ...flows.flow import Flow
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
@@ -133,7 +133,7 @@ def continuation(
     1981, Physica D 3, 468 (residues at bifurcations).
     """
     make, first_model = _family(model, parameter)
-    checked_section(section, checked_tangent_model(first_model, "model"))
+    checked_section(section, checked_tangent_model(first_model, "model", NATURAL))
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)

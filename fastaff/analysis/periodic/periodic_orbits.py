@@ -15,7 +15,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
-from ...flows.checks import checked_section, checked_tangent_model
+from ...flows.checks import NATURAL, checked_section, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
 from ...flows.flow import Flow
 from ...flows.options import Options
@@ -227,7 +227,7 @@ def periodic_orbits(
     Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20,
     1183 (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
     """
-    checked_section(section, checked_tangent_model(model, "model"))
+    checked_section(section, checked_tangent_model(model, "model", NATURAL))
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     options = Options(scheme, step, None, rtol, atol, threads=threads)

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.axes import along
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
-from ...base.results import Result, put
+from ...base.results import put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
-from ...charts import Chart
 from ...flows import observers
 from ...flows.accuracy import Steps, halved, planned
-from ...flows.checks import EVERY, checked_chart, checked_model, checked_section, energy_drift
-from ...flows.coordinates import chart_row, in_chart, row_names
+from ...flows.checks import EVERY, checked_model, checked_section, energy_drift
+from ...flows.coordinates import row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error
 from ...flows.motion import Motion, motion
@@ -31,9 +29,12 @@ from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
 from ...models.contracts import Kind, Map, Model, Section, kind_of
 from ...models.mechanics import slopes
+from ...models.sections import Stroboscopic
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
+from .section_map import SectionMap
+from .stroboscopic import strobed
 
 PORTION, COMPARED = 2**27, 16
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
@@ -59,48 +60,6 @@ LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
 
 
-@dataclass(frozen=True)
-class SectionMap(Result):
-    """Crossings of a section.
-
-    points (2n, crossings, orbits), the states at the crossings, and times (crossings, orbits): NaN past counts
-    (orbits,). section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
-    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step,
-    one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (crossings, orbits) and
-    point_error (2n, crossings, orbits): the estimated errors of both, inf where a run with another step has no such
-    crossing; accurate_until (orbits,): the time up to which they stay below the accuracy; None where a step or
-    tolerances were given. An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded
-    the tolerance. names (2n,): of the rows, as in `Orbits`: `result["p_beta"]` (crossings, orbits) of a body.
-    """
-
-    points: Annotated[
-        np.ndarray, along("coordinate", "crossing", "orbit", labels="names", plain=True, padded="crossing")
-    ]
-    times: Annotated[np.ndarray, along("crossing", "orbit", unit="time", padded="crossing")]
-    counts: Annotated[np.ndarray, along("orbit")]
-    section_error: Annotated[np.ndarray, along("orbit", unit="section function")]
-    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
-    status: Annotated[np.ndarray, along("orbit")]
-    section: Any
-    scheme: Splitting | RungeKutta | TimeTransformed
-    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
-    names: tuple[str, ...]
-    time_error: Annotated[np.ndarray | None, along("crossing", "orbit", unit="time", padded="crossing")] = None
-    point_error: Annotated[
-        np.ndarray | None, along("coordinate", "crossing", "orbit", labels="names", padded="crossing")
-    ] = None
-    accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
-
-    def coordinates(self, chart: Chart) -> np.ndarray:
-        """Return the crossings in a chart of GL(2,R): (8, crossings, orbits), coordinates and momenta, NaN past
-        counts.
-        """
-        return in_chart(self.points, checked_chart(chart))
-
-    def _row(self, name: str) -> np.ndarray | None:
-        return chart_row(self.points, name)
-
-
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def poincare_map(
@@ -122,12 +81,12 @@ def poincare_map(
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
 
     Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own), or its text, such
-    as "alpha-turning", "beta=0.2", "x=0" (crossed upwards); crossings >= 1; max_time > 0 ends every orbit, whatever it
-    does; a map takes neither of both: its crossings are its iterates, the times their numbers; accuracy: error that
-    times (times the angular frequency) and points (relative to the amplitudes of the motion)
-    may have, 1e-10 where neither it nor a step is given; step, scheme, rtol, atol, energy_tolerance, threads, report as
-    in `integrate`. Returns SectionMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    `.partial`.
+    as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), of a driven system "t=0"; crossings >= 1; max_time > 0 ends
+    every orbit, whatever it does; a map takes neither of both: its crossings are its iterates, the times their numbers;
+    nor does a stroboscopic section take a max_time: its crossings are a period apart; accuracy: error that times (times
+    the angular frequency) and points (relative to the amplitudes of the motion) may have, 1e-10 where neither it nor a
+    step is given; step, scheme, rtol, atol, energy_tolerance, threads, report as in `integrate`. Returns SectionMap.
+    Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the
     section function over a step is always found. Two crossings inside a step, where the sign does not change, are found
@@ -136,6 +95,8 @@ def poincare_map(
     the last step, from a step before the start and one beyond the end. They are missed only where the function turns
     more than once between steps. A crossing is the root of the section function along fractional steps of the same
     scheme, so it has the scheme's order and section error at the level of rounding; nothing is interpolated.
+    Crossings of a stroboscopic section are states after whole numbers of steps, at exact multiples of the period:
+    nothing is searched.
     Cost: the steps, and about eight steps for each crossing, located in full lane blocks.
     Memory at its peak, whatever max_time is: three times 2n + 1 numbers for each crossing and eight more, of each
     orbit; with an accuracy the result, 4n + 2 numbers, and some 130 MiB (bench/memory.py).
@@ -148,9 +109,16 @@ def poincare_map(
         if mapping and given is not None:
             raise ValueError(f"{name} is for systems in time: the crossings of a map are its iterates; got {given!r}")
     if not mapping:
-        max_time = positive("max_time", max_time)
         checked_section(section, body)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    if isinstance(section, Stroboscopic):
+        if max_time is not None:
+            raise ValueError(f"max_time must be left out with a stroboscopic section, got {max_time!r}")
+        return strobed(body, z0, section, wanted, options)
+    if not mapping:
+        if max_time is None:
+            raise TypeError(f"max_time must be given: the time after which an orbit ends that misses {section!r}")
+        max_time = positive("max_time", max_time)
     flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
     if mapping:
         return _iterated(flow, body, z, wanted, report)

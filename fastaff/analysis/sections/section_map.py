@@ -1,0 +1,58 @@
+"""Crossings of a section by many orbits, as a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...base.axes import along
+from ...base.results import Result
+from ...charts import Chart
+from ...flows.checks import checked_chart
+from ...flows.coordinates import chart_row, in_chart
+from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.time_transformed import TimeTransformed
+
+
+@dataclass(frozen=True)
+class SectionMap(Result):
+    """Crossings of a section.
+
+    points (2n, crossings, orbits), the states at the crossings, and times (crossings, orbits): NaN past counts
+    (orbits,). section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
+    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step,
+    one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (crossings, orbits) and
+    point_error (2n, crossings, orbits): the estimated errors of both, inf where a run with another step has no such
+    crossing; accurate_until (orbits,): the time up to which they stay below the accuracy; None where a step or
+    tolerances were given. An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded
+    the tolerance. names (2n,): of the rows, as in `Orbits`: `result["p_beta"]` (crossings, orbits) of a body.
+    """
+
+    points: Annotated[
+        np.ndarray, along("coordinate", "crossing", "orbit", labels="names", plain=True, padded="crossing")
+    ]
+    times: Annotated[np.ndarray, along("crossing", "orbit", unit="time", padded="crossing")]
+    counts: Annotated[np.ndarray, along("orbit")]
+    section_error: Annotated[np.ndarray, along("orbit", unit="section function")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
+    section: Any
+    scheme: Splitting | RungeKutta | TimeTransformed
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    names: tuple[str, ...]
+    time_error: Annotated[np.ndarray | None, along("crossing", "orbit", unit="time", padded="crossing")] = None
+    point_error: Annotated[
+        np.ndarray | None, along("coordinate", "crossing", "orbit", labels="names", padded="crossing")
+    ] = None
+    accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
+
+    def coordinates(self, chart: Chart) -> np.ndarray:
+        """Return the crossings in a chart of GL(2,R): (8, crossings, orbits), coordinates and momenta, NaN past
+        counts.
+        """
+        return in_chart(self.points, checked_chart(chart))
+
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.points, name)

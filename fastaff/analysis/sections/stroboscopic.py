@@ -1,0 +1,200 @@
+"""Stroboscopic sections of driven systems: states at exact multiples of the period, where nothing is searched."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.interruption import keeping
+from ...base.numbers import fits, portion
+from ...base.status import Status
+from ...flows import observers
+from ...flows.accuracy import halved, planned
+from ...flows.checks import energy_drift
+from ...flows.coordinates import row_names
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, Report, Wear, no_memory
+from ...flows.motion import motion
+from ...flows.options import Options, plan
+from ...models.contracts import moving
+from ...models.sections import Stroboscopic
+from .section_map import SectionMap
+
+START = 8 * float(np.finfo(float).eps)
+"""Part of the period that is rounding: a start that close to the section is on it."""
+
+PORTION, COMPARED = 2**27, 8
+"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+
+
+class _Run(NamedTuple):
+    """Orbits after a run: their states at the crossings (crossings, 2n, orbits), the ensemble and the steps."""
+
+    states: np.ndarray
+    ensemble: Ensemble
+    step: np.ndarray
+
+    def of(self, orbits: np.ndarray) -> _Run:
+        """Return those of some of the orbits."""
+        return _Run(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
+
+
+def strobed(body: Any, z0: Any, section: Stroboscopic, wanted: int, options: Options) -> SectionMap:
+    """Follow orbits of a driven system to so many crossings of a stroboscopic section; see `poincare_map`."""
+    flow, z, _ = plan(body, z0, options, time=float(body.period), error=None)
+    fits("crossings", wanted, *z.shape)
+    return _Strobed(flow, z, section, wanted, options).run()
+
+
+class _Strobed:
+    """A stroboscopic map in the making; arrays (crossings, 2n, orbits) hold what is known so far."""
+
+    def __init__(self, flow: Flow, z: np.ndarray, section: Stroboscopic, wanted: int, options: Options):
+        self.flow, self.z, self.section, self.wanted, self.options = flow, z, section, wanted, options
+        self.period, self.row = float(flow.model.period), moving(flow.model)
+        lead = np.mod(section.phase - z[self.row], self.period)
+        near = START * self.period
+        self.lead = np.where((lead < near) | (lead > self.period - near), self.period, lead)
+        rows, orbits = z.shape
+        self.times = self.period * np.arange(1, wanted + 1)[:, None] - (self.period - self.lead)
+        self.states = np.full((wanted, rows, orbits), np.nan)
+        self.error: np.ndarray | None = None
+        self.ensemble = flow.ensemble(z.copy())
+        self.ensemble.status[:] = Status.INTERRUPTED
+        self.step: np.ndarray | float = flow.step if flow.adaptive else np.full(orbits, np.nan)
+        self.until = np.zeros(orbits)
+
+    def run(self) -> SectionMap:
+        """Follow all orbits, once or with steps that are halved until the states agree."""
+        goal, report = self.options.goal(), self.options.report
+        with keeping("poincare_map", self.result):
+            if goal is None:
+                self._once(report)
+            else:
+                self._accurate(goal, report)
+        return self.result()
+
+    def _once(self, report: Report | None) -> None:
+        flow = self.flow.fitted(self.period)
+        self.step = flow.step
+        every = np.arange(self.z.shape[1])
+        self._keep(every, self._follow(flow, every, self.ensemble.radius, None, report))
+
+    def _accurate(self, goal: float, report: Report | None) -> None:
+        flow, z = self.flow, self.z
+        rows, orbits = z.shape
+        found = motion(flow.model, z, flow.threads)
+        whole = self.wanted * self.period
+        steps = planned(flow, z, found, whole, goal, run=self.period, parts=2)
+        size = np.concatenate([found.position, found.momentum])
+        self.error = np.full(self.states.shape, np.nan)
+        errors = self.error
+        asked = portion(report, 0, 1)
+
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Run:
+            return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, asked)
+
+        def compare(fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+            ended = ~np.isfinite(fine.states).all(axis=1)
+            with np.errstate(all="ignore"):
+                apart = found.of(orbits).distance(fine.states - coarse.states)
+            return np.where(ended, 0.0, apart), np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits]), 1.0
+
+        def keep(orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
+            where = orbits[chosen]
+            self._keep(where, fine.of(chosen))
+            error = error[:, chosen]
+            errors[..., where] = error[:, None] * size[:, where]
+            holds = np.isnan(self.states[:, 0, where]) | (error <= goal)
+            reached = np.where(holds, error, np.inf)
+            self.until[where] = np.where(
+                holds.all(axis=0), self.ensemble.time[where], _until(reached, self.times[:, where], goal)
+            )
+
+        parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
+        for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
+            asked = portion(report, number, parts)
+            halved(flow, steps.of(part), goal, run, compare, keep, part)
+
+    def _follow(
+        self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None
+    ) -> _Run:
+        """Run these orbits: to the section, where they do not start a period before it, then from period to period."""
+        used = np.broadcast_to(np.inf if flow.adaptive else flow.step, orbits.size)
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, orbits]), radius=radius)
+        lead, rest = self.lead[orbits], self.wanted
+        first: list[np.ndarray] = []
+        if (lead < self.period).any():
+            begin = flow if flow.adaptive else replace(flow, step=lead / flow.steps(lead))
+            nothing, observed = observers.nothing(), 0 if flow.adaptive else 1
+            begin.advance(ensemble, nothing, *no_memory(ensemble), time=lead, observations=observed, report=None)
+            first, rest = [flow.states(np.where(ensemble.status == 0, ensemble.z, np.nan))[None]], rest - 1
+            ensemble.count[:] = 0
+            ensemble.time[:] = 0.0
+        interrupted, states = False, np.zeros((0, *self.z[:, orbits].shape))
+        if rest and wear is None:
+            states, interrupted = flow.trajectory(ensemble, rest * self.period, rest, report)
+        elif rest and wear is not None:
+            states, interrupted = flow.worn(ensemble, rest, wear, time=rest * self.period, report=report)
+        if first:
+            ensemble.time += lead
+        run = _Run(np.concatenate([*first, states]), ensemble, used)
+        if interrupted:
+            done = np.isfinite(run.states[-1]).all(axis=0)
+            ensemble.status[(ensemble.status == Status.OK) & ~done] = Status.INTERRUPTED
+            self._keep(orbits, run)
+            raise KeyboardInterrupt
+        return run
+
+    def _keep(self, orbits: np.ndarray, run: _Run) -> None:
+        self.states[..., orbits] = run.states
+        self.ensemble.take(orbits, run.ensemble)
+        if isinstance(self.step, np.ndarray):
+            self.step[orbits] = run.step
+
+    def result(self) -> SectionMap:
+        """Return what there is: each orbit up to its end, and to where its energy has drifted."""
+        flow, ensemble, tolerance = self.flow, self.ensemble, self.options.energy_tolerance
+        states, there = self.states, np.isfinite(self.states).all(axis=1)
+        t = states[:, self.row]
+        t -= self.period * np.rint((t - self.section.phase) / self.period)  # near the phase from both sides
+        drift = energy_drift(flow.model, states.transpose(1, 0, 2), ensemble.energy, ensemble.scale)
+        beyond = there & (drift > tolerance)
+        counts = np.where(beyond.any(axis=0), beyond.argmax(axis=0), there.sum(axis=0))
+        kept = np.arange(self.wanted)[:, None] < counts
+        energy = np.where(there, drift, 0.0).max(axis=0)
+        status = ensemble.status.copy()
+        status[(status == Status.OK) & (energy > tolerance)] = Status.ENERGY_DRIFT
+        points = np.where(kept[:, None], states, np.nan).transpose(1, 0, 2)
+        residual = np.where(kept, np.abs(t - self.section.phase), 0.0).max(axis=0)
+        error = late = None
+        if self.error is not None:
+            late = np.where(kept, 0.0, np.nan)
+            error = np.where(kept[:, None], self.error, np.nan)
+            error[:, self.row] = np.where(kept, residual + START * self.period, np.nan)
+            error = error.transpose(1, 0, 2)
+        return SectionMap(
+            points,
+            np.where(kept, self.times, np.nan),
+            counts.astype(np.int64),
+            residual,
+            energy,
+            status,
+            self.section,
+            flow.scheme,
+            self.step,
+            row_names(flow.model),
+            late,
+            error,
+            None if error is None else self.until,
+        )
+
+
+def _until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:
+    """Return the time (orbits,) up to which errors (crossings, orbits) at times of each orbit's own stay below the
+    accuracy.
+    """
+    first = (error <= accuracy).argmin(axis=0)
+    return np.where(first > 0, np.take_along_axis(times, np.maximum(first - 1, 0)[None], axis=0)[0], 0.0)

@@ -1,0 +1,384 @@
+"""Driven systems V(q, t): against Floquet's theory, Mathieu's characteristic values and independent integrations."""
+
+import dataclasses
+import pickle
+
+import numpy as np
+import pytest
+from mpmath import mp
+from own_models import Driven, NoPhase, Stopped
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import mathieu_a, mathieu_b
+
+import fastaff as fa
+from fastaff.models.contracts import Kind, kind_of
+from fastaff.models.sections import Stroboscopic
+
+SPLITTINGS = [fa.LEAPFROG, fa.YOSHIDA4, fa.BLANES_MOAN6, fa.KAHAN_LI8]
+
+
+def mathieu(delta, eps):
+    """x'' + (delta - 2 eps cos 2t) x = 0."""
+    return fa.hamiltonian(
+        "x**2/2*(delta - 2*eps*cos(2*t))", coordinates="x", period="pi", delta=float(delta), eps=float(eps)
+    )
+
+
+def duffing(a=0.3, w=1.2):
+    return fa.hamiltonian("-x**2/2 + x**4/4 - a*x*cos(w*t)", coordinates="x", period="2*pi/w", a=a, w=w)
+
+
+def pendulum(a=0.05, w=1.5):
+    return fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", a=a, w=w)
+
+
+def two_waves():
+    return fa.hamiltonian(
+        "k/2*x**2 + y**2/2 + c*x**2*y + a*x*sin(w*t) - b*y**2*cos(2*w*t)",
+        coordinates="x y",
+        masses=(1.3, 0.8),
+        period="2*pi/w",
+        k=1.7,
+        c=0.1,
+        a=0.05,
+        b=0.1,
+        w=0.83,
+    )
+
+
+def monodromy(model, **options):
+    """The map over a period of the coordinate and its momentum."""
+    found = fa.poincare_map(model, np.eye(2), section="t=0", crossings=1, **options)
+    return found.points[[0, 2], 0]
+
+
+def truth(force, z0, time):
+    """Taylor series of 15 digits and more, by mpmath."""
+    with mp.workdps(18):
+        solution = mp.odefun(lambda t, y: [y[1], force(t, y[0])], 0, [mp.mpf(float(v)) for v in z0])
+        return np.array([float(v) for v in solution(mp.mpf(float(time)))])
+
+
+def test_mathieu_stability_borders():
+    rng = np.random.default_rng(5)
+    for order in (1, 2, 3):
+        eps = rng.uniform(0.3, 1.5)
+        for characteristic in (mathieu_a, mathieu_b):
+            border = characteristic(order, eps)
+            sign = 2 * (-1) ** order
+
+            def above(delta, eps=eps, sign=sign):
+                matrix = monodromy(mathieu(delta, eps), step=np.pi / 64)
+                return (matrix[0, 0] + matrix[1, 1] - sign) * np.sign(sign)
+
+            # The trace passes +-2 with a finite slope at the border of a zone.
+            assert abs(brentq(above, border - 0.02, border + 0.02, xtol=1e-14) - border) < 1e-11, (order, eps)
+
+
+def test_mathieu_exponents_agree_with_its_borders_and_with_mpmath():
+    rng = np.random.default_rng(6)
+    for _ in range(3):
+        delta, eps = rng.uniform(1.2, 3.0), rng.uniform(0.05, 0.2)
+        force = lambda t, x: -(mp.mpf(delta) - 2 * mp.mpf(eps) * mp.cos(2 * t)) * x  # noqa: E731, B023
+        exact = np.array([truth(force, z, np.pi) for z in np.eye(2)]).T
+        matrix = monodromy(mathieu(delta, eps), accuracy=1e-12)
+        assert np.abs(matrix - exact).max() < 1e-11
+        assert abs(np.linalg.det(matrix) - 1) < 5e-12
+        nu = np.arccos((exact[0, 0] + exact[1, 1]) / 2) / (2 * np.pi)  # cycles per period
+        found = fa.frequency_map(mathieu(delta, eps), [0.3, 0.1], time=3000.0)
+        cycles = found.nu[0, 0] * np.pi
+        apart = min(abs((cycles - s * nu + 0.5) % 1 - 0.5) for s in (1, -1))
+        assert apart < 1e-11
+        assert apart <= found.error[0, 0] * np.pi + 1e-15
+        assert found.nu[1, 0] == 1 / np.pi
+        assert found.names == ("x", "t")
+
+
+@pytest.mark.parametrize(
+    ("model", "force"),
+    [
+        (duffing(), lambda t, x: x - x**3 + mp.mpf(0.3) * mp.cos(mp.mpf(1.2) * t)),
+        (pendulum(), lambda t, x: -mp.sin(x) - mp.mpf(0.05) * mp.sin(x - mp.mpf(1.5) * t)),
+    ],
+    ids=["duffing", "pendulum"],
+)
+def test_orbits_against_taylor_series(model, force):
+    z = np.array([[0.9, -0.4, 1.3], [0.1, 0.7, 0.2]])
+    found = fa.integrate(model, z, time=6.0, accuracy=1e-13)
+    exact = np.array([truth(force, start, 6.0) for start in z.T]).T
+    apart = np.abs(found.z[[0, 2]] - exact)
+    assert apart.max() < 2e-13
+    assert (apart <= found.error[[0, 2]]).all()
+    assert found.names == ("x", "t", "p_x", "p_t")
+    assert (found.energy_error < 1e-12).all()
+
+
+@pytest.mark.parametrize("scheme", SPLITTINGS, ids=lambda s: s.name)
+def test_orders_hold(scheme):
+    z0 = [0.4, -0.3, 0.1, 0.5]
+    exact = fa.integrate(two_waves(), z0, time=10.0, scheme=fa.VERNER9, rtol=1e-14, atol=1e-15).z[[0, 1, 3, 4], 0]
+    first = {2: 40, 4: 40, 6: 12, 8: 20}[scheme.order]
+    error = [
+        np.abs(fa.integrate(two_waves(), z0, time=10.0, step=10 / n, scheme=scheme).z[[0, 1, 3, 4], 0] - exact).max()
+        for n in (first, 2 * first, 4 * first)
+    ]
+    assert max(np.log2(error[0] / error[1]), np.log2(error[1] / error[2])) > scheme.order - 0.6, error
+
+
+def test_errors_cover_an_independent_integration():
+    rng = np.random.default_rng(8)
+    a, w = 0.2, 1.1
+    model, z = duffing(a, w), rng.normal(0, 0.8, (2, 40))
+    found = fa.integrate(model, z, time=30.0)
+    exact = np.array(
+        [
+            solve_ivp(
+                lambda t, y: [y[1], y[0] - y[0] ** 3 + a * np.cos(w * t)],
+                (0, 30),
+                s,
+                "DOP853",
+                rtol=2.3e-14,
+                atol=1e-15,
+            ).y[:, -1]
+            for s in z.T
+        ]
+    ).T
+    ratio = np.abs(found.z[[0, 2]] - exact) / (found.error[[0, 2]] + 2e-12)
+    assert (ratio <= 1).mean() >= 0.97
+    assert ratio.max() < 10
+    assert (found.status == fa.Status.OK).all()
+
+
+@pytest.mark.parametrize("periods", [10**4, pytest.param(10**6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("scheme", [fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10], ids=lambda s: s.name)
+def test_the_phase_loses_no_digits_in_many_periods(periods, scheme):
+    found = fa.integrate(mathieu(1.3, 0.2), [0.3, 0.1, 0.1, 0.0], time=periods * np.pi, step=np.pi / 24, scheme=scheme)
+    # Some rounding errors of the whole time, at which cos(2t) would be evaluated.
+    assert abs(found.z[1, 0] - 0.1) < 8e-16 * periods * np.pi
+
+
+def test_stroboscopic_section_is_at_exact_multiples_of_the_period():
+    model = pendulum()
+    z = np.array([[0.3, 1.0, -0.4], [0.5, 0.1, 1.2]])
+    found = fa.poincare_map(model, z, section="t=0", crossings=50)
+    assert found.section == Stroboscopic(0.0)
+    assert np.array_equal(found.times, np.outer(np.arange(1, 51), np.full(3, model.period)))
+    assert (found.counts == 50).all()
+    assert found.section_error.max() < 50 * 1e-15 * model.period
+    assert np.abs(found["t"]).max() == found.section_error.max()
+    samples = fa.integrate(model, z, time=50 * model.period, samples=50)
+    apart = np.abs(samples.samples.transpose(1, 0, 2) - found.points)[[0, 2]]
+    assert (apart <= found.point_error[[0, 2]] + samples.sample_error.transpose(1, 0, 2)[[0, 2]]).all()
+
+
+def test_stroboscopic_section_at_any_phase_from_any_phase():
+    model, rng = duffing(), np.random.default_rng(2)
+    z = np.array([rng.normal(size=6), rng.uniform(0, model.period, 6), rng.normal(size=6) * 0.3, rng.normal(size=6)])
+    z[1, 0] = 1.7
+    found = fa.poincare_map(model, z, section=Stroboscopic(1.7), crossings=3)
+    lead = (1.7 - z[1]) % model.period
+    lead[0] = model.period  # a start on the section is no crossing
+    assert np.allclose(found.times[0], lead, rtol=1e-14)
+    assert np.allclose(np.diff(found.times, axis=0), model.period, rtol=1e-14)
+    assert np.abs(found["t"] - 1.7).max() < 1e-13
+    for k in range(6):
+        exact = fa.integrate(model, z[:, k], time=float(found.times[2, k]), accuracy=1e-12)
+        assert (np.abs(exact.z[[0, 2, 3], 0] - found.points[[0, 2, 3], 2, k]) < 1e-9).all()
+    for k in (0, 3):
+        alone = fa.poincare_map(model, z[:, [k]], section=Stroboscopic(1.7), crossings=3)
+        assert np.array_equal(alone.points[..., 0], found.points[..., k])
+    adaptive = fa.poincare_map(model, z, section="t=1.7", crossings=3, scheme=fa.DOP853)
+    assert np.nanmax(np.abs(adaptive.points - found.points)[[0, 2]]) < 1e-9
+
+
+def test_other_sections_are_found_by_roots():
+    found = fa.poincare_map(pendulum(), [0.0, 0.8], section="x=0", crossings=10, max_time=200.0)
+    assert np.abs(found["x"]).max() < 1e-14
+    assert (np.diff(found.times[:, 0]) > 0).all()
+    assert (found["p_x"] > 0).all()
+
+
+@pytest.mark.parametrize("scheme", [fa.KAHAN_LI8, fa.SOFRONIOU_SPALETTA10, fa.DOP853], ids=lambda s: s.name)
+def test_bits_do_not_depend_on_company(scheme):
+    rng = np.random.default_rng(0)
+    z = np.array([rng.normal(size=300) * 0.5, rng.uniform(0, 4, 300), rng.normal(size=300) * 0.5, np.zeros(300)])
+    step = None if scheme.adaptive else 0.07
+    whole = fa.integrate(duffing(), z, time=20.0, samples=3, scheme=scheme, step=step)
+    for part in (np.array([0]), np.arange(140, 120, -1)):
+        own = fa.integrate(duffing(), z[:, part], time=20.0, samples=3, scheme=scheme, step=step)
+        assert np.array_equal(own.z, whole.z[:, part])
+        assert np.array_equal(own.samples, whole.samples[..., part])
+    assert (whole.z[1] < duffing().period).all()
+
+
+def test_nothing_depends_on_units():
+    length, duration, mass = 1e-5, 3e4, 7e2
+    action = mass * length**2 / duration
+    energy = action / duration
+    own = duffing(0.25, 1.1)
+    scaled = fa.hamiltonian(
+        "-k*x**2/2 + c*x**4/4 - a*x*cos(w*t)",
+        coordinates="x",
+        masses=(mass,),
+        period="2*pi/w",
+        k=mass / duration**2,
+        c=mass / duration**2 / length**2,
+        a=0.25 * energy / length,
+        w=1.1 / duration,
+    )
+    rng = np.random.default_rng(4)
+    z = rng.normal(0, 0.7, (2, 16))
+    units = np.array([length, duration, action / length, energy])[:, None]
+    one = fa.integrate(own, z, time=20.0)
+    other = fa.integrate(scaled, z * units[[0, 2]], time=20.0 * duration)
+    assert np.allclose(other.step / duration, one.step, rtol=1e-6)
+    assert (np.abs(other.z / units - one.z) <= 2 * (one.error + other.error / units)).all()
+    z = np.array([np.linspace(0.8, 4.5, 12), np.zeros(12)])
+    first = fa.chaos_map(own, z, time=300.0, indicators="megno,spectrum")
+    second = fa.chaos_map(scaled, z * units[[0, 2]], time=300.0 * duration, indicators="megno,spectrum")
+    assert np.array_equal(first.verdict, second.verdict)
+    regular = first.regular
+    assert regular.sum() >= 2
+    assert np.allclose(first.megno[regular], second.megno[regular], rtol=1e-3)
+    per_period = [entry.spectrum_per_period[:, regular] for entry in (first, second)]
+    assert np.allclose(*per_period, rtol=0.02)
+    assert np.allclose(per_period[0], first.spectrum[:, regular] * own.period, rtol=1e-14)
+
+
+def test_exponents_of_an_unstable_mathieu_zone_and_escape():
+    model = mathieu(1.0, 0.3)
+    matrix = monodromy(model)
+    exact = np.arccosh(abs(np.trace(matrix)) / 2) / np.pi
+    early, found = (
+        fa.chaos_map(model, [0.1, 0.1], time=turns * np.pi, indicators="spectrum,lyapunov") for turns in (20, 28)
+    )
+    # Beyond a constant, which the first turns and the metric leave, the growth is that of Floquet's theory.
+    growth = [entry.spectrum_per_period[0, 0] * turns for entry, turns in ((early, 20), (found, 28))]
+    assert abs((growth[1] - growth[0]) / 8 - exact * np.pi) < 1e-3
+    assert np.allclose(found.spectrum.sum(axis=0), 0)
+    assert np.allclose(found.spectrum_per_period, found.spectrum * np.pi)
+    gone = fa.chaos_map(model, [0.1, 0.1], time=3000.0)
+    assert gone.status[0] == fa.Status.ESCAPED
+    few = fa.poincare_map(model, [[0.1, 0.0], [0.1, 0.0]], section="t=0", crossings=400)
+    assert few.status[0] == fa.Status.ESCAPED
+    assert 10 < few.counts[0] < 400
+    assert few.status[1] == fa.Status.OK
+    assert (few.points[[0, 2], :, 1] == 0).all()
+
+
+def test_verdicts():
+    stable = fa.chaos_map(mathieu(1.3, 0.2), np.random.default_rng(1).normal(size=(2, 20)), time=1000.0)
+    assert (stable.verdict == 0).all()
+    rows = np.array([*np.linspace(0.1, 1.6, 16), 1.95, 2.0, 2.05])
+    found = fa.chaos_map(pendulum(), np.array([0 * rows, rows]), time=2000.0, indicators="megno,sali,gali_2,spectrum")
+    assert found.regular[:16].all()
+    assert found.chaotic[16:].all()
+    # Every indicator that decides says the same.
+    decided = found.verdicts != 2
+    assert (found.verdicts == found.verdict)[decided & (found.verdict != 2)].all()
+    assert found.spectrum.shape == (2, 19)
+
+
+def test_the_largest_exponent_against_an_independent_one():
+    a, w = 0.3, 1.2
+    period, z0 = 2 * np.pi / w, np.array([0.3, 0.1])
+    turns = 150
+
+    def slopes(t, y):
+        return [y[1], y[0] - y[0] ** 3 + a * np.cos(w * t), y[3], (1 - 3 * y[0] ** 2) * y[2]]
+
+    y, growth = np.array([*z0, 1.0, 0.0]), 0.0
+    for k in range(turns):
+        y = solve_ivp(slopes, (k * period, (k + 1) * period), y, "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+        size = np.hypot(y[2], y[3])
+        growth, y[2:] = growth + np.log(size), y[2:] / size
+    found = fa.chaos_map(duffing(a, w), z0, time=turns * period, indicators="spectrum")
+    assert found.verdict[0] == 1
+    # Of a chaotic orbit, which no two integrations follow for long, it is a sample mean.
+    assert abs(found.spectrum[0, 0] - growth / (turns * period)) < 0.3 * found.spectrum[0, 0]
+
+
+def test_tangent_map_is_symplectic_and_knows_the_time():
+    model, z0 = two_waves(), np.array([0.4, -0.3, 0.7, 0.1, 0.5, 0.2])
+    found = fa.tangent_map(model, z0, time=5.0)
+    M, n = found.matrix[..., 0], 3
+    omega = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+    assert np.abs(M.T @ omega @ M - omega).max() < 1e-12
+    assert np.array_equal(M[2], np.eye(6)[2])  # no vector changes its time
+    step = 1e-5
+    shifts = np.eye(6) * step
+    ends = [fa.integrate(model, z0[:, None] + s * shifts, time=5.0, step=0.02).z for s in (1, -1)]
+    numeric = (ends[0] - ends[1]) / (2 * step)
+    assert np.abs(numeric - M).max() < 1e-7
+
+
+def test_resonances_with_the_drive():
+    model = pendulum(0.02, 1.5)
+    # In the island of the wave, whose orbits turn with it.
+    found = fa.frequency_map(model, np.array([[0.0], [1.5 + 0.05]]), time=4000.0)
+    assert found.names == ("x", "t")
+    assert fa.resonances(found).names == ("x", "t")
+    assert found.nu[1, 0] == 1 / model.period
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x"), "the time of a driven system, which needs a period"),
+        (lambda: fa.formula("alpha**2*cos(t)"), "needs a period"),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", period=6.0), "period must be one of the potential's"),
+        (lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", period="pi/w", w=1.3), "period must be one"),
+        (lambda: fa.hamiltonian("x**2", coordinates="x", period=6.0), "does not depend on the time"),
+        (lambda: fa.hamiltonian("x**2*t", coordinates="x", period=1.0), "period must be one of the potential's"),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", period=-1.0), "period must be positive"),
+        (lambda: fa.hamiltonian("x**2*cos(w*t)", coordinates="x", period="-2*pi/w", w=1.0), "period must be positive"),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x", period="2*pi/v"), "unknown name 'v'"),
+        (lambda: fa.hamiltonian("x**2*cos(t)", coordinates="x t", period=1.0), "coordinates must not have t"),
+        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x", period="2*pi", t=1.0), "taken"),
+        (lambda: fa.poincare_map(duffing(), [0, 1], section="t=0", crossings=3, max_time=9.0), "max_time"),
+        (lambda: fa.poincare_map(duffing(), [0, 1], section="x=0", crossings=3), "max_time must be given"),
+        (lambda: fa.poincare_map(fa.HenonHeiles(), [0, 0.1, 0.3, 0], section=Stroboscopic(), crossings=3), "driven"),
+        (
+            lambda: fa.poincare_map(duffing(), [0, 1], section=fa.Linear((0, 1, 0, 0)), crossings=3, max_time=1.0),
+            "must not depend on its time",
+        ),
+        (lambda: fa.poincare_map(duffing(), [0, 1], section="y=0", crossings=3), "section"),
+        (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="reversibility_error"), "driven"),
+        (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="ofli"), "driven"),
+        (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="gali_3"), "GALI.count"),
+        (lambda: fa.integrate(duffing(), [0, 1, 2], time=9.0), "z0 must have shape"),
+        (lambda: fa.integrate(duffing(), [0, 1], time=9.0, scheme=fa.TimeTransformed()), "fictitious time"),
+        (lambda: fa.fit_torus(duffing(), [0, 1], time=9.0), "what runs here is"),
+        (lambda: fa.explore(duffing()), "what runs here is"),
+    ],
+)
+def test_bad_input(call, message):
+    with pytest.raises((ValueError, TypeError), match=None) as caught:
+        call()
+    assert message in str(caught.value), str(caught.value)
+
+
+def test_a_parameter_or_coordinate_may_be_named_t():
+    assert kind_of(fa.hamiltonian("x**2/2*t", coordinates="x", t=2.0)) is Kind.SEPARABLE
+    assert kind_of(fa.hamiltonian("x**2/2 + t**4", coordinates="x t")) is Kind.SEPARABLE
+
+
+def test_a_model_is_a_value():
+    model = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", period=2 * np.pi, a=0.1)
+    assert model.period == 2 * np.pi
+    assert pickle.loads(pickle.dumps(model)) == model
+    assert pickle.loads(pickle.dumps(duffing())) == duffing()
+    assert duffing(w=2.0).period == np.pi
+    assert "period='2*pi/w'" in repr(duffing())
+    found = fa.poincare_map(model, [0.1, 0.2], section="t=0", crossings=2)
+    assert dataclasses.replace(found).names == ("x", "t", "p_x", "p_t")
+
+
+def test_a_model_of_ones_own_must_have_its_time():
+    own = fa.integrate(Driven(0.05), [0.1, 0.2], time=20.0)
+    written = fa.integrate(pendulum(0.05, 1.0), [0.1, 0.2], time=20.0)
+    assert (np.abs(own.z - written.z) <= own.error + written.error).all()
+    for wrong, message in ((Stopped(0.3), "velocity is 1"), (NoPhase(0.3), "phase")):
+        with pytest.raises((ValueError, TypeError), match=message):
+            fa.integrate(wrong, [0.1, 0.2], time=2.0)
