@@ -248,8 +248,21 @@ CALLS = {
     "count_deviation": (fa.quantum.count_deviation, {"levels": LEVELS, "smooth": staircase}),
     "diffusion_histogram": (fa.analysis.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
     "energy_grid": (fa.energy_grid, {"body": HH, "energy": 0.1, "section": X, "axes": ([0.0, 0.1], [0.0, 0.1])}),
+    "energy_grid.by_name": (
+        fa.energy_grid,
+        {"body": HH, "energy": 0.1, "axes": {"x": [0.0, 0.1]}, "solve": "p_y", "fixed": {"y": 0.1}, "sign": -1},
+    ),
+    "energy_grid.at_rest": (fa.energy_grid, {"body": HH, "energy": 0.1, "axes": {"phi": [0.3, 1.0]}, "at_rest": True}),
     "energy_of_actions": (fa.energy_of_actions, {"body": HARMONIC, "J": J, "threads": 1}),
     "energy_sample": (fa.energy_sample, {"body": HH, "energy": 0.1, "section": X, "orbits": 3}),
+    "energy_sample.surface": (
+        fa.energy_sample,
+        {"body": HH, "energy": 0.1, "orbits": 3, "axes": {"x": (-0.1, 0.1), "y": (0.0, 0.1)}},
+    ),
+    "energy_sample.at_rest": (
+        fa.energy_sample,
+        {"body": HH, "energy": 0.1, "orbits": 3, "at_rest": True, "fixed": {"x": 0.1}},
+    ),
     "exact_levels": (fa.quantum.exact_levels, {"body": HARMONIC, **NQ}),
     "exact_levels.below": (fa.quantum.exact_levels, {"body": HARMONIC, "below": 4.0}),
     "exact_levels.multiplets": (fa.quantum.exact_levels, {"body": HARMONIC, "multiplets": 4}),

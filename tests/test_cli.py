@@ -413,7 +413,7 @@ def test_systems_of_a_formula(tmp_path, capsys):
     assert cli.main(["poincare", *own, *run, "--section", "x=0"]) == 2
     assert "--section must be one of u=c, v=c" in capsys.readouterr().err
     assert cli.main(["chaos-map", "--hamiltonian", "x**2+y**2+z**2", "--coordinates", "x y z", *run]) == 2
-    assert "or of a system of two coordinates" in capsys.readouterr().err
+    assert "--axes NAME=LOW:HIGH:N" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("section", ["beta-turning", "alpha=1.4", "beta=0.5", "area=1"])

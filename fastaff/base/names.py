@@ -34,5 +34,18 @@ def did_you_mean(given: str, names: Iterable[str]) -> str:
     return f" Did you mean {known[near[0]]}?" if near else ""
 
 
+def pairs(option: str, texts: Iterable[str], takes: str) -> list[tuple[str, str]]:
+    """Return name and value of each text NAME=VALUE; refuse others, and names given twice."""
+    found: list[tuple[str, str]] = []
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and name and value):
+            raise ValueError(f"{option} must be NAME={takes}, got {shown(text)}")
+        if name in dict(found):
+            raise ValueError(f"{option} {name} is given twice")
+        found.append((name, value))
+    return found
+
+
 def _letters(name: str) -> str:
     return re.sub(r"[\s_-]", "", name).lower()

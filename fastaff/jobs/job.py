@@ -106,19 +106,23 @@ class Job:
         body = self.model.build() if isinstance(self.model, Model) else self.model
         if self.scan is not None:
             return self._scan(body, self.scan)
+        timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
+        needed = self.poincare is not None or self.surface.section is not None or timed
         if isinstance(self.starts, Starts) and self.starts.file is None:
             section = self.surface.build(body)
-            return Plan(body, section, self.starts.launch(body, section, self.surface, "40x40"), self.analyses())
+            launch = self.starts.launch(body, section, self.surface, "40x40")
+            needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
+            return Plan(body, section if needed else None, launch, self.analyses())
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
         if z0.shape[0] != 2 * body.degrees_of_freedom or not z0.shape[1]:
             raise ValueError(f"starts must be phase points ({2 * body.degrees_of_freedom}, orbits), got {z0.shape}")
-        timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
-        needed = self.poincare is not None or self.surface.section is not None or timed
         section = self.surface.section_of(body) if needed else None
         return Plan(body, section, Points(z0), self.analyses())
 
     def _scan(self, body: Any, scan: Scan) -> Plan:
         """Return the plan of a scan."""
+        if isinstance(self.starts, Starts) and self.starts.by_name:
+            raise Wrong("--scan takes random starts of a section (--orbits), not --axes, --at-rest or --microcanonical")
         if not isinstance(self.starts, Starts) or self.starts.grid is not None or self.starts.file is not None:
             raise Wrong(
                 "--scan takes random starts (--orbits), not --grid: the share of random points is that of the "
@@ -323,7 +327,7 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
         if isinstance(value, (list, tuple)) and value and all(type(entry) in (int, float) for entry in value):
             return ("x" if name.endswith("grid") else ":").join(map(repr, value))
     if list[str] in kinds and isinstance(value, dict):
-        return [f"{key}={entry!r}" for key, entry in value.items()]
+        return [f"{key}={entry if isinstance(entry, str) else repr(entry)}" for key, entry in value.items()]
     return _checked(name, value, hint)
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, lift
-from ..analysis.sections.energy_sample import EnergySample, drawn
+from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
+from ..analysis.sections.named_axes import Launching, launching
+from ..base.names import pairs
 from ..base.numbers import fits
 from ..formulas.number import number
 from .system import Surface
@@ -38,14 +40,28 @@ class Starts:
     """Range LOW:HIGH of the section's coordinate. [all that the energy allows]"""
     range2: str | None = None
     """Range LOW:HIGH of its momentum. [all that the energy allows]"""
+    axes: list[str] | None = None
+    """NAME=LOW:HIGH:N of a coordinate or momentum, once for each: a grid over these, of systems of any number of
+    coordinates; with --orbits NAME=LOW:HIGH. At rest the angles phi, or theta and phi.
+    """
+    fixed: list[str] | None = None
+    """NAME=VALUE of a coordinate or momentum beside --axes; once for each. [0]"""
+    solve: str | None = None
+    """Coordinate or momentum that the energy gives beside --axes, the larger root with --direction +1. [the section's
+    momentum]
+    """
+    at_rest: bool = False
+    """Start at rest, in the directions of --axes or in --orbits random ones: box orbits."""
+    microcanonical: bool = False
+    """Random starts over the whole energy surface instead of a section."""
     file: str | None = None
     """File of phase points (2n, orbits), .npy, instead of a grid."""
 
     def read(self) -> np.ndarray:
         """Return the phase points of the file, which stay on disk."""
-        others = [name for name in ("grid", "orbits", "range1", "range2") if getattr(self, name) is not None]
+        others = [name for name in ("grid", "orbits", "range1", "range2", *BY_NAME) if getattr(self, name)]
         if others:
-            raise Wrong(f"give --file or --{others[0]}, not both")
+            raise Wrong(f"give --file or --{others[0].replace('_', '-')}, not both")
         try:
             with open(str(self.file), "rb") as file:
                 if file.read(6) != b"\x93NUMPY":
@@ -69,6 +85,8 @@ class Starts:
             fits("--orbits", self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
+        if self.by_name or not on_section(body, section):
+            return self._by_name(body, section, surface)
         cells = _cells(self.grid or default)
         fits("--grid", *cells, itemsize=1)
         fits("--grid", ARRAYS, max(cells))
@@ -84,14 +102,56 @@ class Starts:
         if self.orbits is not None:
             boxes = energy_sample.ranges_to_draw(*where, ranges if any(given) else None)
             sheets = energy_sample.drawn(*where, boxes, BLOCK, self.seed)[1]
-            return RandomPoints(where, self.orbits, self.seed, boxes, sheets, edge)
+            return RandomPoints(OnSection(where, boxes, sheets), self.orbits, self.seed, edge)
         # Cell centres: the ends of the range are the edge itself.
         axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, cells)]
         return Cells(where, axes[0], axes[1], edge)
 
+    @property
+    def by_name(self) -> bool:
+        """Whether starts are given by names of coordinates and momenta, or over the whole energy surface."""
+        return any(getattr(self, name) for name in BY_NAME)
+
+    def _by_name(self, body: Any, section: Any, surface: Surface) -> Launch:
+        """Return the launch set of any number of degrees of freedom."""
+        for name in ("range1", "range2", "grid"):
+            if getattr(self, name) is not None:
+                raise Wrong(
+                    f"--{name} is of the two coordinates of a section of a body or of a system of two coordinates; "
+                    "elsewhere give --axes NAME=LOW:HIGH:N"
+                )
+        if self.microcanonical and (self.at_rest or self.solve is not None):
+            raise Wrong(f"give --microcanonical or --{'at-rest' if self.at_rest else 'solve'}, not both")
+        if self.microcanonical and self.orbits is None:
+            raise Wrong("--microcanonical needs --orbits, how many are drawn")
+        here = None if self.microcanonical or self.at_rest or self.solve is not None else section
+        sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
+        fixed = {name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", self.fixed or (), "VALUE")}
+        taken = fixed or None, self.solve, sign, self.at_rest
+        try:
+            if self.orbits is not None:
+                given = pairs("--axes", self.axes or (), "LOW:HIGH")
+                axes = {name: _range(f"--axes {name}", text) for name, text in given} or None
+                planes = {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
+                source = source_of(body, surface.energy, here, axes, *taken, **planes)
+                return RandomPoints(OfSource(source), self.orbits, self.seed)
+            if not self.axes:
+                raise Wrong("--axes NAME=LOW:HIGH:N is required, once for each axis of the grid; or --orbits N")
+            parts = {name: _axis(name, text) for name, text in pairs("--axes", self.axes, "LOW:HIGH:N")}
+            fits("--axes", *(part.size for part in parts.values()), itemsize=1)
+            made = launching(body, float(surface.energy), tuple(parts), here, *taken)  # type: ignore[arg-type]
+            return NamedCells(made, tuple(parts.values()))
+        except (ValueError, TypeError) as problem:
+            text = str(problem)
+            raise Wrong(f"--{text}" if text.split(" ")[0] in BY_NAME else text) from None
+
     def ranges(self) -> list[Any]:
         """Return the ranges given, None for those not given."""
         return [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
+
+
+BY_NAME = ("axes", "fixed", "solve", "at_rest", "microcanonical")
+"""Options of starts that are given by names, or over the whole energy surface."""
 
 
 class Where(NamedTuple):
@@ -169,14 +229,74 @@ class Cells:
 
 
 @dataclass(frozen=True, eq=False)
-class RandomPoints:
-    """Random points of a section, uniform in its invariant area: each block of a seed of its own."""
+class NamedCells:
+    """A grid over coordinates and momenta by name, the last axis first; the energy does not reach all of them."""
+
+    launching: Launching
+    axes: tuple[np.ndarray, ...]
+    edge: Any = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Cells along each axis."""
+        return tuple(axis.size for axis in self.axes)
+
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return int(np.prod(self.shape))
+
+    @property
+    def block(self) -> int:
+        """Cells that are computed together."""
+        return BLOCK
+
+    def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the phase points of the cells of a block that the energy reaches, and their numbers."""
+        number = np.arange(block * BLOCK, min((block + 1) * BLOCK, self.size))
+        at = np.unravel_index(number, self.shape)
+        z, found = self.launching.lift(np.array([axis[k] for axis, k in zip(self.axes, at, strict=True)]))
+        return np.ascontiguousarray(z[:, found]), np.flatnonzero(found)
+
+    def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid | None:
+        """Return some cells of a grid of two axes; the others count as those that the energy does not reach."""
+        if len(self.axes) != 2:
+            return None
+        forbidden = np.ones(self.shape, bool)
+        forbidden.ravel()[place] = False
+        return EnergyGrid(z0, place, forbidden, self.axes, self.launching.names, self.launching.energy)
+
+
+class OnSection(NamedTuple):
+    """Random points of a section, uniform in its invariant area."""
 
     where: Where
+    boxes: list[Any]
+    sheets: int
+
+    def sample(self, count: int, seed: Any) -> EnergySample:
+        """Return so many points."""
+        return drawn(*self.where, self.boxes, count, seed, self.sheets)[0]
+
+
+class OfSource(NamedTuple):
+    """Random points of any number of degrees of freedom; figures have the first two of what is drawn."""
+
+    source: Any
+
+    def sample(self, count: int, seed: Any) -> EnergySample:
+        """Return so many points."""
+        part = sample_of(self.source, count, seed)
+        return replace(part, points=part.points[:2], names=part.names[:2])
+
+
+@dataclass(frozen=True, eq=False)
+class RandomPoints:
+    """Random points: each block of a seed of its own."""
+
+    source: OnSection | OfSource
     size: int
     seed: int
-    boxes: list[Any]
-    sheets: int = 1
     edge: Any = None
 
     @property
@@ -192,8 +312,7 @@ class RandomPoints:
     def sample(self, block: int) -> EnergySample:
         """Return a block with its points on the section."""
         seed = np.random.SeedSequence(self.seed, spawn_key=(block,))
-        part = drawn(*self.where, self.boxes, BLOCK, seed, self.sheets)[0]
-        return part.take(slice(0, self.size - block * BLOCK))
+        return self.source.sample(BLOCK, seed).take(slice(0, self.size - block * BLOCK))
 
     def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergySample:
         """Return some of the points."""
@@ -250,7 +369,8 @@ def _points(launch: Any, block: int) -> tuple[np.ndarray, np.ndarray]:
 def whole(launch: Launch) -> tuple[np.ndarray, np.ndarray]:
     """Return all phase points of a launch set and the numbers of their points; ValueError where memory has no room."""
     rows = launch.points(0)[0].shape[0]
-    fits("--orbits" if isinstance(launch, RandomPoints) else "--grid", 2 * rows, launch.size)
+    options = {RandomPoints: "--orbits", NamedCells: "--axes"}
+    fits(options.get(type(launch), "--grid"), 2 * rows, launch.size)
     return between(launch, 0, launch.size)
 
 
@@ -283,6 +403,22 @@ def _range(option: str, text: str | None) -> tuple[float, float] | None:
     except ValueError:
         raise Wrong(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None
     return ends
+
+
+def _axis(name: str, text: str) -> np.ndarray:
+    """Return the centres of the cells of an axis LOW:HIGH:N; a number alone is one cell."""
+    ends, colon, count = text.rpartition(":")
+    try:
+        cells = int(count) if colon else 0
+        low, high = _range(f"--axes {name}", ends) or (0.0, 0.0)
+        if cells < 1:
+            raise ValueError
+    except ValueError:
+        raise Wrong(
+            f"--axes {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, for example {name}=-1:1:40, "
+            f"got {text!r}"
+        ) from None
+    return low + (high - low) * (np.arange(cells) + 0.5) / cells
 
 
 def _cells(text: str) -> tuple[int, int]:

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sections.energy_limits import may_escape
-from ..base.names import named, spelled
+from ..base.names import named, pairs, spelled
 from ..base.status import Status
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
-from ..models.contracts import isotropic
 from .wording import Wrong
 
 MODELS = {
@@ -87,9 +86,9 @@ class Model:
         if self.model is not None or (self.formula is not None and self.hamiltonian is not None):
             raise Wrong("give one of --model, --formula and --hamiltonian")
         values: dict[str, float] = {}
-        for name, value in map(_parameter, self.parameter or ()):
-            if name in values:
-                raise Wrong(f"--parameter {name} is given twice")
+        takes = "VALUE with a number, for example C=1.5"
+        for name, text in pairs("--parameter", self.parameter or (), takes):
+            value = number(f"--parameter {name}", text)
             if name in ("mu", "domain", "coordinates", "masses"):
                 raise Wrong(
                     f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
@@ -154,14 +153,6 @@ class Surface:
 
     def section_of(self, body: Any) -> Any:
         """Return the section."""
-        plane = not isotropic(body)
-        if plane and body.degrees_of_freedom != 2:
-            raise Wrong(
-                "sections are those of a body with a potential of alpha and beta (or D1 and D2) alone, or of a system "
-                "of two "
-                f"coordinates; this one has the {body.degrees_of_freedom} coordinates {', '.join(body.coordinates)}: "
-                "use fastaff.poincare_map or fastaff.chaos_map from Python"
-            )
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
         text = self.section or section_forms(body)[0].replace("=c", "=0")
@@ -170,14 +161,6 @@ class Surface:
     def canonical(self) -> Surface:
         """Return the same with the section as it is written here."""
         return self if self.section is None else replace(self, section=canonical(self.section))
-
-
-def _parameter(text: str) -> tuple[str, float]:
-    """Return name and value of NAME=VALUE."""
-    name, equals, value = text.partition("=")
-    if not (equals and name.strip() and value.strip()):
-        raise Wrong(f"--parameter must be NAME=VALUE with a number, for example C=1.5, got {text!r}")
-    return name.strip(), number(f"--parameter {name.strip()}", value)
 
 
 def described(value: Any) -> Model | None:

@@ -231,14 +231,20 @@ def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
-    if isinstance(section, Linear) and len(names) == 4:
-        return names[1 - int(np.flatnonzero(section.normal)[0]) % 2]
+    if isinstance(section, Linear):
+        own = int(np.flatnonzero(section.normal)[0]) % (len(names) // 2)
+        return names[1 if own == 0 and len(names) > 2 else 0]
     chosen = "alpha" if isinstance(section, (BetaTurning, BetaEquals)) else "beta"
     return chosen if chosen in names else names[0]
 
 
 def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
-    """Return the section coordinates (2, orbits) of where orbits started."""
+    """Return the section coordinates (2, orbits) of where orbits started. Raises ValueError where they are not two."""
+    if len(starts.names) != 2:
+        raise ValueError(
+            f"starts must lie over two coordinates to be drawn, these are {', '.join(starts.names)}: draw some, "
+            'such as plt.scatter(starts["x"], starts["z"])'
+        )
     if isinstance(starts, EnergyGrid):
         return np.array([grid.ravel()[starts.cell] for grid in np.meshgrid(*starts.axes, indexing="ij")])
     return starts.points
@@ -280,6 +286,7 @@ def plot_diffusion_grid(
         raise ValueError(
             f"values must have shape {grid.cell.shape}, one for each orbit of the grid, got {np.shape(values)}"
         )
+    at = places(grid)
     colours = _colours(grid, values, grid.cell.size, norm, vmin, vmax, label)
     assert colours is not None
     each = colours.values
@@ -292,7 +299,6 @@ def plot_diffusion_grid(
         norm=colours.norm,
         rasterized=True,
     )
-    at = places(grid)
     carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
     bar = colour_bar(ax, cells, colours) if colorbar else None
@@ -391,7 +397,7 @@ def _sample(
     """Draw values of the orbits of a sample as dots."""
     colours = _colours(starts, values, starts.z0.shape[1], norm, vmin, vmax, label)
     assert colours is not None
-    at, each = starts.points, colours.values
+    at, each = places(starts), colours.values
     fine = np.isfinite(each)
     area = float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
     ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)

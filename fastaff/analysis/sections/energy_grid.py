@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import singledispatch
 from typing import Annotated, Any
@@ -20,12 +19,8 @@ from ...models.contracts import isotropic
 from ...models.mechanics import energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
-from .energy_limits import too_low
-
-
-class NotReached(ValueError):
-    """Raised where an energy surface has no point on what was asked for: the energy is below the minimum there."""
-
+from .energy_limits import NotReached, too_low
+from .named_axes import are_named, by_name, checked_values, launching
 
 ARRAYS = 32
 """Arrays of the size of a grid that lifting it takes at a time."""
@@ -33,18 +28,18 @@ ARRAYS = 32
 
 @dataclass(frozen=True)
 class EnergyGrid(Result):
-    """Initial conditions on the cells of a grid over two section coordinates.
+    """Initial conditions on the cells of a grid over two section coordinates, or over any rows by name.
 
-    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2): cells
-    that the energy surface does not reach; axes and names: the two coordinates, first along rows; `grid["p_beta"]`, by
-    name: those of each orbit.
+    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2, ...):
+    cells that the energy surface does not reach; axes and names: those of the grid, first along rows; `grid["p_beta"]`,
+    by name: the values of each orbit.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
     cell: Annotated[np.ndarray, along("orbit")]
     forbidden: Annotated[np.ndarray, along("first", "second")]
-    axes: tuple[np.ndarray, np.ndarray]
-    names: tuple[str, str]
+    axes: tuple[np.ndarray, ...]
+    names: tuple[str, ...]
     energy: float
 
     def _row(self, name: str) -> np.ndarray | None:
@@ -54,7 +49,7 @@ class EnergyGrid(Result):
         return self.axes[k][np.unravel_index(self.cell, self.forbidden.shape)[k]]
 
     def spread(self, values: Any) -> np.ndarray:
-        """Return values (orbits,) as a masked (n1, n2) array in which forbidden cells are masked."""
+        """Return values (orbits,) as a masked (n1, n2, ...) array in which forbidden cells are masked."""
         given = an_array("values", values)
         if given.shape not in ((), self.cell.shape) or given.dtype.kind not in "biufc":
             raise ValueError(
@@ -66,30 +61,57 @@ class EnergyGrid(Result):
         return array.reshape(self.forbidden.shape)
 
 
-@takes(section=section_of)
+@takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_grid(
-    body: Any, *, energy: float, section: Any, axes: Sequence[Any], p_eta: float = 0.0, p_gamma: float = 0.0
+    body: Any,
+    *,
+    energy: float,
+    axes: Any,
+    section: Any = None,
+    fixed: Any = None,
+    solve: str | None = None,
+    sign: int = 1,
+    at_rest: bool = False,
+    p_eta: float = 0.0,
+    p_gamma: float = 0.0,
 ) -> EnergyGrid:
-    """Lift a grid of section coordinates to phase points of a given energy and angular momenta.
+    """Lift a grid of coordinates to phase points of a given energy: of a section, of any rows by name, or at rest.
 
-    Parameters: body; energy; section: a value of `fastaff.models.sections` or its text, as in `poincare_map`; axes: two
-    arrays of coordinates, (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning
-    and BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two
-    degrees of freedom; p_eta, p_gamma: the angular momenta of the planes (bodies only). Returns Grid; cells that the
-    energy does not reach are in `forbidden` and have no orbit. Raises ValueError where no cell is reached (an energy
-    below the minimum, an unreachable section), TypeError for a section that has no grid.
+    Parameters: body: a model of any number n of degrees of freedom; energy; section: a value of
+    `fastaff.models.sections` or its text, as in `poincare_map`; axes: two arrays of section coordinates, or arrays by
+    name, `{"x": xs, "z": zs}`; p_eta, p_gamma: the angular momenta of the planes (bodies on a section only). Returns
+    EnergyGrid; cells that the energy does not reach are in `forbidden` and have no orbit. Raises ValueError where no
+    cell is reached (an energy below the minimum, an unreachable section) or a name is unknown, TypeError for a section
+    that has no grid.
 
-    On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one (the
-    radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the
+    Two arrays are (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and
+    BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two degrees of
+    freedom. On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one
+    (the radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the
     outer one; where there are several wells, that of the outermost. On the others the missing momentum has the sign of
     the direction (0: +). AreaEquals takes one of its two branches. The roots are neighbours of where the energy is
     exact, at radii from 1e-40 to 1e40 in any unit: wells are missed where they are narrower than 1/40 of a decade and
     lie off the maxima of wider ones.
-    Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section,
-    else one.
-    Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b.
+
+    Arrays by name run over coordinates q_i and momenta p_i, the rows of z; `fixed` gives numbers to others by name,
+    `solve` names the row that the energy gives, all that nothing names is 0. Of the two momenta that the energy allows
+    `sign` takes the larger (+1) or the smaller one (in q_i' = dH/dp_i, so that the velocity has that sign), of the
+    coordinates the last one that the energy allows in that direction. A Linear section of one row fixes it; that of a
+    coordinate q_i = c solves for p_i with the sign of its direction unless `solve` says otherwise. at_rest: all momenta
+    are 0, and the axes are the angles of the direction in which V reaches the energy first, from the point that `fixed`
+    has (0): "phi" for n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi,
+    sin theta sin phi, cos theta); "theta_1", ..., "phi" in the same way beyond: box orbits.
+
+    Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, for
+    each cell at rest or of a coordinate that is solved for, else one.
+    Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b; Schwarzschild 1993, Astrophys. J. 409, 563 (start
+    spaces of galactic orbits: at rest, and x-z with p_y from the energy).
     """
+    if section is None or are_named(axes) or not _all_unset(fixed, solve, at_rest):
+        return _grid_by_name(body, energy, axes, section, (fixed, solve, sign, at_rest), (p_eta, p_gamma))
+    if sign != 1:
+        raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     first, second = _axes(axes)
     fits("axes", first.size, second.size, ARRAYS)
@@ -109,6 +131,40 @@ def energy_grid(
         (first, second),
         names,
         energy,
+    )
+
+
+def _all_unset(fixed: Any, solve: Any, at_rest: Any) -> bool:
+    return fixed is None and solve is None and at_rest is False
+
+
+def no_planes(p_eta: Any, p_gamma: Any) -> None:
+    """Refuse angular momenta where rows go by name."""
+    if real("p_eta", p_eta) or real("p_gamma", p_gamma):
+        raise ValueError(
+            f"p_eta and p_gamma belong to a Body on one of its sections, got {p_eta}, {p_gamma}: elsewhere momenta are "
+            "given by name"
+        )
+
+
+def _grid_by_name(
+    body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
+) -> EnergyGrid:
+    """Return a grid over rows by name."""
+    checked_model(body)
+    energy = real("energy", energy)
+    no_planes(*planes)
+    names, arrays = checked_values(axes)
+    launch = launching(body, energy, names, section, *how)
+    shape = tuple(array.size for array in arrays)
+    fits("axes", *shape, ARRAYS * body.degrees_of_freedom)
+    z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
+    if not found.any():
+        ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
+        low = None if isotropic(body) else too_low(body, energy, 0.0, 0.0)
+        raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
+    return EnergyGrid(
+        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), ~found.reshape(shape), arrays, names, energy
     )
 
 

@@ -17,6 +17,10 @@ LONGEST = 0.5
 """Longest step of the search, in distances from the origin."""
 
 
+class NotReached(ValueError):
+    """Raised where an energy surface has no point on what was asked for: the energy is below the minimum there."""
+
+
 class Limits(NamedTuple):
     """The least energy of a minimum and of a saddle of the effective potential; NaN where none was found."""
 

@@ -8,16 +8,19 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ...base.axes import along
-from ...base.numbers import entries, fits, shown, span, whole
+from ...base.numbers import entries, fits, flag, real, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
+from ...flows.checks import checked_model
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Model, Section, isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_grid import ARRAYS, NotReached, checked_surface, lift_sheets, planes, radial, room
-from .energy_limits import may_escape, too_low
+from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
+from .energy_limits import NotReached, may_escape, too_low
+from .invariant_measure import Measure, Ranges, measure_of, ranges_of
+from .named_axes import are_named, by_name
 
 
 @dataclass(frozen=True)
@@ -36,55 +39,126 @@ class Edge(Result, axis=None):
 
 @dataclass(frozen=True)
 class EnergySample(Result):
-    """Random points on a section of an energy surface.
+    """Random points of an energy surface.
 
-    z0 (2n, orbits); points (2, orbits): the section's coordinate and its momentum, of the names given; energy.
+    z0 (2n, orbits); points (names, orbits): what was drawn, by name: a section's coordinate and its momentum, or rows
+    of z, or angles; energy.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
     points: Annotated[np.ndarray, along("section coordinate", "orbit", labels="names", plain=True)]
-    names: tuple[str, str]
+    names: tuple[str, ...]
     energy: float
 
 
-@takes(section=section_of)
+@takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_sample(
     body: Model,
     *,
     energy: float,
-    section: Section,
     orbits: int,
+    section: Section | None = None,
     seed: Any = 0,
+    axes: Any = None,
+    fixed: Any = None,
+    solve: str | None = None,
+    sign: int = 1,
+    at_rest: bool = False,
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
-    axes: Any = None,
 ) -> EnergySample:
-    """Draw random points of a section of an energy surface, uniform in the measure that the section's return map keeps.
+    """Draw random points of an energy surface or of a section of it, uniform in the measure that the motion keeps.
 
-    Parameters: energy, section, p_eta, p_gamma: as in `energy_grid`; orbits: how many; seed: of
-    `numpy.random.default_rng`; axes: ranges (low, high) of the coordinate and of its momentum to draw from (default:
-    all bounded parts that the energy allows, by `edge`). Returns Sample: on AlphaTurning and AlphaEquals over (beta,
-    p_beta), on BetaTurning and BetaEquals over (alpha, p_alpha), on AreaEquals over beta and its momentum along the
-    section, p_beta + (beta/alpha) p_alpha, on Linear over (q_j, p_j). Raises NotReached, a ValueError, where the energy
-    reaches nothing, ValueError where `edge` finds no bounds and axes is missing.
+    Parameters: energy, section, fixed, solve, sign, at_rest, p_eta, p_gamma: as in `energy_grid`; orbits: how many;
+    seed: of `numpy.random.default_rng`; axes: ranges (low, high) to draw from (default: all bounded parts that the
+    energy allows): of the section's coordinate and of its momentum, or by name. Returns EnergySample. Raises
+    NotReached, a ValueError, where the energy reaches nothing, ValueError where nothing bounds it and axes is missing.
 
-    The area dq dp of the section in canonical coordinates is what the return map keeps, so that the chaotic share of
-    these points is that of the section's area. It is not the share of the energy surface's volume: there each point
-    counts with its time of return. All wells are drawn from, on a turning section also those of the radius that turns.
-    Sections of direction 0 are drawn from one of their two sides, as in `energy_grid`.
-    Cost: that of `energy_grid` for about 1.5 times the points, and about half a second for `edge` of a turning section.
-    Source: Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b).
+    On a section of a body, or of a system of two degrees of freedom: over (beta, p_beta) on AlphaTurning and
+    AlphaEquals, over (alpha, p_alpha) on BetaTurning and BetaEquals, over beta and its momentum along the section,
+    p_beta + (beta/alpha) p_alpha, on AreaEquals, over (q_j, p_j) on Linear. The area dq dp of the section in canonical
+    coordinates is what the return map keeps, so that the chaotic share of these points is that of the section's area.
+    It is not the share of the energy surface's volume: there each point counts with its time of return. All wells are
+    drawn from, on a turning section also those of the radius that turns. Sections of direction 0 are drawn from one of
+    their two sides, as in `energy_grid`.
+
+    Any number n of degrees of freedom: on a section q_i = c the volume of all other dq dp; without a section that of
+    the energy surface, dq dp delta(E - H), in which the time averages of chaotic orbits are means (n of 2 or more;
+    axes: ranges of coordinates). With `solve`, evenly from the ranges that `axes` gives by name, the rest as in
+    `energy_grid`. At rest: directions evenly over the sphere. The first points are the same however many are drawn.
+
+    Cost: that of `energy_grid` for about 1.5 times the points, and about half a second for `edge` of a turning section;
+    in the volume of n degrees of freedom some tenths of a second for the box of coordinates, and evaluations of the
+    potential by the share of it that the energy fills: 2 a point for n = 2, 6 for n = 3, 2000 for n = 8.
+    Source: Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b);
+    Liouville's theorem; Smith 1984, Oper. Res. 32, 1296 (walks along random chords, for the box).
     """
-    energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
     try:
         np.random.default_rng(seed)
     except (TypeError, ValueError) as problem:
         raise type(problem)(f"seed must be one of numpy.random.default_rng, got {shown(seed)}: {problem}") from None
+    how = (axes, fixed, solve, sign, at_rest)
+    if section is None or not on_section(body, section, *how):
+        source = source_of(body, energy, section, *how, p_eta=p_eta, p_gamma=p_gamma)
+        fits("orbits", ARRAYS * body.degrees_of_freedom, count)
+        return sample_of(source, count, seed)
+    energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
     boxes = ranges_to_draw(body, section, energy, p_eta, p_gamma, axes)
     return drawn(body, section, energy, p_eta, p_gamma, boxes, count, seed)[0]
+
+
+def on_section(
+    body: Any,
+    section: Any,
+    axes: Any = None,
+    fixed: Any = None,
+    solve: Any = None,
+    sign: Any = 1,
+    at_rest: Any = False,
+) -> bool:
+    """Tell whether points lie on a section of a body or of a system of two degrees of freedom, by its two
+    coordinates.
+    """
+    by_rows = are_named(axes) or fixed is not None or solve is not None or sign != 1 or at_rest is not False
+    plain = type(section) is Linear and not isotropic(body) and getattr(body, "degrees_of_freedom", 2) != 2
+    return not (by_rows or plain)
+
+
+def source_of(
+    body: Any,
+    energy: Any,
+    section: Any,
+    axes: Any,
+    fixed: Any,
+    solve: Any,
+    sign: Any,
+    at_rest: Any,
+    *,
+    p_eta: Any = 0.0,
+    p_gamma: Any = 0.0,
+) -> Measure | Ranges:
+    """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
+    checked_model(body)
+    energy = real("energy", energy)
+    no_planes(p_eta, p_gamma)
+    if flag("at_rest", at_rest) or solve is not None:
+        return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
+    if fixed is not None or sign != 1:
+        raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
+    if isotropic(body) and section is None and axes is None:
+        raise ValueError(
+            "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
+            "coordinates are rings"
+        )
+    return measure_of(body, energy, section, axes)
+
+
+def sample_of(source: Measure | Ranges, count: int, seed: Any) -> EnergySample:
+    """Return so many points of a source."""
+    return EnergySample(*source.draw(count, seed), source.names, source.energy)
 
 
 Box = tuple[tuple[float, float], tuple[float, float]]

@@ -10,7 +10,9 @@ import numpy as np
 
 from ...base.placing import placed
 from ...base.status import Status, summary
+from ...flows.coordinates import row_names
 from ...jobs.job import Job, Plan
+from ...jobs.launch import BY_NAME
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
 from ...plot.style import styled, symbol
@@ -32,6 +34,7 @@ def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
         "orbits": starts.orbits if z0 is None else z0.shape[1],
         "range1": starts.range1,
         "range2": starts.range2,
+        **{name: getattr(starts, name) for name in BY_NAME if getattr(starts, name)},
         "rtol": 1e-12,
         "atol": 1e-12,
         "energy_tolerance": 1e-6,
@@ -65,7 +68,8 @@ def in_words(section: Any, body: Any) -> str:
     turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
     if name == "Linear":
-        return f"{equal(body.coordinates[0 if section.normal[0] else 1], section.offset)}, {turn}"
+        row = next(k for k, entry in enumerate(section.normal) if entry)
+        return f"{equal(row_names(body)[row], section.offset)}, {turn}"
     if name.endswith("Turning"):
         return f"{equal('p_' + name.removesuffix('Turning').lower(), 0)}, {turn}"
     left = {"AlphaEquals": r"\alpha", "BetaEquals": r"\beta", "AreaEquals": "D_1D_2"}[name]

@@ -98,9 +98,10 @@ def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     figure, ax = figure_of()
     values = colours(scene.look, {"poincare": result, **found}, "frequency_map")
     boundary = scene.plan.launch.edge
-    drawn = plot.plot_section(result, ax=ax, values=values, boundary=boundary, starts=scene.where)
-    if scene.where is not None and not isotropic(scene.plan.body):  # a system of one's own names its coordinates
-        names = scene.where.names
+    names: tuple[str, ...] = () if scene.where is None else scene.where.names
+    where = scene.where if len(names) > 1 and names[1] == f"p_{names[0]}" else None
+    drawn = plot.plot_section(result, ax=ax, values=values, boundary=boundary, starts=where)
+    if where is not None and not isotropic(scene.plan.body):  # a system of one's own names its coordinates
         ax.set(xlabel=f"${plot.symbol(names[0])}$", ylabel=f"${plot.symbol(names[1])}$")
     crossings = f"{int(result.counts.sum())} crossings"
     missing = f"; {drawn.missing} not drawn" if drawn.missing else ""

@@ -21,8 +21,8 @@ from .figures import Scene, plain
 
 def on_grid(starts: Starts, cells: str) -> Starts:
     """Return starts, on a grid of so many cells unless they say otherwise."""
-    given = starts.grid or starts.orbits or starts.file
-    return starts if given is not None else replace(starts, grid=cells)
+    given = starts.grid or starts.orbits or starts.file or starts.by_name
+    return starts if given else replace(starts, grid=cells)
 
 
 def checked(job: Job) -> Plan:

@@ -1,0 +1,188 @@
+"""The box of coordinates that an energy allows, found by walks: of functions of any number of variables, at any scale.
+
+The function is the least energy over a point, infinite where the potential does not live.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .allowed_region import crossings, extrema, radii
+
+Floor = Callable[[np.ndarray], np.ndarray]
+"""A function of points (d, ...) with values (...)."""
+
+SEED = 20
+"""Of all random numbers here: what is found is the same in every call."""
+
+STARTS, ROUNDS = 256, 120
+"""Points that minima are looked for from, at sizes from 1e-8 to 1e8, and the steps along each coordinate."""
+
+WELLS, WALKERS, WALKS = 12, 32, 48
+"""Wells that are walked in, the walkers in each, and the chords of each walker."""
+
+NODES = np.geomspace(1e-4, 1e3, 141)
+"""Distances along a chord, in sizes of the well, between which extrema are looked for."""
+
+MARGIN, FACES = 0.03, 2048
+"""What a box is wider than the chords on each side, and the points of a face that must be forbidden."""
+
+STRIDE, STRIDES = 1 / 64, 200
+"""Steps, in sizes of the box, of what tells wells in the box from what reaches into it from outside."""
+
+
+class Box(NamedTuple):
+    """Ranges low, high (d,) of the coordinates of all bounded wells; the least value in them; whether something else
+    that the energy allows reaches into the box.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    least: float
+    leaky: bool
+
+
+class NoWell(ValueError):
+    """Raised where nothing bounded is found: `least` is the least value met, NaN where it has no minimum."""
+
+    def __init__(self, least: float):
+        super().__init__("no bounded well")
+        self.least = least
+
+
+def descended(
+    floor: Floor, x: np.ndarray, step: np.ndarray, *, grow: float = 2.0, rounds: int = ROUNDS
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where steps along the coordinates lead down from points x (d, points): points, values, last steps.
+
+    A step that goes down is the next one's `grow`th part longer, one that goes neither way is halved.
+    """
+    x, step, value = x.copy(), step.copy(), floor(x)
+    for _ in range(rounds):
+        for k in range(len(x)):
+            better = np.zeros(x.shape[1], bool)
+            for sign in (1, -1):
+                trial = x.copy()
+                trial[k] += sign * step[k]
+                there = floor(trial)
+                down = ~better & (there < value)
+                x[k, down], value[down] = trial[k, down], there[down]
+                better |= down
+            step[k] = np.where(better, grow * step[k], step[k] / 2)
+    return x, value, step
+
+
+def minima(floor: Floor, d: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return local minima (d, found) and their values (found,), the lowest first; without those that go to infinity."""
+    random = np.random.default_rng(SEED)
+    size = np.geomspace(1e-8, 1e8, STARTS)
+    direction = random.standard_normal((d, STARTS))
+    even = size * direction / np.sqrt((direction**2).sum(axis=0))
+    uneven = random.choice([-1.0, 1.0], (d, STARTS)) * 10.0 ** random.uniform(-8, 8, (d, STARTS))
+    start = np.concatenate([np.zeros((d, 1)), even, uneven], axis=1)
+    start = start[:, np.isfinite(floor(start))]
+    widest = np.abs(start)
+    x, value, step = descended(floor, start, np.where(start == 0, 1.0, widest / 2))
+    widest = np.maximum(np.maximum(widest, np.abs(x)).max(axis=0), step.max(axis=0))
+    settled = (step.max(axis=0) <= 1e-3 * widest) & np.isfinite(value)
+    order = np.argsort(value[settled], kind="stable")
+    return x[:, settled][:, order], value[settled][order]
+
+
+def box_of(floor: Floor, d: int, energy: float) -> Box:
+    """Return the box of all bounded wells below an energy that are found. Raises NoWell where there is none."""
+    at, value = minima(floor, d)
+    if not value.size or not value[0] < energy:
+        raise NoWell(float(value[0]) if value.size else np.nan)
+    at, value = at[:, value < energy], value[value < energy]
+    # Symmetric wells count as one: either both have an end or none.
+    depth = np.rint((energy - value) / (energy - value[0]) * 1e6)
+    wells = [np.flatnonzero(depth == level) for level in np.unique(depth)[::-1][:WELLS]]
+    low, high = _walked(floor, energy, [at[:, well] for well in wells])
+    bounded = np.isfinite(low).all(axis=0)
+    if not bounded.any():
+        raise NoWell(float(value[0]))
+    least = min(float(value[well].min()) for well, kept in zip(wells, bounded) if kept)
+    low, high = low[:, bounded].min(axis=1), high[:, bounded].max(axis=1)
+    wide = MARGIN * (high - low)
+    low, high = low - wide, high + wide
+    return Box(low, high, least, _leaks(floor, energy, low, high))
+
+
+def least_within(floor: Floor, low: np.ndarray, high: np.ndarray) -> float:
+    """Return the least value in a box."""
+
+    def inner(x: np.ndarray) -> np.ndarray:
+        kept = ((x >= low[:, None]) & (x <= high[:, None])).all(axis=0)
+        return np.where(kept, floor(np.clip(x, low[:, None], high[:, None])), np.inf)
+
+    width = (high - low)[:, None]
+    start = low[:, None] + width * np.random.default_rng(SEED).uniform(size=(len(low), STARTS))
+    return float(descended(inner, start, np.broadcast_to(width / 8, start.shape), rounds=60)[1].min())
+
+
+def within(floor: Floor, box: Box, x: np.ndarray) -> np.ndarray:
+    """Tell which points x (d, points) of a leaky box lie in wells that end within it: small steps down stay there."""
+    width = (box.high - box.low)[:, None]
+    bottom = descended(floor, x, np.broadcast_to(STRIDE * width, x.shape), grow=1.0, rounds=STRIDES)[0]
+    return np.asarray(((bottom > box.low[:, None]) & (bottom < box.high[:, None])).all(axis=0))
+
+
+def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the largest coordinates (d, wells) that walks from points of each well reach; infinite
+    where some chord has no end.
+    """
+    d, random = len(wells[0]), np.random.default_rng(SEED)
+    x = np.stack([well[:, np.linspace(0, well.shape[1] - 1, WALKERS).astype(np.int64)] for well in wells], axis=1)
+    low, high = np.full((2, d, len(wells)), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    open_ = np.zeros(len(wells), bool)
+    for k in range(-d, WALKS):
+        if k < 0:  # along each coordinate, at all sizes
+            direction = np.broadcast_to(np.eye(d)[:, [[k]]], x.shape)
+        else:
+            along = np.eye(d)[:, random.integers(d, size=x.shape[1:])]
+            direction = (random.standard_normal(x.shape) if k % 3 else along) * (high - low)[..., None]
+        flat, ways = x.reshape(d, -1), direction.reshape(d, -1)
+        nodes = radii() if k < 0 else NODES
+        ahead, back = (_end(floor, energy, flat, sign * ways, nodes).reshape(x.shape[1:]) for sign in (1.0, -1.0))
+        open_ |= ~(np.isfinite(ahead) & np.isfinite(back)).all(axis=1)
+        ahead, back = np.where(open_[:, None], 0.0, ahead), np.where(open_[:, None], 0.0, back)
+        tips = np.concatenate([x + ahead * direction, x - back * direction], axis=2)
+        low, high = np.minimum(low, tips.min(axis=2)), np.maximum(high, tips.max(axis=2))
+        if k >= 0:
+            x = x + (random.uniform(size=x.shape[1:]) * (ahead + back) - back) * direction
+    open_ |= ~(high > low).all(axis=0)
+    return np.where(open_, np.inf, low), np.where(open_, np.inf, high)
+
+
+def _end(floor: Floor, energy: float, x: np.ndarray, direction: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return the distances (points,) at which lines first leave what the energy allows; infinite where they don't."""
+
+    def room(t: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        value = floor(spread(x[:, column], t) + t * spread(direction[:, column], t))
+        return np.where(np.isinf(value), -np.inf, energy - value), abs(energy) + np.abs(value)
+
+    column = np.arange(x.shape[1])
+    sheets, allowed = crossings(room, extrema(room, column.size, nodes), column, np.zeros(column.size), False)
+    first = np.isfinite(sheets).sum(axis=0) - 1  # the outermost comes first
+    end = np.take_along_axis(sheets, np.maximum(first, 0)[None], axis=0)[0]
+    return np.where(allowed, np.where(first < 0, np.inf, end), 0.0)
+
+
+def spread(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return rows (k, columns) as a fresh array (k, ...) of the shape of x (..., columns)."""
+    return np.array(np.broadcast_to(rows.reshape(len(rows), *[1] * (x.ndim - 1), -1), (len(rows), *x.shape)))
+
+
+def _leaks(floor: Floor, energy: float, low: np.ndarray, high: np.ndarray) -> bool:
+    random = np.random.default_rng(SEED)
+    for k in range(len(low)):
+        for side in (low[k], high[k]):
+            face = low[:, None] + (high - low)[:, None] * random.uniform(size=(len(low), FACES))
+            face[k] = side
+            if (floor(face) < energy).any():
+                return True
+    return False

@@ -1,0 +1,264 @@
+"""Random points of energy surfaces and sections of any number of degrees of freedom, uniform in what the motion keeps.
+
+Over coordinates q the energy allows an ellipsoid of momenta: H = floor(q) + |y|^2/2 with y = L^T (p - p*(q)). The
+measure of the energy surface is uniform on that sphere of y, and has the density (E - floor)^(n/2 - 1) in q; that of
+dq dp on a section q_i = c is uniform in the ball of the other y, with the density (E - floor)^((n - 1)/2).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.names import named
+from ...base.numbers import span
+from ...flows.coordinates import row_names
+from ...models.contracts import coordinate_names, isotropic, quadratic
+from ...models.mechanics import energies, inside, velocities
+from .accessible_box import Box, NoWell, box_of, least_within, within
+from .energy_limits import NotReached, may_escape, too_low
+from .named_axes import Launching, angle_names, angles_of, checked_names, launching, section_row
+
+BATCH = 4096
+"""Points that are tried together: the first ones are the same however many are asked for."""
+
+FEWEST = 1e-6
+"""Least share of the points tried that may be found."""
+
+
+class Momenta(NamedTuple):
+    """The momenta over coordinates: the coordinates' order, that of a section first, and L of the inverse inertia."""
+
+    model: Any
+    order: tuple[int, ...]
+    lower: np.ndarray
+
+    @classmethod
+    def of(cls, model: Any, first: int = 0) -> Momenta:
+        """Return those of a model whose kinetic energy is quadratic."""
+        n = model.degrees_of_freedom
+        order = (first, *(k for k in range(n) if k != first))
+        inverse = np.array([model.velocity(*row) for row in np.eye(n)], dtype=np.float64)[np.ix_(order, order)]
+        return cls(model, order, np.linalg.cholesky((inverse + inverse.T) / 2))
+
+    def floor(self, q: np.ndarray) -> np.ndarray:
+        """Return the least energy over coordinates q (n, ...), infinite where the potential does not live."""
+        z = np.concatenate([q, np.zeros_like(q)])
+        drift = self._scaled(velocities(self.model, z))
+        energy = energies(self.model, z) - (drift**2).sum(axis=0) / 2
+        return np.where(inside(self.model, z) & ~np.isnan(energy), energy, np.inf)
+
+    def lifted(self, q: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return phase points (2n, points) over q (n, points) at y (n, points)."""
+        z = np.concatenate([q, np.zeros_like(q)])
+        y = y - self._scaled(velocities(self.model, z))
+        z[len(q) + np.array(self.order)] = np.linalg.solve(self.lower.T, y)
+        return z
+
+    def _scaled(self, velocity: np.ndarray) -> np.ndarray:
+        flat = velocity[list(self.order)].reshape(len(velocity), -1)
+        return np.linalg.solve(self.lower, flat).reshape(velocity.shape)
+
+
+class Measure(NamedTuple):
+    """The invariant measure over a box of the free coordinates (d,) of those at (n,).
+
+    sign: of the velocity through a section; 0 for the whole energy surface.
+    """
+
+    momenta: Momenta
+    energy: float
+    at: tuple[float, ...]
+    free: tuple[int, ...]
+    box: Box
+    sign: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the rows that are drawn."""
+        n, rows = len(self.at), row_names(self.momenta.model)
+        return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
+
+    def floor(self, x: np.ndarray) -> np.ndarray:
+        """Return the least energy over free coordinates x (d, ...)."""
+        return self.momenta.floor(self._full(x))
+
+    def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return phase points (2n, count) and their rows of the names. Raises NotReached where too few are found."""
+        n, d = len(self.at), len(self.free)
+        power = (n - 1) / 2 if self.sign else n / 2 - 1
+        random, found, kept, tried, box = np.random.default_rng(seed), [np.zeros((2 * n, 0))], 0, 0, self.box
+        while kept < count:
+            x = box.low[:, None] + (box.high - box.low)[:, None] * random.uniform(size=(d, BATCH))
+            level, normal = random.uniform(size=BATCH), random.standard_normal((n + 1 if self.sign else n, BATCH))
+            room = self.energy - self.floor(x)
+            top = self.energy - box.least
+            if power and room.max() > top * (1 + 1e-9):  # a deeper place: once more from the beginning
+                return self._replace(box=box._replace(least=self.energy - float(room.max()))).draw(count, seed)
+            good = room > 0
+            if power:
+                good &= level < np.where(good, room / top, 0.0) ** power
+            chosen = np.flatnonzero(good)
+            if box.leaky and chosen.size:
+                chosen = chosen[within(self.floor, box, x[:, chosen])]
+            z = self.momenta.lifted(self._full(x[:, chosen]), self._on_ball(normal[:, chosen], room[chosen]))
+            found.append(z)
+            kept, tried = kept + chosen.size, tried + BATCH
+            if kept < FEWEST * tried:
+                raise NotReached(
+                    f"energy {self.energy:g} reaches less than a millionth of the ranges of "
+                    f"{', '.join(coordinate_names(self.momenta.model)[k] for k in self.free)}: narrow them, "
+                    'axes={"name": (low, high), ...}'
+                )
+        z = np.ascontiguousarray(np.concatenate(found, axis=1)[:, :count])
+        return z, z[[half + f for half in (0, n) for f in self.free]]
+
+    def _on_ball(self, normal: np.ndarray, room: np.ndarray) -> np.ndarray:
+        """Return y (n, points) with |y|^2/2 = room: on the sphere, or uniform in the ball of all but the first."""
+        radius = np.sqrt(2 * room)
+        unit = normal / np.sqrt((normal**2).sum(axis=0))
+        if not self.sign:
+            return radius * unit
+        inner = radius * unit[2:]  # of a sphere of two dimensions more, all but two rows are uniform in a ball
+        return np.concatenate([self.sign * np.sqrt(np.maximum(radius**2 - (inner**2).sum(axis=0), 0.0))[None], inner])
+
+    def _full(self, x: np.ndarray) -> np.ndarray:
+        q = np.empty((len(self.at), *x.shape[1:]))
+        q[...] = np.reshape(self.at, (-1, *[1] * (x.ndim - 1)))
+        q[list(self.free)] = x
+        return q
+
+
+class Ranges(NamedTuple):
+    """Ranges of rows that are drawn from evenly, the energy giving another row; at rest directions."""
+
+    launching: Launching
+    ranges: tuple[tuple[float, float], ...]
+
+    @property
+    def energy(self) -> float:
+        """That of all points."""
+        return self.launching.energy
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the rows, or angles, that are drawn."""
+        return self.launching.names
+
+    def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return phase points (2n, count) and what was drawn (names, count). Raises NotReached where too few are
+        found.
+        """
+        random, kept, tried = np.random.default_rng(seed), 0, 0
+        z, points = [np.zeros((len(self.launching.base), 0))], [np.zeros((len(self.names), 0))]
+        batch = BATCH if self.ranges else BATCH // 8  # a ray takes some 500 energies
+        while kept < count:
+            if self.ranges:
+                low, high = np.array(self.ranges).T[..., None]
+                values = low + (high - low) * random.uniform(size=(len(self.ranges), batch))
+            else:
+                values = angles_of(random.standard_normal((len(self.names) + 1, batch)))
+            lifted, found = self.launching.lift(values)
+            z.append(lifted[:, found])
+            points.append(values[:, found])
+            kept, tried = kept + int(found.sum()), tried + batch
+            if kept < 1e-3 * tried:
+                what = dict(zip(self.names, self.ranges)) if self.ranges else "directions"
+                raise NotReached(
+                    f"energy {self.launching.energy:g} reaches less than a thousandth of the {what}: "
+                    f"{'narrow the ranges' if self.ranges else 'take another energy, or another point in fixed'}"
+                )
+        return tuple(np.ascontiguousarray(np.concatenate(part, axis=1)[:, :count]) for part in (z, points))  # type: ignore[return-value]
+
+
+def ranges_of(
+    model: Any, energy: float, section: Any, axes: Any, fixed: Any, solve: Any, sign: Any, at_rest: Any
+) -> Ranges:
+    """Return what draws from ranges of rows, or directions at rest; raises naming what is wrong."""
+    if at_rest:
+        if axes is not None:
+            raise ValueError("axes and at_rest exclude one another: directions are drawn from all")
+        names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
+        return Ranges(launching(model, energy, names, section, fixed, solve, sign, at_rest), ())
+    if axes is None:
+        raise ValueError("axes must give the ranges (low, high) to draw from, by name, where solve is given")
+    ranges = _ranges(axes)
+    if not ranges:
+        raise ValueError("axes must name one row at least")
+    made = launching(model, energy, tuple(ranges), section, fixed, solve, sign)
+    return Ranges(made, tuple(ranges.values()))
+
+
+def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure:
+    """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached where the
+    energy reaches nothing, ValueError where nothing bounds it.
+    """
+    n, names = model.degrees_of_freedom, coordinate_names(model)
+    if n < 2:
+        raise ValueError(
+            f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
+            "orbit, of which integrate gives points at equal times"
+        )
+    if not quadratic(model):
+        raise ValueError(
+            f"body {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for random points "
+            "in the invariant measure; axes and solve draw from ranges of rows"
+        )
+    at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
+    if section is not None:
+        name, value, sign = section_row(model, section)
+        if name not in names:
+            raise TypeError(f"section must be on a coordinate such as {names[0]}=0 for random points, got {name}")
+        first, sign = names.index(name), sign or 1
+        at[first] = value
+        free.remove(first)
+    given = {} if axes is None else _ranges(axes)
+    for name in given:
+        named("axes", name, [names[k] for k in free])
+    nothing = Box(np.zeros(1), np.zeros(1), 0.0, False)
+    made = Measure(Momenta.of(model, first), energy, tuple(at), tuple(free), nothing, sign)
+    return made._replace(box=_box(made, {names.index(name): ends for name, ends in given.items()}))
+
+
+def _ranges(axes: Any) -> dict[str, tuple[float, float]]:
+    found = checked_names("axes", axes, "ranges (low, high)")
+    return {name: span(f"axes[{name!r}]", ends) for name, ends in found.items()}
+
+
+def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
+    """Return the box to draw from: the ranges given, those found where they are left open."""
+    model, energy = measure.momenta.model, measure.energy
+    if len(given) == len(measure.free):
+        low, high = np.array([given[k] for k in measure.free]).T
+    else:
+        try:
+            box = box_of(measure.floor, len(measure.free), energy)
+        except NoWell as problem:
+            raise _no_well(measure, problem.least) from None
+        if not given:
+            return box
+        low, high = box.low.copy(), box.high.copy()
+        for place, k in enumerate(measure.free):
+            if k in given:
+                low[place], high[place] = given[k]
+    least = least_within(measure.floor, low, high)
+    if not least < energy:
+        raise NotReached(
+            (None if isotropic(model) else too_low(model, energy, 0.0, 0.0))
+            or f"energy {energy:g} lies below {least:.6g}, the least energy met in the ranges"
+        )
+    if not np.isfinite(least):
+        raise ValueError(f"axes must leave out where the potential of {type(model).__name__} is not bounded below")
+    return Box(low, high, least, False)
+
+
+def _no_well(measure: Measure, least: float) -> ValueError:
+    model, energy = measure.momenta.model, measure.energy
+    if energy <= least:
+        where = "" if len(measure.free) == len(measure.at) else " on the section"
+        return NotReached(f"energy {energy:g} lies below the minimum {least:.6g} of this system's energy{where}")
+    why = (None if isotropic(model) else may_escape(model, energy)) or f"energy {energy:g} does not bound the motion"
+    names = coordinate_names(model)
+    ranges = ", ".join(f'"{names[k]}": (low, high)' for k in measure.free)
+    return ValueError(f"{why}: give ranges of the coordinates, axes={{{ranges}}}")

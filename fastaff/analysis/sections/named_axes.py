@@ -1,0 +1,252 @@
+"""Launch points of a system of any number of degrees of freedom, by the names of its coordinates and momenta: what is
+named is given, one row follows from the energy, all others are 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.names import did_you_mean, named
+from ...base.numbers import flag, numbers, real, shown
+from ...flows.checks import checked_section
+from ...flows.coordinates import row_names
+from ...models.contracts import quadratic
+from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, velocities
+from ...models.sections import Linear
+from .accessible_box import spread
+from .allowed_region import crossings, extrema, line
+
+TOLERANCE = 1e-9
+"""Largest relative error of the energy of a point that was found: at a wall where the potential jumps there is none."""
+
+
+class Launching(NamedTuple):
+    """How values of some rows become phase points of one energy.
+
+    names: of these values: rows of z, or at rest the angles of a direction; base (2n,): the other rows; row: what
+    follows from the energy, -1 at rest: the distance from base along the direction; sign: of the root.
+    """
+
+    model: Any
+    energy: float
+    names: tuple[str, ...]
+    base: tuple[float, ...]
+    row: int
+    sign: int
+
+    def lift(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return phase points (2n, points) at values (names, points), and which of them the energy reaches
+        (points,).
+        """
+        z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
+        with np.errstate(all="ignore"):
+            if self.row < 0:
+                z[: len(self.base) // 2] += self._rest(values, z)
+            else:
+                rows = row_names(self.model)
+                for name, value in zip(self.names, values, strict=True):
+                    z[rows.index(name)] = value
+                z[self.row] = self._solved(z)
+            return z, on_surface(self.model, z, self.energy)
+
+    def _rest(self, angles: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Return where rays from z, at rest, first leave the region of the energy, relative to z."""
+        n = len(self.base) // 2
+        each = directions(angles)
+
+        def room(r: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            at = spread(z[:, column], r)
+            at[:n] += r * spread(each[:, column], r)
+            return self._room(at)
+
+        column = np.arange(angles.shape[1])
+        sheets, _ = crossings(room, extrema(room, column.size), column, np.zeros(column.size), False)
+        first = np.isfinite(sheets).sum(axis=0) - 1  # the outermost comes first
+        return np.take_along_axis(sheets, np.maximum(first, 0)[None], axis=0)[0] * each
+
+    def _solved(self, z: np.ndarray) -> np.ndarray:
+        """Return the row that the energy gives; NaN where it gives none."""
+        n = len(z) // 2
+        if self.row < n or not quadratic(self.model):
+            return self._outermost(z)
+        z[self.row] = 0.0
+        weight = self.model.kinetic_energy(*np.eye(n)[self.row - n])
+        half = velocities(self.model, z)[self.row - n] / (2 * weight)
+        rest = half * half + (self.energy - energies(self.model, z)) / weight
+        return self.sign * np.sqrt(np.where(rest >= 0, rest, np.nan)) - half
+
+    def _outermost(self, z: np.ndarray) -> np.ndarray:
+        """Return the last value of the row, in the direction of the sign, up to which the energy allows the motion."""
+
+        def room(x: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            at = spread(z[:, column], x)
+            at[self.row] = self.sign * x
+            return self._room(at)
+
+        column = np.arange(z.shape[1])
+        found = extrema(room, column.size, line())
+        return self.sign * crossings(room, found, column, np.zeros(column.size), False)[0][0]
+
+    def _room(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is left of the energy at phase points, and the size of its terms."""
+        T, V = kinetic_energies(self.model, z), potential_energies(self.model, z)
+        left = np.where(inside(self.model, z), self.energy - T - V, -np.inf)
+        return left, abs(self.energy) + np.abs(T) + np.abs(V)
+
+
+def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
+    """Tell which phase points z (2n, points) have this energy and lie where the potential lives."""
+    T, V = kinetic_energies(model, z), potential_energies(model, z)
+    exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy))
+    return exact & np.isfinite(z).all(axis=0) & inside(model, z)
+
+
+def angle_names(n: int) -> tuple[str, ...]:
+    """Return the names of the angles of a direction in n dimensions: the last is the azimuth in the first two
+    coordinates, those before it are polar angles from the last coordinate, the one before it, ...
+    """
+    polar = ("theta",) if n == 3 else tuple(f"theta_{k + 1}" for k in range(n - 2))
+    return (*polar, "phi")
+
+
+def directions(angles: np.ndarray) -> np.ndarray:
+    """Return unit vectors (n, points) of angles (n - 1, points), in the order of `angle_names`."""
+    rows, left = [], np.ones(angles.shape[1:])
+    for angle in angles[:-1]:
+        rows.append(left * np.cos(angle))
+        left = left * np.sin(angle)
+    return np.array([left * np.cos(angles[-1]), left * np.sin(angles[-1]), *rows[::-1]])
+
+
+def angles_of(unit: np.ndarray) -> np.ndarray:
+    """Return the angles (n - 1, points) of vectors (n, points)."""
+    n = len(unit)
+    polar = [np.arctan2(np.sqrt((unit[: k - 1] ** 2).sum(axis=0)), unit[k - 1]) for k in range(n, 2, -1)]
+    return np.array([*polar, np.arctan2(unit[1], unit[0])])
+
+
+def by_name(value: Any, _: Any = None) -> Any:
+    """Return a mapping as pairs of names and values; anything else as it is."""
+    return tuple(value.items()) if isinstance(value, Mapping) else value
+
+
+def are_named(axes: Any) -> bool:
+    """Tell whether axes are pairs of names and values."""
+    return isinstance(axes, (tuple, list)) and any(
+        isinstance(entry, (tuple, list)) and len(entry) == 2 and isinstance(entry[0], str) for entry in axes
+    )
+
+
+def checked_names(argument: str, value: Any, takes: str) -> dict[str, Any]:
+    """Return pairs of names and values as a dict; TypeError or ValueError for anything else."""
+    pairs = by_name(value)
+    if not isinstance(pairs, (tuple, list)) or not all(
+        isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs
+    ):
+        raise TypeError(f"{argument} must be {takes} by name, got {shown(value)} ({type(value).__name__})")
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{argument} names {name} twice")
+    return dict(pairs)
+
+
+def launching(
+    model: Any,
+    energy: float,
+    names: Any,
+    section: Any = None,
+    fixed: Any = None,
+    solve: Any = None,
+    sign: Any = 1,
+    at_rest: Any = False,
+) -> Launching:
+    """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
+    rows, n = row_names(model), model.degrees_of_freedom
+    if not (isinstance(sign, (int, np.integer)) and not isinstance(sign, bool) and sign in (-1, 1)):
+        raise ValueError(f"sign must be +1 or -1, got {shown(sign)}")
+    base = {
+        named("fixed", name, rows): real(f"fixed[{name!r}]", value)
+        for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
+    }
+    if flag("at_rest", at_rest):
+        return _resting(model, energy, names, section, base, solve)
+    names = tuple(named("axes", name, rows) for name in names)
+    if section is not None:
+        name, value, direction = section_row(model, section)
+        if name in names or name in base:
+            raise ValueError(
+                f"{name} is given by the section, it must not be in {'axes' if name in names else 'fixed'}"
+            )
+        base[name] = value
+        if solve is None and name in rows[:n]:
+            solve, sign = f"p_{name}", direction or 1
+    for name in names:
+        if name in base:
+            raise ValueError(f"axes and fixed both name {name}")
+        if names.count(name) > 1:
+            raise ValueError(f"axes names {name} twice")
+    left = [name for name in rows if name not in names and name not in base]
+    if not left:
+        raise ValueError("nothing is left for the energy to give: axes and fixed name all coordinates and momenta")
+    if solve is None:
+        raise ValueError(f"solve must name what the energy gives, one of {', '.join(left)}")
+    if not isinstance(solve, str) or solve not in left:
+        asked = solve if isinstance(solve, str) else shown(solve)
+        raise ValueError(f"solve must be one of {', '.join(left)}, got {shown(solve)}.{did_you_mean(asked, left)}")
+    return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), int(sign))
+
+
+def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
+    """Return how angles become phase points at rest."""
+    rows, n = row_names(model), model.degrees_of_freedom
+    if n < 2:
+        raise ValueError(f"at_rest needs two degrees of freedom or more, {type(model).__name__} has {n}")
+    if section is not None or solve is not None:
+        what = "section" if section is not None else "solve"
+        raise ValueError(f"at_rest and {what} exclude one another: at rest the energy gives the distance")
+    for name in base:
+        if name in rows[n:]:
+            raise ValueError(f"fixed must be coordinates, of the point where rays begin, at rest; got {name}")
+    angles = angle_names(n)
+    names = tuple(named("axes", name, angles) for name in names)
+    for angle in angles:
+        if names.count(angle) != 1:
+            raise ValueError(f"axes at rest must be {', '.join(angles)}, once each, got {', '.join(names) or 'none'}")
+    order = tuple(base.get(name, 0.0) for name in rows)
+    if names != angles:
+        raise ValueError(f"axes at rest must come in the order {', '.join(angles)}, got {', '.join(names)}")
+    return Launching(model, energy, names, order, -1, 1)
+
+
+def section_row(model: Any, section: Any) -> tuple[str, float, int]:
+    """Return the row that a section fixes, its value and the sign of its rate."""
+    checked_section(section, model)
+    normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
+    if type(section) is not Linear or np.count_nonzero(normal) != 1:
+        raise TypeError(
+            f"section must be Linear with one non-zero entry, such as {row_names(model)[0]}=0, where axes go by name; "
+            f"got {section!r}"
+        )
+    k = int(np.flatnonzero(normal)[0])
+    return row_names(model)[k], section.offset / normal[k], int(section.direction * np.sign(normal[k]))
+
+
+def checked_values(axes: Any) -> tuple[tuple[str, ...], tuple[np.ndarray, ...]]:
+    """Return names and arrays of axes by name."""
+    found = checked_names("axes", axes, "arrays of numbers")
+    if not found:
+        raise ValueError("axes must name one row at least")
+    arrays = []
+    for name, value in found.items():
+        array = np.atleast_1d(numbers(f"axes[{name!r}]", value)).astype(np.float64)
+        if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
+            raise ValueError(
+                f"axes[{name!r}] must be a non-empty, finite, one-dimensional array, got shape {array.shape} in "
+                f"{shown(value)}"
+            )
+        arrays.append(array)
+    return tuple(found), tuple(arrays)

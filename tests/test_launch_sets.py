@@ -1,0 +1,439 @@
+"""Launch sets of any number of degrees of freedom: energies, measures against closed forms, grids against brute force,
+words for what is wrong.
+"""
+
+import numpy as np
+import pytest
+from scipy import optimize, stats
+
+import fastaff as fa
+from fastaff.analysis import NotReached
+from fastaff.jobs.launch import BLOCK, between
+
+HH = fa.HenonHeiles()
+NAMES = ("x", "y", "z", "u", "v", "w")
+
+
+def energies(model, z):
+    n = model.degrees_of_freedom
+    return model.kinetic_energy(*z[n:]) + model.potential_energy(*z[:n])
+
+
+def oscillator(n, seed):
+    """An oscillator with random masses, stiffnesses, centre, and constant: its model, and what makes of its phase
+    points those of the isotropic oscillator |z|^2 = 1 at the energy that comes with it.
+    """
+    rng = np.random.default_rng([n, seed])
+    k, m = 10.0 ** rng.uniform(-4, 4, n), 10.0 ** rng.uniform(-3, 3, n)
+    centre, V0, room = rng.normal(size=n) * 5, rng.normal() * 3, 10.0 ** rng.uniform(-2, 2)
+    centre = centre * np.sqrt(room / k)
+    text = " + ".join(f"k{i}*({name} - c{i})**2/2" for i, name in enumerate(NAMES[:n]))
+    given = {f"k{i}": k[i] for i in range(n)} | {f"c{i}": centre[i] for i in range(n)}
+    model = fa.hamiltonian(f"{text} + V0", coordinates=" ".join(NAMES[:n]), masses=m, V0=V0, **given)
+    size = np.concatenate([np.sqrt(2 * room / k), np.sqrt(2 * room * m)])
+    middle = np.concatenate([centre, np.zeros(n)])
+    return model, V0 + room, lambda z: (z - middle[:, None]) / size[:, None], centre
+
+
+def galaxy(**more):
+    return fa.hamiltonian(
+        "v**2*log(r**2 + x**2 + y**2/b**2 + z**2/c**2)/2", coordinates="x y z", v=1.0, r=0.1, b=0.9, c=0.8, **more
+    )
+
+
+# --- random points --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 6])
+def test_points_of_an_energy_surface_are_uniform_on_the_sphere_of_an_oscillator(n):
+    """A coordinate of a point of the unit sphere in 2n dimensions has a square that is Beta(1/2, n - 1/2); any two
+    have an angle that is uniform.
+    """
+    model, energy, unit, _ = oscillator(n, 1)
+    sample = fa.energy_sample(model, energy=energy, orbits=2000, seed=5)
+    z = unit(sample.z0)
+    np.testing.assert_allclose((z**2).sum(axis=0), 1, rtol=1e-9)
+    assert sample.names == (*NAMES[:n], *(f"p_{name}" for name in NAMES[:n]))
+    assert min(stats.kstest(row**2, stats.beta(0.5, n - 0.5).cdf).pvalue for row in z) > 1e-4
+    assert min(stats.kstest(np.arctan2(z[0], row) / np.pi, "uniform", (-1, 2)).pvalue for row in z[1:]) > 1e-4
+
+
+@pytest.mark.parametrize("n", [3, 4])
+@pytest.mark.parametrize("direction", [1, -1, 0])
+def test_points_of_a_section_are_uniform_in_the_ball_of_an_oscillator(n, direction):
+    """The other coordinates and momenta fill the ball in 2n - 2 dimensions: squares are Beta(1/2, n - 1/2)."""
+    model, energy, unit, centre = oscillator(n, 2)
+    normal = np.zeros(2 * n)
+    normal[1] = -2.0
+    section = fa.Linear(tuple(normal), -2.0 * centre[1], direction)
+    sample = fa.energy_sample(model, energy=energy, section=section, orbits=2000, seed=6)
+    z = unit(sample.z0)
+    rest = np.delete(z, [1, 1 + n], axis=0)
+    np.testing.assert_allclose(z[1], 0, atol=1e-12)
+    np.testing.assert_allclose((z**2).sum(axis=0), 1, rtol=1e-9)
+    assert (z[1 + n] * (-1 if direction == 1 else 1) >= 0).all()
+    assert min(stats.kstest(row**2, stats.beta(0.5, n - 0.5).cdf).pvalue for row in rest) > 1e-4
+    np.testing.assert_array_equal(sample.points, np.delete(sample.z0, [1, 1 + n], axis=0))
+
+
+def test_the_flow_keeps_the_measure_of_an_energy_surface_and_the_return_map_that_of_a_section():
+    """Two-sample tests before and after, in a triaxial logarithmic potential with its mixed orbits."""
+    model = galaxy()
+    whole = fa.energy_sample(model, energy=-0.4, orbits=1500, seed=1)
+    after = fa.integrate(model, whole.z0, time=7.0, accuracy=1e-8).z
+    cut = fa.energy_sample(model, energy=-0.4, section="y=0.1", orbits=1500, seed=2)
+    image = fa.poincare_map(model, cut.z0, section="y=0.1", crossings=1, max_time=100.0, scheme=fa.DOP853)
+    assert (image.counts == 1).all()
+    np.testing.assert_allclose([energies(model, whole.z0), energies(model, cut.z0)], -0.4, rtol=1e-13)
+    for one, other in ((whole.z0, after), (cut.z0, image.points[:, 0])):
+        for row in (0, 2, 3, 4, 5):
+            assert stats.ks_2samp(one[row], other[row]).pvalue > 1e-3, row
+        assert stats.ks_2samp(np.abs(one[0] * one[5]), np.abs(other[0] * other[5])).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("energy", [0.02, 1 / 8, 0.16, 1 / 6])
+def test_points_of_henon_heiles_fill_the_triangle_and_nothing_beyond(energy):
+    """n = 2: uniform over the area that the energy allows inside the triangle, also at the energy of its saddles."""
+    sample = fa.energy_sample(HH, energy=energy, orbits=4000, seed=3)
+    x, y = sample.z0[:2]
+    np.testing.assert_allclose(energies(HH, sample.z0), energy, rtol=1e-12)
+    assert (y > -0.5).all()
+    assert (np.sqrt(3) * np.abs(x) + y < 1).all()
+    side = np.linspace(-1, 1, 1201)
+    u, v = (axis.ravel() for axis in np.meshgrid(side, side))
+    inside = (HH.potential_energy(u, v) < energy) & (v > -0.5) & (np.sqrt(3) * np.abs(u) + v < 1)
+    for mine, grid in ((x, u), (y, v), (x * x + y * y, u * u + v * v)):
+        # Cells of a fine grid stand for the distribution.
+        exact = np.sort(grid[inside])
+        share = np.searchsorted(exact, np.sort(mine)) / exact.size
+        assert stats.kstest(share, "uniform").pvalue > 1e-4
+    assert stats.kstest(np.arctan2(*sample.z0[2:]) / np.pi, "uniform", (-1, 2)).pvalue > 1e-4
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1e-5, 2e-4), (1e6, -3e6)])
+def test_all_wells_share_the_volume_of_an_energy_surface(scale, shift):
+    """Two wells below their barrier, and a dumbbell above it: the share of each side, by quadrature of the area."""
+    x = "((x - c)/s)"
+    model = fa.hamiltonian(f"({x}**2 - 1)**2 + {x}/5 + (y/s)**2/2", c=shift, s=scale)
+    for energy in (0.6, 1.3):
+        drawn = fa.energy_sample(model, energy=energy, orbits=4000, seed=5)
+        s = np.linspace(-3, 3, 400_001)
+        width = np.sqrt(np.maximum(energy - (s**2 - 1) ** 2 - s / 5, 0))
+        share = width[s > 0].sum() / width.sum()
+        right = (drawn.z0[0] > shift).mean()
+        assert abs(right - share) < 4.5 * np.sqrt(share * (1 - share) / 4000)
+
+
+def test_a_curved_well_is_filled():
+    """A banana: y near 4 x^2. The density of x is that of the width, constant in y for n = 2."""
+    model = fa.hamiltonian("50*(y - 4*x**2)**2 + x**2/2")
+    drawn = fa.energy_sample(model, energy=0.5, orbits=3000, seed=2)
+    x, _ = drawn.z0[:2]
+    u = x / 1.0
+    # At x the energy allows |y - 4 x^2| <= sqrt((0.5 - x^2/2)/50): a half ellipse in x, Beta(3/2, 3/2).
+    assert stats.kstest((u + 1) / 2, stats.beta(1.5, 1.5).cdf).pvalue > 1e-4
+
+
+def test_kinetic_energies_that_mix_momenta():
+    """A body with two inertias: T couples p_a and p_b. Energies, and the measure of the momenta over each point."""
+    body = fa.formula("(D1**2 + D2**2)/2 + c*(D1 - D2)**4", mu=(0.5, 3.0), c=0.01)
+    ranges = {"a1": (1.0, 1.2), "a2": (-0.1, 0.1), "b1": (-0.1, 0.1), "b2": (-0.1, 0.1)}
+    sample = fa.energy_sample(body, energy=4.0, axes=ranges, orbits=1500, seed=1)
+    np.testing.assert_allclose(energies(body, sample.z0), 4.0, rtol=1e-13)
+    velocity = np.array(body.velocity(*sample.z0[4:]))
+    material = np.array([velocity[0] + velocity[2], velocity[0] - velocity[2]]) / np.sqrt(2)  # x', u'
+    room = 4.0 - body.potential_energy(*sample.z0[:4])
+    for speed, mass in zip(material, (0.5, 3.0)):  # a sphere in 4 dimensions
+        assert stats.kstest(mass * speed**2 / (2 * room), stats.beta(0.5, 1.5).cdf).pvalue > 1e-4
+
+
+def test_the_first_points_do_not_depend_on_how_many_are_drawn():
+    model = galaxy()
+    for how in ({}, {"section": "x=0"}, {"at_rest": True}, {"solve": "p_y", "axes": {"x": (-0.2, 0.2), "z": (0, 0.1)}}):
+        some, many = (fa.energy_sample(model, energy=-0.4, orbits=count, seed=9, **how).z0 for count in (40, 3000))
+        assert np.ascontiguousarray(many[:, :40]).tobytes() == some.tobytes()
+        other = fa.energy_sample(model, energy=-0.4, orbits=40, seed=10, **how).z0
+        assert (other != some).any()
+
+
+def test_draws_from_ranges_of_rows_are_even():
+    """x and p_x of a section of the galaxy's, z fixed, p_y from the energy."""
+    model = galaxy()
+    how = {"axes": {"x": (-0.2, 0.3), "p_x": (-0.2, 0.1)}, "fixed": {"z": 0.1, "p_z": 0.05}, "solve": "p_y", "sign": -1}
+    sample = fa.energy_sample(model, energy=-0.4, orbits=2000, seed=4, **how)
+    x, y, z, p_x, p_y, p_z = sample.z0
+    np.testing.assert_allclose(energies(model, sample.z0), -0.4, rtol=1e-13)
+    assert (p_y < 0).all()
+    assert (z == 0.1).all()
+    assert (p_z == 0.05).all()
+    assert not y.any()
+    assert stats.kstest(x, "uniform", (-0.2, 0.5)).pvalue > 1e-4
+    assert stats.kstest(p_x, "uniform", (-0.2, 0.3)).pvalue > 1e-4
+    assert sample.names == ("x", "p_x")
+
+
+# --- grids ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_grids_by_name_are_those_of_brute_force(sign):
+    rng = np.random.default_rng(7)
+    model, energy, unit, centre = oscillator(3, 4)
+    size = 1 / (unit(np.eye(6)) - unit(np.zeros((6, 6)))).diagonal()
+    axes = {"x": centre[0] + size[0] * np.linspace(-1.1, 1.1, 7), "p_z": size[5] * np.linspace(-1.1, 1.1, 6)}
+    fixed = {"y": centre[1] + 0.1 * size[1], "z": centre[2], "p_x": 0.2 * size[3] * rng.normal()}
+    grid = fa.energy_grid(model, energy=energy, axes=axes, fixed=fixed, solve="p_y", sign=sign)
+    assert grid.names == ("x", "p_z")
+    assert grid.forbidden.shape == (7, 6)
+    cell = 0
+    for i, x in enumerate(axes["x"]):
+        for j, p_z in enumerate(axes["p_z"]):
+            z = np.array([x, fixed["y"], fixed["z"], fixed["p_x"], 0.0, p_z])
+            rest = 1 - (unit(z[:, None]) ** 2).sum()
+            assert grid.forbidden[i, j] == (rest < 0)
+            if rest >= 0:
+                z[4] = sign * size[4] * np.sqrt(rest)
+                np.testing.assert_allclose(grid.z0[:, cell], z, rtol=1e-8, atol=1e-8 * np.abs(size).max())
+                cell += 1
+    assert cell == len(grid)
+    np.testing.assert_allclose(energies(model, grid.z0), energy, rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal(grid["p_z"], grid.z0[5])
+    assert grid.spread(grid["x"]).shape == (7, 6)
+
+
+def test_three_axes_and_one():
+    one = fa.energy_grid(galaxy(), energy=-0.4, axes={"z": np.linspace(0, 0.3, 5)}, solve="p_x", fixed={"p_y": 0.1})
+    assert one.z0.shape == (6, 5)
+    assert one.spread(np.arange(5)).shape == (5,)
+    cube = {"x": np.linspace(0, 0.3, 3), "y": np.linspace(0, 0.2, 4), "p_x": np.linspace(-2, 2, 5)}
+    three = fa.energy_grid(galaxy(), energy=-0.4, axes=cube, solve="p_z")
+    assert three.forbidden.shape == (3, 4, 5)
+    assert 0 < three.forbidden.sum() == 60 - len(three)
+    u = np.meshgrid(*cube.values(), indexing="ij")
+    for name, axis in zip(cube, u):
+        np.testing.assert_array_equal(three[name], axis.ravel()[three.cell])
+
+
+def test_a_section_by_name_is_that_of_two_arrays_to_the_bit():
+    axes = np.linspace(-0.4, 0.5, 10), np.linspace(-0.4, 0.4, 9)
+    for section in (fa.Linear((1.0, 0, 0, 0), 0.02, -1), fa.Linear((0, -2.0, 0, 0), 0.1, 1), fa.Linear((1.0, 0, 0, 0))):
+        other = "xy"[int(section.normal[0] != 0)]
+        plain = fa.energy_grid(HH, energy=0.12, section=section, axes=axes)
+        named = fa.energy_grid(HH, energy=0.12, section=section, axes={other: axes[0], f"p_{other}": axes[1]})
+        assert plain.z0.tobytes() == named.z0.tobytes()
+        np.testing.assert_array_equal(plain.forbidden, named.forbidden)
+
+
+def test_a_coordinate_from_the_energy():
+    """The last root in the direction of the sign: of a double well, by polynomials."""
+    model = fa.hamiltonian("(x**2 - 1)**2 + x/5 + y**2/2")
+    momenta = np.linspace(-0.9, 0.9, 7)
+    for sign in (1, -1):
+        grid = fa.energy_grid(model, energy=0.6, axes={"p_x": momenta}, fixed={"y": 0.1}, solve="x", sign=sign)
+        for x, p in zip(grid["p_x"], grid.z0[0]):
+            roots = np.roots([1, 0, -2, 0.2, 1 + 0.005 + x * x / 2 - 0.6])
+            real = roots.real[np.abs(roots.imag) < 1e-9]
+            assert p == pytest.approx(real.max() if sign > 0 else real.min(), rel=1e-12)
+        np.testing.assert_allclose(energies(model, grid.z0), 0.6, rtol=1e-12)
+
+
+# --- at rest --------------------------------------------------------------------------------------------------------
+
+
+def test_starts_at_rest_lie_on_the_equipotential_in_the_directions_asked_for():
+    model = galaxy()
+    axes = {"theta": np.linspace(0.1, 3.0, 7), "phi": np.linspace(-3.0, 3.0, 9)}
+    grid = fa.energy_grid(model, energy=-0.4, axes=axes, at_rest=True)
+    theta, phi = grid["theta"], grid["phi"]
+    assert not grid.forbidden.any()
+    assert not grid.z0[3:].any()
+    unit = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    scale = np.sqrt((unit**2 / np.array([1, 0.81, 0.64])[:, None]).sum(axis=0))  # log(r^2 + s^2) = -0.8
+    np.testing.assert_allclose(grid.z0[:3], unit * np.sqrt(np.exp(-0.8) - 0.01) / scale, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_random_directions_at_rest_are_uniform(n):
+    """Of an isotropic oscillator: q uniform on a sphere in n dimensions about the point where rays begin."""
+    text = " + ".join(f"(({name} - c)/s)**2/2" for name in NAMES[:n])
+    model = fa.hamiltonian(text, coordinates=" ".join(NAMES[:n]), c=30.0, s=4.0)
+    centre = dict.fromkeys(NAMES[:n], 30.0)
+    sample = fa.energy_sample(model, energy=0.5, orbits=2000, seed=1, at_rest=True, fixed=centre)
+    unit = (sample.z0[:n] - 30.0) / 4.0
+    np.testing.assert_allclose((unit**2).sum(axis=0), 1, rtol=1e-12)
+    assert not sample.z0[n:].any()
+    assert min(stats.kstest(row**2, stats.beta(0.5, (n - 1) / 2).cdf).pvalue for row in unit) > 1e-4
+    again = fa.energy_grid(
+        model, energy=0.5, axes={name: sample[name][:1] for name in sample.names}, at_rest=True, fixed=centre
+    )
+    np.testing.assert_allclose(again.z0[:, 0], sample.z0[:, 0], rtol=1e-12)
+
+
+def test_rays_end_at_the_first_wall():
+    """Henon-Heiles below its saddles: by a root finder; above them some rays have no end."""
+    axes = {"phi": np.linspace(0.05, 6.2, 40)}
+    grid = fa.energy_grid(HH, energy=0.15, axes=axes, at_rest=True)
+    for phi, x, y in zip(grid["phi"], *grid.z0[:2]):
+        c, s = np.cos(phi), np.sin(phi)
+        r = np.linspace(0, 1.2, 4001)
+        first = np.flatnonzero(HH.potential_energy(r * c, r * s) > 0.15)[0]
+        root = optimize.brentq(
+            lambda t, c=c, s=s: HH.potential_energy(t * c, t * s) - 0.15, r[first - 1], r[first], xtol=1e-15
+        )
+        np.testing.assert_allclose([x, y], [root * c, root * s], rtol=1e-12)
+    above = fa.energy_grid(HH, energy=0.2, axes=axes, at_rest=True)
+    assert 0 < above.forbidden.sum() < 40
+
+
+# --- jobs -----------------------------------------------------------------------------------------------------------
+
+LOG = fa.jobs.Model(
+    hamiltonian="log(r**2 + x**2 + y**2 + z**2/c**2)/2", coordinates="x y z", parameter=["r=0.1", "c=0.8"]
+)
+
+
+@pytest.mark.parametrize(
+    "starts",
+    [
+        {"orbits": 2500, "microcanonical": True},
+        {"orbits": 2500},
+        {"orbits": 1500, "at_rest": True},
+        {"orbits": 2500, "axes": {"x": "-0.2:0.2", "z": "0:0.1"}, "solve": "p_y"},
+        {"axes": {"x": "-1:1:40", "z": "0:1:30"}, "solve": "p_y", "fixed": {"y": 0.05}},
+        {"axes": ["theta=0:pi:20", "phi=0:2*pi:20"], "at_rest": True},
+        {"axes": ["y=-0.3:0.3:20", "p_y=-0.3:0.3:20"]},
+    ],
+    ids=lambda s: "-".join(s),
+)
+def test_jobs_have_the_same_points_in_any_units(starts):
+    """Blocks are computed whole: parts of a launch set have the bits of the whole, and the text of a job makes it
+    again.
+    """
+    job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, frequency_map={"time": 50.0})
+    launch = job.plan().launch
+    z0, place = between(launch, 0, launch.size)
+    np.testing.assert_allclose(energies(job.plan().body, z0), -0.4, rtol=1e-11)
+    again = fa.Job.parsed(job.text()).plan().launch
+    for low, high in ((0, 300), (BLOCK - 7, BLOCK + 100), (launch.size - 30, launch.size)):
+        part, at = between(again, low, min(high, launch.size))
+        kept = (place >= low) & (place < high)
+        assert part.tobytes() == np.ascontiguousarray(z0[:, kept]).tobytes()
+        np.testing.assert_array_equal(at, place[kept] - low)
+    assert place.size == launch.size or not starts.get("orbits")
+
+
+def test_a_job_of_three_degrees_of_freedom_is_that_of_the_library(tmp_path):
+    starts = {"axes": {"x": "-0.4:0.4:4", "z": "0:0.2:3"}, "solve": "p_y"}
+    job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, integrate={"time": 5.0})
+    found = fa.run(job, tmp_path / "a.zarr")["integrate"]
+    body = job.plan().body
+    axes = {"x": -0.4 + 0.8 * (np.arange(4) + 0.5) / 4, "z": 0.2 * (np.arange(3) + 0.5) / 3}
+    grid = fa.energy_grid(body, energy=-0.4, axes=axes, solve="p_y")
+    np.testing.assert_array_equal(found.z, fa.integrate(body, grid.z0, time=5.0).z)
+
+
+# --- words ----------------------------------------------------------------------------------------------------------
+
+TWO = {"x": [0.0, 0.1], "z": [0.0, 0.1]}
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"axes": {"X1": [0.1]}}, ValueError, "axes must be one of x, y, z, p_x, p_y, p_z, got 'X1'"),
+        ({"axes": {"mom_z": [0.1]}}, ValueError, "Did you mean p_z"),
+        ({"solve": None}, ValueError, "solve must name what the energy gives, one of y, p_x, p_y, p_z"),
+        ({"solve": "p_q"}, ValueError, r"solve must be one of y, p_x, p_y, p_z, got 'p_q'. Did you mean p_"),
+        ({"solve": "x"}, ValueError, "solve must be one of y"),
+        ({"fixed": {"x": 0.1}}, ValueError, "axes and fixed both name x"),
+        ({"fixed": {"w": 0.1}}, ValueError, "fixed must be one of x, y"),
+        ({"fixed": {"y": np.nan}}, ValueError, r"fixed\['y'\] must be finite"),
+        ({"fixed": {"y": "a"}}, TypeError, r"fixed\['y'\] must be a real number"),
+        ({"fixed": [1.0]}, TypeError, "fixed must be numbers by name"),
+        ({"sign": 0}, ValueError, r"sign must be \+1 or -1, got 0"),
+        ({"sign": 1.0}, ValueError, "sign must be"),
+        ({"axes": {"x": [np.nan]}}, ValueError, r"axes\['x'\] must be a non-empty, finite"),
+        ({"axes": {"x": []}}, (ValueError, TypeError), r"axes\['x'\]"),
+        ({"axes": {}}, ValueError, "axes must name one row at least"),
+        ({"axes": ([0.1], [0.2])}, TypeError, "axes must be arrays of numbers by name"),
+        ({"at_rest": 1}, TypeError, "at_rest must be True or False"),
+        ({"at_rest": True}, ValueError, "at_rest and solve exclude one another"),
+        ({"at_rest": True, "solve": None}, ValueError, "axes must be one of theta, phi, got 'x'"),
+        ({"at_rest": True, "solve": None, "axes": {"phi": [1.0]}}, ValueError, "axes at rest must be theta, phi"),
+        ({"section": "x=0", "solve": None}, ValueError, "x is given by the section, it must not be in axes"),
+        ({"section": "q=0"}, ValueError, "section must be one of x=c, y=c, z=c"),
+        ({"section": fa.Linear((1.0, 1.0, 0, 0, 0, 0))}, TypeError, "section must be Linear with one non-zero entry"),
+        ({"energy": -9.0}, NotReached, r"energy -9.0 reaches no cell of the grid x in \[0, 0.1\], z in"),
+        ({"energy": np.inf}, ValueError, "energy must be finite"),
+        ({"p_eta": 1.0}, ValueError, "p_eta and p_gamma belong to a Body"),
+    ],
+    ids=lambda v: "-".join(v) if isinstance(v, dict) else "",
+)
+def test_wrong_grids(change, error, message):
+    options = {"energy": -0.4, "axes": TWO, "solve": "p_y"} | change
+    with pytest.raises(error, match=message):
+        fa.energy_grid(galaxy(), **options)
+
+
+@pytest.mark.parametrize(
+    ("model", "change", "error", "message"),
+    [
+        (HH, {"energy": 0.2}, ValueError, "lies above 0.166667, the lowest saddle .* give ranges of the coordinates"),
+        (HH, {"energy": -1.0}, NotReached, "energy -1 lies below the minimum 0 of this system's energy"),
+        (galaxy(), {"energy": -3.0}, NotReached, "energy -3 lies below the minimum -2.302"),
+        (galaxy(), {"section": "x=2"}, NotReached, "minimum 0.694.* of this system's energy on the section"),
+        (fa.hamiltonian("x**2/2", coordinates="x"), {}, ValueError, "two degrees of freedom or more"),
+        (fa.hamiltonian("x**2 - z**2", coordinates="x y z"), {}, ValueError, "energy 0.1 does not bound the motion"),
+        (HH, {"axes": {"p_x": (0, 1)}}, ValueError, "axes must be one of x, y, got 'p_x'"),
+        (HH, {"axes": {"x": (1, 0)}}, ValueError, r"axes\['x'\] must be a range"),
+        (HH, {"axes": {"x": (5.0, 6.0), "y": (1.0, 2.0)}}, ValueError, "lies below 3.* the least energy met in the"),
+        (HH, {"fixed": {"x": 1.0}}, ValueError, "fixed goes with solve or at_rest"),
+        (HH, {"solve": "p_y"}, ValueError, "axes must give the ranges"),
+        (HH, {"at_rest": True, "axes": {"phi": (0, 1)}}, ValueError, "axes and at_rest exclude one another"),
+        (HH, {"at_rest": True, "energy": -1.0}, NotReached, "reaches less than a thousandth of the directions"),
+        (HH, {"orbits": 0}, ValueError, "orbits must be at least 1"),
+        (HH, {"seed": -1}, ValueError, "seed must be one of"),
+        (fa.Body(fa.Harmonic()), {"energy": 3.0}, ValueError, "axes must give ranges of the coordinates of a body"),
+    ],
+)
+def test_wrong_samples(model, change, error, message):
+    with pytest.raises(error, match=message):
+        fa.energy_sample(model, **{"energy": 0.1, "orbits": 3} | change)
+
+
+@pytest.mark.parametrize(
+    ("starts", "message"),
+    [
+        ({"grid": "3x3"}, "--grid is of the two coordinates of a section"),
+        ({}, "--axes NAME=LOW:HIGH:N is required"),
+        ({"axes": ["x=0:1"]}, "--axes x must be LOW:HIGH:N"),
+        ({"axes": ["x=0:1:3", "x=0:1:3"]}, "--axes x is given twice"),
+        ({"axes": ["x"]}, "--axes must be NAME=LOW:HIGH:N, got 'x'"),
+        ({"axes": ["k=0:1:3"]}, "--axes must be one of x, y, z"),
+        ({"axes": ["y=0:1:3"], "fixed": ["z=a"]}, "--fixed z"),
+        ({"microcanonical": True}, "--microcanonical needs --orbits"),
+        ({"microcanonical": True, "orbits": 3, "at_rest": True}, "give --microcanonical or --at-rest"),
+    ],
+)
+def test_wrong_jobs(starts, message):
+    job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, frequency_map={"time": 50.0})
+    with pytest.raises(ValueError, match=message):
+        job.plan()
+
+
+def test_figures_say_what_they_need():
+    ax = pytest.importorskip("matplotlib.figure").Figure().subplots()
+    with pytest.raises(ValueError, match="starts must lie over two coordinates to be drawn, these are x, y, p_x, p_y"):
+        fa.energy_sample(HH, energy=0.1, orbits=3).plot(ax=ax)
+    grid = fa.energy_grid(galaxy(), energy=-0.4, axes=TWO, solve="p_y")
+    assert grid.plot(ax=ax).missing == 0
+
+
+def test_recipes_make_the_same_again():
+    grid = fa.energy_grid(galaxy(), energy=-0.4, axes=TWO, solve="p_y", fixed={"y": 0.01})
+    assert not grid.call.missing
+    axes = [(name, np.array(values)) for name, values in grid.call.arguments["axes"]]
+    assert (
+        fa.energy_grid(galaxy(), energy=-0.4, axes=axes, solve="p_y", fixed=[["y", 0.01]]).z0.tobytes()
+        == grid.z0.tobytes()
+    )
