@@ -370,7 +370,7 @@ def test_bodies_of_a_formula(tmp_path, capsys):
     assert files.contents(tmp_path / "own.npz").metadata["formula"] == text
     general = ["--formula", "x**2 + 2*y**2 + z**2 + u**2"]
     assert cli.main(["chaos-map", *SURFACE, *general]) == 2
-    assert "potential of alpha and beta (or D1 and D2) alone" in capsys.readouterr().err
+    assert "elsewhere give --axes NAME=LOW:HIGH:N" in capsys.readouterr().err
     assert (
         cli.main(
             [

@@ -20,7 +20,7 @@ from ...models.mechanics import energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
-from .named_axes import are_named, by_name, checked_values, launching
+from .named_axes import are_named, by_name, checked_sign, checked_values, launching
 
 ARRAYS = 32
 """Arrays of the size of a grid that lifting it takes at a time."""
@@ -108,6 +108,7 @@ def energy_grid(
     Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b; Schwarzschild 1993, Astrophys. J. 409, 563 (start
     spaces of galactic orbits: at rest, and x-z with p_y from the energy).
     """
+    sign = checked_sign(sign)
     if section is None or are_named(axes) or not _all_unset(fixed, solve, at_rest):
         return _grid_by_name(body, energy, axes, section, (fixed, solve, sign, at_rest), (p_eta, p_gamma))
     if sign != 1:

@@ -20,7 +20,7 @@ from .allowed_region import LARGEST, Function, evaluated, extrema, highest, inte
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
 from .energy_limits import NotReached, may_escape, too_low
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import are_named, by_name
+from .named_axes import are_named, by_name, checked_sign
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def energy_sample(
         np.random.default_rng(seed)
     except (TypeError, ValueError) as problem:
         raise type(problem)(f"seed must be one of numpy.random.default_rng, got {shown(seed)}: {problem}") from None
-    how = (axes, fixed, solve, sign, at_rest)
+    how = (axes, fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(body, section, *how):
         source = source_of(body, energy, section, *how, p_eta=p_eta, p_gamma=p_gamma)
         fits("orbits", ARRAYS * body.degrees_of_freedom, count)

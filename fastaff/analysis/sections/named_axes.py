@@ -154,6 +154,13 @@ def checked_names(argument: str, value: Any, takes: str) -> dict[str, Any]:
     return dict(pairs)
 
 
+def checked_sign(sign: Any) -> int:
+    """Return a sign that is +1 or -1."""
+    if type(sign) is bool or not isinstance(sign, (int, np.integer)) or sign not in (-1, 1):
+        raise ValueError(f"sign must be +1 or -1, got {shown(sign)}")
+    return int(sign)
+
+
 def launching(
     model: Any,
     energy: float,
@@ -166,8 +173,7 @@ def launching(
 ) -> Launching:
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
     rows, n = row_names(model), model.degrees_of_freedom
-    if not (isinstance(sign, (int, np.integer)) and not isinstance(sign, bool) and sign in (-1, 1)):
-        raise ValueError(f"sign must be +1 or -1, got {shown(sign)}")
+    sign = checked_sign(sign)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
@@ -197,7 +203,7 @@ def launching(
     if not isinstance(solve, str) or solve not in left:
         asked = solve if isinstance(solve, str) else shown(solve)
         raise ValueError(f"solve must be one of {', '.join(left)}, got {shown(solve)}.{did_you_mean(asked, left)}")
-    return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), int(sign))
+    return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), sign)
 
 
 def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
