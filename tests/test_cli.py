@@ -412,7 +412,9 @@ def test_systems_of_a_formula(tmp_path, capsys):
     capsys.readouterr()
     assert cli.main(["poincare", *own, *run, "--section", "x=0"]) == 2
     assert "--section must be one of u=c, v=c" in capsys.readouterr().err
-    assert cli.main(["chaos-map", "--hamiltonian", "x**2+y**2+z**2", "--coordinates", "x y z", *run]) == 2
+    three = ["chaos-map", "--hamiltonian", "x**2+y**2+z**2", "--coordinates", "x y z"]
+    assert cli.main([*three, *run]) == 0
+    assert cli.main([*three, "--energy", "0.1", "--grid", "2x2"]) == 2
     assert "--axes NAME=LOW:HIGH:N" in capsys.readouterr().err
 
 
