@@ -14,7 +14,7 @@ from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
 from ...flows.coordinates import row_names
 from ...models.contracts import quadratic
-from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, velocities
+from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies, velocities
 from ...models.sections import Linear
 from .accessible_box import spread
 from .allowed_region import crossings, extrema, line
@@ -44,7 +44,9 @@ class Launching(NamedTuple):
         z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
         with np.errstate(all="ignore"):
             if self.row < 0:
-                z[: len(self.base) // 2] += self._rest(values, z)
+                n = len(self.base) // 2
+                z[:n] += self._rest(values, z)
+                z[n:] = at_rest(self.model, z[:n])
             else:
                 rows = row_names(self.model)
                 for name, value in zip(self.names, values, strict=True):
@@ -60,6 +62,7 @@ class Launching(NamedTuple):
         def room(r: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             at = spread(z[:, column], r)
             at[:n] += r * spread(each[:, column], r)
+            at[n:] = at_rest(self.model, at[:n])
             return self._room(at)
 
         column = np.arange(angles.shape[1])
@@ -169,7 +172,7 @@ def launching(
     fixed: Any = None,
     solve: Any = None,
     sign: Any = 1,
-    at_rest: Any = False,
+    resting: Any = False,
 ) -> Launching:
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
     rows, n = row_names(model), model.degrees_of_freedom
@@ -178,7 +181,7 @@ def launching(
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
     }
-    if flag("at_rest", at_rest):
+    if flag("at_rest", resting):
         return _resting(model, energy, names, section, base, solve)
     names = tuple(named("axes", name, rows) for name in names)
     if section is not None:
