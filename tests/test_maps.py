@@ -72,6 +72,17 @@ def test_an_orbit_has_the_same_bits_alone_and_in_company(model):
 
 
 @pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
+def test_starts_are_not_touched(model):
+    z = starts(model, 4, 0.2)
+    kept = z.copy()
+    found = fa.chaos_map(model, z, time=50, history=50)
+    fa.periodic_orbits(model, z, iterations=1)
+    np.testing.assert_array_equal(z, kept)
+    again = fa.tangent_map(model, z, time=50, deviations=np.eye(len(z))[:1])
+    assert found.status.max() == again.status.max() == 0
+
+
+@pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
 def test_tangent_maps_are_derivatives_and_symplectic(model):
     z, h = starts(model, 3), 1e-6
     columns = []
@@ -176,6 +187,98 @@ def test_iterates_are_the_crossings_of_a_map():
     np.testing.assert_allclose(early, naive[:5, :, ~lost].transpose(1, 0, 2), atol=1e-13)
     assert (found.times[:, ~lost] == np.arange(1, 201)[:, None]).all()
     assert found.names == ("x", "y", "p_x", "p_y")
+
+
+def symmetric(K, x, p, q):
+    """The momentum of the orbit with the rotation number p/q on the symmetry line x of the standard map, by Newton's
+    method for the lifted angle alone, from K = 0.
+    """
+    r = 2 * np.pi * p / q
+    for k in np.linspace(0, K, 40)[1:]:
+        for _ in range(20):
+            a, m, da, dm = x, r, 0.0, 1.0
+            for _ in range(q):
+                m, dm = m + k * np.sin(a), dm + k * np.cos(a) * da
+                a, da = a + m, da + dm
+            r -= (a - x - 2 * np.pi * p) / da
+    return r
+
+
+def test_residues_at_the_break_up_of_the_golden_curve_are_near_a_quarter():
+    """Greene 1979: they go to 0.25 at K = 0.971635, to 0 below, and grow beyond."""
+    ratios = ((5, 8), (8, 13), (13, 21), (21, 34))
+    residues = {}
+    for K in (0.9, 0.971635406, 1.05):
+        elliptic = []
+        for p, q in ratios:
+            z = np.array([[x, symmetric(K, x, p, q)] for x in (0.0, np.pi)]).T
+            z = z[:, np.abs(z[1] - 2 * np.pi * p / q) < 1]  # where the search along the line did not get lost
+            found = fa.periodic_orbits(StandardMap(K), z, period=q)
+            assert (found.status == fa.Status.OK).all()
+            assert (found.error < 1e-9).all()
+            elliptic.append(found.residue.max())
+        residues[K] = np.array(elliptic)
+    np.testing.assert_allclose(residues[0.971635406], 0.25, atol=0.006)
+    assert (np.diff(residues[0.9]) < -0.02).all()
+    assert (np.diff(residues[1.05])[:2] > 0.1).all()
+
+
+@pytest.mark.parametrize("K", [0.3, 0.9, 2.5])
+def test_fixed_points_of_the_standard_map_have_the_residue_k_over_4(K):
+    rng = np.random.default_rng(6)
+    guesses = np.array([[0.0], [np.pi]]).reshape(1, 2) + 0.05 * rng.standard_normal((2, 2)) * [[1], [1]]
+    guesses[1] -= np.array([0.0, np.pi])
+    found = fa.periodic_orbits(StandardMap(K), guesses)
+    np.testing.assert_allclose(found.residue, [-K / 4, K / 4], atol=1e-13)
+    np.testing.assert_allclose(found.z, [[0.0, np.pi], [0.0, 0.0]], atol=1e-12)
+    assert found.reduced.shape == (2, 2, 2)
+
+
+def test_residues_of_a_map_of_four_rows_are_those_of_its_tunes():
+    model = OneTurnMap(0.28, 0.31, -0.3)
+    found = fa.periodic_orbits(model, [0.01, -0.01, 0.005, 0.0])
+    exact = np.sort([np.sin(np.pi * nu) ** 2 for nu in (0.28, 0.31)])
+    np.testing.assert_allclose(np.sort(found.residues[:, 0].real), exact, atol=1e-12)
+    np.testing.assert_allclose(np.abs(found.multipliers), 1.0, atol=1e-12)
+
+
+def test_a_family_of_a_map_is_followed_in_its_parameter():
+    """The fixed point at x = pi loses its stability at K = 4, R = 1."""
+    found = fa.continuation(lambda K: StandardMap(K), [np.pi, 0.0], parameter=0.5, bounds=(0.5, 5.0), steps=300)
+    assert found.status == fa.Status.OK
+    np.testing.assert_allclose(found.orbits.residue, found.value / 4, atol=1e-10)
+    assert [event.value for event in found.bifurcations] == pytest.approx([4.0], abs=1e-6)
+
+
+def test_the_periodic_orbits_of_a_map_are_all_different():
+    model = StandardMap(0.9)
+    z = np.random.default_rng(0).uniform(-3, 3, (2, 200))
+    found = fa.find_periodic_orbits(model, z, max_period=3)
+    assert (found.status == fa.Status.OK).all()
+    inside = found.take(np.flatnonzero((np.abs(found.z[1]) < 3.2) & (found.period == 1)))
+    np.testing.assert_allclose(np.sort(inside.residue), [-0.225, 0.225], atol=1e-12)
+    images = iterated(model, found.z, 3)
+    for q in (1, 2, 3):
+        own = found.period == q
+        apart = (images[q - 1] - found.z)[:, own]
+        apart[0] -= 2 * np.pi * np.rint(apart[0] / (2 * np.pi))
+        np.testing.assert_allclose(apart, 0.0, atol=1e-10)
+
+
+def test_what_periodic_orbits_of_maps_cannot_be_asked_for():
+    lossy = fa.mapping("x1 = 1 + y - a*x**2; y1 = b*x", a=1.4, b=0.3)
+    with pytest.raises(ValueError, match="not symplectic"):
+        fa.periodic_orbits(lossy, [0.6, 0.2])
+    with pytest.raises(ValueError, match="section is for systems in time"):
+        fa.periodic_orbits(StandardMap(), [0.1, 0.2], section="x=0")
+    with pytest.raises(ValueError, match="energy is for systems in time"):
+        fa.periodic_orbits(StandardMap(), [0.1, 0.2], energy=1.0)
+    with pytest.raises(ValueError, match="parameter must be a number for a map"):
+        fa.continuation(StandardMap(), [0.1, 0.2])
+    with pytest.raises(TypeError, match="section must be"):
+        fa.periodic_orbits(fa.HenonHeiles(), [0.1, 0.2, 0.0, 0.1])
+    wound = fa.periodic_orbits(StandardMap(), [0.0, 1e18])
+    assert wound.status[0] != fa.Status.OK
 
 
 @given(nu=st.floats(0.02, 0.48), size=st.floats(1e-3, 1e3), unit=st.floats(1e-3, 1e3))

@@ -11,6 +11,7 @@ from ..base.status import Status
 from ..base.sums import length, total
 from ..kernels.averages import scales
 from ..models.contracts import Kind, driven, kind_of
+from ..models.maps import jacobian
 from ..models.mechanics import frame_rate, kinetic_energies, seen, turns, velocities, without_time
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .checks import escape_radii
@@ -33,6 +34,9 @@ NUDGE = 1e-6
 
 ITERATIONS = 8
 """Force differences from which the highest frequency is found: one four times below another leaves 1e-9 of it."""
+
+STILL = 1e-9
+"""Part of their distance from 0 below which a map's iterates count as one point."""
 
 VANISHING = 1e3
 """How many times the frequency of small oscillations must exceed that of the motion for the latter to count as none."""
@@ -104,27 +108,33 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
 
 
 def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
-    """Return the scales of a map's orbits: a radian an iterate, and half of what LOOKS iterates extend over, or the
-    distance from 0 where they do not move; the periods count as 2 pi.
+    """Return the scales of a map's orbits: a radian an iterate; of a coordinate half of what LOOKS iterates extend over,
+    or its period over 2 pi; of its momentum what makes a circle of that in one iterate, or an angle turn by a radian.
     """
     n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(model, z)
-    size, one = np.empty(z.shape), np.ones(orbits)
+    position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
     for start in range(0, orbits, CHUNK):
         part = slice(start, start + CHUNK)
         flow = Flow(model, ITERATION, 1.0, 1e-12, 1e-12, threads)
-        ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=radius[part])
+        ensemble = flow.ensemble(z[:, part].copy(), radius=radius[part])
         states = flow.sampled(ensemble, LOOKS, time=float(LOOKS))
+        begin = z[:, part]
         with np.errstate(all="ignore"):
-            states = np.concatenate([z[:, part].T[:, None], states], axis=1)
+            states = np.concatenate([begin.T[:, None], states], axis=1)
             spread = (np.fmax.reduce(states, axis=1) - np.fmin.reduce(states, axis=1)).T / 2
-            size[:, part] = np.where(spread > 0, spread, np.abs(z[:, part]))
-    for row, period in enumerate(model.periods()):
-        if period > 0:
-            size[row] = period / (2 * np.pi)
-    size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
-    return Motion(
-        one, np.zeros(orbits), size[:n], size[n:], radius, one.copy(), one.copy(), np.full((n, orbits), math.inf)
-    )
+            moved = np.where(spread > STILL * np.abs(begin), spread, np.abs(begin))
+            M = jacobian(model, begin)
+            for i, period in enumerate(model.periods()[:n]):
+                pull, push = np.abs(M[n + i, i]), np.abs(M[i, n + i])
+                ratio = np.where((pull > 0) & (push > 0), np.sqrt(pull / push), np.where(push > 0, 1 / push, pull))
+                ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, 1.0)
+                size = np.fmax(moved[i], moved[n + i] / ratio)
+                if period > 0:
+                    ratio, size = np.where(push > 0, 1 / push, 1.0), np.full(len(size), period / (2 * np.pi))
+                size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
+                position[i, part], momentum[i, part] = size, size * ratio
+    never = np.full((n, orbits), math.inf)
+    return Motion(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
 
 
 def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:

@@ -1,6 +1,6 @@
 """What a model says of phase points: velocities, forces, energies. The one place that knows a model's `Kind`.
 
-A map has no energy: it is 0, as its kinetic energy is, so that nothing drifts.
+A map has neither energy nor velocity: they are 0, so that nothing drifts.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ def forces(model: Any, z: np.ndarray) -> np.ndarray:
 
 def slopes(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dz/dt (2n, ...) at phase points z (2n, ...): velocities and forces."""
+    if kind_of(model) is Kind.MAP:
+        return np.zeros(z.shape)
     with np.errstate(all="ignore"):
         return np.concatenate([velocities(model, z), forces(model, z)])
 

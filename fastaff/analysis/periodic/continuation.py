@@ -16,15 +16,14 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import NATURAL, checked_section, checked_tangent_model
 from ...flows.flow import Flow
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Kind, Model, Section, kind_of
 from ...models.mechanics import energies
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations, residue_products
-from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, packed, periodic_orbits
+from .periodic_orbits import WAIT, PeriodicOrbits, checked_return, no_orbits, packed, periodic_orbits
 from .return_map import (
     Returns,
     Scale,
@@ -62,6 +61,9 @@ TRIES = 6
 COARSER, SPARE = 1.25, 1e-2
 """How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
 
+UNMOVED = 1e-12
+"""Change of a return, in amplitudes, that is rounding: the orbit stays where it is whatever the parameter is."""
+
 VANISHED = 1e-3
 """Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
 
@@ -89,7 +91,7 @@ def continuation(
     model: Model,
     z0: Any,
     *,
-    section: Section,
+    section: Section | None = None,
     period: int = 1,
     parameter: float | None = None,
     energy: float | None = None,
@@ -101,7 +103,7 @@ def continuation(
     max_time: float | None = None,
     tolerance: float = 1e-12,
     step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
@@ -133,7 +135,9 @@ def continuation(
     1981, Physica D 3, 468 (residues at bifurcations).
     """
     make, first_model = _family(model, parameter)
-    checked_section(section, checked_tangent_model(first_model, "model", NATURAL))
+    scheme = checked_return(first_model, section, scheme)
+    if parameter is None and kind_of(first_model) is Kind.MAP:
+        raise ValueError("parameter must be a number for a map, which has no energy to follow; got None")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
@@ -161,10 +165,11 @@ def continuation(
         value = float(first.energy[0]) if parameter is None else parameter
         if not low <= value <= high:
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-        taken = None if np.isinf(first.step[0]) else float(first.step[0])
+        given = not np.isinf(first.step[0]) and section is not None
+        taken = float(first.step[0]) if given else None
         flow = plan(first_model, first.z, Options(first.scheme, taken, None, rtol, atol, threads=threads)).flow
         limit = None if max_time is None else positive("max_time", max_time)
-        own = step is None and not flow.adaptive
+        own = step is None and not (flow.adaptive or flow.exact)
         scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])
@@ -284,6 +289,8 @@ class _Family:
         for h in 1e-5 * size * 10.0 ** -np.arange(0, 12, 3):
             back = self.returned(u, scale, float(self.flow.step))
             moved = float(np.linalg.norm(self.shifted(u, back, scale, float(self.flow.step), h)))
+            if moved * h < UNMOVED:
+                continue
             unit = max(1.0, float(np.linalg.norm(scale.matrix(back.monodromy)))) / moved if moved > 0 else size
             if np.isfinite(unit) and unit > 10 * h:
                 return float(unit)
@@ -298,6 +305,9 @@ class _Family:
         closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
         rows = len(z)
         column = np.zeros(rows + 2)
+        if self.section is None:  # of a map, which has no energy
+            column[:rows] = unit * self.shifted(u, back, scale, step, 1e-5 * unit)
+            return np.column_stack([closing, column])
         length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0])
         if self.energy is None:
             column[rows + 1] = -unit / length

@@ -10,15 +10,14 @@ from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
 from ...base.short_forms import starts_of, takes
-from ...flows.checks import NATURAL, checked_section, checked_tangent_model
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
-from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, periodic_orbits
+from .periodic_orbits import WAIT, PeriodicOrbits, checked_return, no_orbits, periodic_orbits
 from .return_map import checked_guesses
 
 
@@ -70,7 +69,7 @@ def find_periodic_orbits(
     model: Model,
     z0: Any,
     *,
-    section: Section,
+    section: Section | None = None,
     max_period: int,
     energy: float | None = None,
     most: int = 100,
@@ -80,7 +79,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
@@ -100,7 +99,7 @@ def find_periodic_orbits(
     Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
     Source: as `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
     """
-    checked_section(section, checked_tangent_model(model, "model", NATURAL))
+    scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
     given = isinstance(z0, SectionMap)
     if given and len(z0.points) != 2 * model.degrees_of_freedom:
@@ -119,7 +118,7 @@ def find_periodic_orbits(
             z,
             section=section,
             crossings=count,
-            max_time=wait * count,
+            max_time=None if section is None else wait * count,
             step=step,
             scheme=flow.scheme,
             rtol=rtol,

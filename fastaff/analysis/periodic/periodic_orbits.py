@@ -20,8 +20,8 @@ from ...flows.coordinates import chart_row, row_names
 from ...flows.flow import Flow
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
-from ...schemes.catalogue import KAHAN_LI8, RungeKutta, Splitting, scheme_of
+from ...models.contracts import Kind, Map, Model, Section, kind_of
+from ...schemes.catalogue import ITERATION, KAHAN_LI8, RungeKutta, Splitting, scheme_of
 from .return_map import (
     FINER,
     Returns,
@@ -51,6 +51,9 @@ WAIT = 20 * 2 * np.pi
 
 SAME = 1e-6
 """Distance, in an orbit's own units, below which two section points are one."""
+
+EDGE = 1e-9
+"""Part of a period below which an angle at its edge is at the upper one."""
 
 MARGINAL = 1e-6
 """Distance of a residue from 0 or 1, beside the size of the monodromy matrix, below which an orbit is parabolic."""
@@ -187,33 +190,34 @@ class PeriodicOrbits(Result):
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def periodic_orbits(
-    model: Model,
+    model: Model | Map,
     z0: Any,
     *,
-    section: Section,
+    section: Section | None = None,
     period: int = 1,
     energy: Any = None,
     max_time: float | None = None,
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta = KAHAN_LI8,
+    scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
 ) -> PeriodicOrbits:
-    """Find periodic orbits of a section map from guesses, by Newton's method with the tangent map.
+    """Find periodic orbits of a section map, or of a map, from guesses, by Newton's method with the tangent map.
 
-    Parameters: model with `tangent_force`, of two degrees of freedom or more; z0 (2n,) or (2n, orbits), guesses, which
-    are first moved to the section and the energy, and along the flow where they pass the section the wrong way;
-    section: a value of `fastaff.models.sections`; period >= 1: the number of crossings after which the orbit closes;
-    energy: a number, or one for each orbit (None: that of each guess); max_time: for the `period` crossings (None: 20
-    turns of each guess's own frequency for each); tolerance: an orbit is OK once |flow(z) - z| <= tolerance |M| in own
-    units, what a change of z by `tolerance` does (but not less than rounding of z); iterations: most returns computed
-    for an orbit with one step; step: as in `integrate`; None: for each orbit its own, shortened until that moves the
-    return no more than the tolerance; scheme, rtol, atol, threads as in `integrate`. Returns PeriodicOrbits. Raises
-    ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`. A guess that leads nowhere has the
-    status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+    Parameters: model with `tangent_force`, of two degrees of freedom or more; z0 (2n,) or (2n, orbits), guesses,
+    which are first moved to the section and the energy, and along the flow where they pass the section the wrong
+    way; section: a value of `fastaff.models.sections`, of a map None; period >= 1: the number of crossings after
+    which the orbit closes; energy: a number, or one for each orbit (None: that of each guess); max_time: for the
+    `period` crossings (None: 20 turns of each guess's own frequency for each); tolerance: an orbit is OK once
+    |flow(z) - z| <= tolerance |M| in own units, what a change of z by `tolerance` does (but not less than rounding
+    of z); iterations: most returns computed for an orbit with one step; step: as in `integrate`; None: for each
+    orbit its own, shortened until that moves the return no more than the tolerance; scheme, rtol, atol, threads as
+    in `integrate`. Returns PeriodicOrbits. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C,
+    with `.partial`. A guess that leads nowhere has the status NOT_CONVERGED, one that never comes back
+    TOO_FEW_CROSSINGS.
 
     An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results
     are the same in any units, for any origin and zero of V, and in any company. All guesses take their steps together:
@@ -227,14 +231,16 @@ def periodic_orbits(
     Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20,
     1183 (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
     """
-    checked_section(section, checked_tangent_model(model, "model", NATURAL))
+    scheme = checked_return(model, section, scheme)
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     options = Options(scheme, step, None, rtol, atol, threads=threads)
     flow, z, energy = checked_guesses(model, z0, energy, options)
     end = None if max_time is None else positive("max_time", max_time)
     fits("period", *z.shape, period)
-    search = _Search(flow, section, period, end, tolerance, iterations, step is None and not flow.adaptive)
+    search = _Search(
+        flow, section, period, end, tolerance, iterations, step is None and not (flow.adaptive or flow.exact)
+    )
     state = search.start(z, energy)
     with keeping("periodic_orbits", lambda: search.partial(state)):
         search.run(state)
@@ -243,6 +249,17 @@ def periodic_orbits(
                 break
             search.run(state)
     return search.result(state)
+
+
+def checked_return(model: Any, section: Any, scheme: Any) -> Any:
+    """Check a model with its section, which a map has not; return the scheme."""
+    checked_tangent_model(model, "model", (*NATURAL, Kind.MAP))
+    if kind_of(model) is not Kind.MAP:
+        checked_section(section, model)
+        return KAHAN_LI8 if scheme is None else scheme
+    if section is not None:
+        raise ValueError(f"section is for systems in time: the returns of a map are its images; got {section!r}")
+    return ITERATION if scheme is None else scheme
 
 
 @dataclass
@@ -287,9 +304,11 @@ class _Search:
         limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
         step = np.array(np.broadcast_to(self.flow.step, orbits))
         trial, reached = onto(model, self.section, z, energy, scale)
-        with np.errstate(all="ignore"):
-            rate = (section_gradient(self.section, trial, scale.rows) * vector_field(model, trial)).sum(axis=1)
-        wrong = np.flatnonzero(reached & (rate * self.section.direction < 0))
+        wrong = np.zeros(0, np.int64)
+        if self.section is not None:
+            with np.errstate(all="ignore"):
+                rate = (section_gradient(self.section, trial, scale.rows) * vector_field(model, trial)).sum(axis=1)
+            wrong = np.flatnonzero(reached & (rate * self.section.direction < 0))
         if wrong.size:  # it passes the section the other way: its first crossing is the guess
             first = (
                 section_returns(self._flow(step[wrong]), self.section, trial[:, wrong], 1, limit[wrong]).points[:, 0].T
@@ -415,7 +434,7 @@ class _Search:
 
 def packed(
     flow: Flow,
-    section: Section,
+    section: Section | None,
     z: np.ndarray,
     energy: np.ndarray,
     found: Returns,
@@ -432,6 +451,9 @@ def packed(
     reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
+    if kind_of(model) is Kind.MAP:
+        points = within_a_period(model, points)
+        z = points[:, 0].T.copy()
     time, monodromy, error = found.time.copy(), found.monodromy.copy(), error.copy()
     for array in (points, time, monodromy, reduced, error):
         array[~good] = np.nan
@@ -455,9 +477,20 @@ def packed(
     )
 
 
+def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
+    """Return points (..., 2n) of a map with what has a period in (-period/2, period/2], to rounding."""
+    points = points.copy()
+    for row, period in enumerate(model.periods()):
+        if period > 0:
+            turns = points[..., row] / period
+            points[..., row] -= period * np.ceil(turns - 0.5 - EDGE)
+    return points
+
+
 def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none: what a search that was stopped at once has found."""
     rows, none, whole = 2 * model.degrees_of_freedom, np.zeros(0), np.zeros(0, np.int64)
     z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
-    state = z, whole, np.zeros((rows, 0, 0)), none, none, matrices, matrices[2:, 2:], none, none, whole, whole, none, z
+    reduced = matrices if section is None else matrices[2:, 2:]
+    state = z, whole, np.zeros((rows, 0, 0)), none, none, matrices, reduced, none, none, whole, whole, none, z
     return PeriodicOrbits(*state, row_names(model), section, scheme)

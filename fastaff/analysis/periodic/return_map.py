@@ -20,11 +20,16 @@ from ...flows.flow import Flow
 from ...flows.motion import inverse_masses, motion
 from ...flows.options import Options, plan
 from ...kernels import crossings as kernels
+from ...models.contracts import Kind, kind_of
+from ...models.maps import symplectic
 from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 
 STEP_ERROR = 1e-13
 """What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
+
+FASTEST = 1e10
+"""Turns of an angle in one iterate beyond which a map's points are rounding."""
 
 COMPLEX_STEP = 1e-100
 RANK = 1e-8
@@ -38,7 +43,12 @@ FINER = 8.0
 
 def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
-    if model.degrees_of_freedom < 2:
+    mapping = kind_of(model) is Kind.MAP
+    if mapping and not symplectic(model):
+        raise ValueError(f"model {type(model).__name__} is not symplectic: its periodic orbits have no residues")
+    if mapping and energy is not None:
+        raise ValueError(f"energy is for systems in time: a map has none; got {energy!r}")
+    if model.degrees_of_freedom < 2 and not mapping:
         raise ValueError(
             f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
         )
@@ -50,7 +60,7 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
 
 
 class Returns(NamedTuple):
-    """Orbits followed to a crossing of a section.
+    """Orbits followed to a crossing of a section, or to an image by a map.
 
     points (orbits, period, 2n): the crossings in their order; time (orbits,) of the last; monodromy (orbits, 2n, 2n):
     the derivative of the flow over that time; status (orbits,). NaN where the status is not OK.
@@ -67,7 +77,7 @@ class Returns(NamedTuple):
 
 def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
     """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time
-    (orbits,) or one.
+    (orbits,) or one. Of a map, which has no section, to that image: the last one's angles are those next to z's.
     """
     rows, orbits = z.shape
     n = rows // 2
@@ -81,6 +91,8 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     live = np.flatnonzero(np.isfinite(z).all(axis=0) & inside(flow.model, z))
     if not live.size:
         return found
+    if flow.exact:
+        return _images(flow, z, live, found)
     limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
     flow = replace(flow.of(live), vectors=rows)
     unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
@@ -100,6 +112,32 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & reached
     ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
     found.status[live] = np.where(arrived, Status.OK, ended)
+    for array in found[:3]:
+        array[live[~arrived]] = np.nan
+    return found
+
+
+def _images(flow: Flow, z: np.ndarray, live: np.ndarray, found: Returns) -> Returns:
+    """Fill in the images of the live ones of z (2n, orbits) by a map."""
+    rows, period, n = len(z), found.points.shape[1], len(z) // 2
+    flow = replace(flow, vectors=rows)
+    unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
+    ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
+    states = flow.sampled(ensemble, period, time=float(period)).reshape(live.size, period, 2, 1 + rows, n)
+    points = states[:, :, :, 0].reshape(live.size, period, rows)
+    turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
+    with np.errstate(all="ignore"):
+        around = np.rint((points[:, -1] - z[:, live].T) * turns)
+        points[:, -1] -= around * np.where(turns > 0, 1 / np.where(turns > 0, turns, 1.0), 0.0)
+    found.points[live], found.time[live] = points, float(period)
+    found.monodromy[live] = states[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
+    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (ensemble.status == Status.OK)
+    with np.errstate(all="ignore"):  # an angle that winds so fast that nothing is left of it
+        ahead = np.array(np.broadcast_arrays(*flow.model.iterate(*z[:, live])))
+        arrived &= (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
+    found.status[live] = np.where(
+        arrived, Status.OK, np.where(ensemble.status == Status.OK, Status.NONFINITE, ensemble.status)
+    )
     for array in found[:3]:
         array[live[~arrived]] = np.nan
     return found
@@ -139,6 +177,8 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
     energy, that counts.
     """
     found = motion(model, z, threads)
+    if kind_of(model) is Kind.MAP:
+        return Scale(np.concatenate([found.position, found.momentum]), found.rate, found.kinetic)
     W = np.einsum("iij->ij", inverse_masses(model, z))
     with np.errstate(all="ignore"):
         K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
@@ -185,6 +225,8 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
     """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it
     and which arrived.
     """
+    if section is None:  # of a map
+        return z.copy(), np.isfinite(z).all(axis=0)
     z, D, zero = z.copy(), scale.rows, np.zeros(z.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
@@ -224,6 +266,8 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     section.
     """
     D = scale.rows.T
+    if section is None:  # of a map
+        return scale.matrix(monodromy)
     with np.errstate(all="ignore"):
         field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
         along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
@@ -259,6 +303,8 @@ def closing_matrix(
     matrix = np.zeros((orbits, rows + 2, rows + 1))
     with np.errstate(all="ignore"):
         matrix[:, :rows, :rows] = scale.matrix(monodromy) - np.eye(rows)
+        if section is None:  # of a map, which has neither time nor energy
+            return matrix
         matrix[:, :rows, rows] = vector_field(model, end.T) / D / scale.rate[:, None]
         for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
             matrix[:, rows + row, :rows] = gradient * D / np.linalg.norm(gradient * D, axis=1)[:, None]
@@ -293,11 +339,14 @@ def scheme_error(
 
     From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
     """
-    if flow.adaptive:
+    if flow.exact:
+        back, gain = found, 0.0
+    elif flow.adaptive:
         other, gain = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol), 1.0
     else:
         other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
-    back = section_returns(other, section, z, found.points.shape[1], limit)
+    if not flow.exact:
+        back = section_returns(other, section, z, found.points.shape[1], limit)
     with np.errstate(all="ignore"):
         moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
         matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
