@@ -189,6 +189,83 @@ def test_iterates_are_the_crossings_of_a_map():
     assert found.names == ("x", "y", "p_x", "p_y")
 
 
+@given(
+    nu=st.tuples(st.floats(0.03, 0.97), st.floats(0.03, 0.97)),
+    size=st.floats(1e-3, 1e3),
+    unit=st.floats(1e-3, 1e3),
+    at=st.floats(-3, 3),
+)
+@settings(max_examples=15, deadline=None)
+def test_tunes_of_linear_maps_in_any_unit_and_at_any_place(nu, size, unit, at):
+    """Two turning planes, about points that are not the origin, one with coordinates in another unit."""
+    if min(abs(x - round(2 * x) / 2) for x in nu) < 0.02:
+        return
+    c, s = np.cos(2 * np.pi * np.array(nu)), np.sin(2 * np.pi * np.array(nu))
+    text = "x1 = a + c*(x - a) + s*u*p_x; p_x1 = c*p_x - s/u*(x - a); y1 = d*y + e*p_y; p_y1 = d*p_y - e*y"
+    model = fa.mapping(text, a=at * size, u=unit, c=c[0], s=s[0], d=c[1], e=s[1])
+    found = fa.frequency_map(model, [at * size + size, 0.3, 0.0, 0.1], time=2000)
+    off = found.nu[:, 0] - nu
+    assert (np.abs(off - np.rint(off)) <= found.error[:, 0]).all()
+    assert (found.error < 1e-9).all()
+    assert found.names == ("x", "y")
+
+
+def test_rotation_numbers_of_the_standard_map_cover_those_of_ten_times_the_turns():
+    model = StandardMap(0.6)
+    z = np.array([np.full(60, np.pi), np.linspace(0.2, 3.0, 60)])
+    short, long = (fa.frequency_map(model, z, time=turns) for turns in (3000, 30000))
+    regular = long.kind < 2
+    assert regular.mean() > 0.8
+    off = np.abs(short.nu - long.nu)[0, regular]
+    assert (off <= short.error[0, regular] + long.error[0, regular]).mean() >= 0.98
+    assert (off <= 10 * (short.error[0, regular] + long.error[0, regular])).all()
+    assert np.median(long.error) < 1e-11
+    assert (np.diff(long.nu[0, regular]) > -1e-9).all()  # twist
+
+
+def test_frequency_maps_tell_regular_from_chaotic_as_indicators_do():
+    model, z = FroeschleMap(0.5, 0.3, 0.02), starts(FroeschleMap(), 150, 3.0)
+    found = fa.frequency_map(model, z, time=4096)
+    verdict = fa.chaos_map(model, z, time=8192).verdict
+    assert ((verdict == 1) & (found.kind < 2)).sum() <= 0.2 * (verdict == 1).sum()
+    assert ((verdict == 0) & (found.kind == 2)).sum() <= 1
+    diffusing = fa.chaos_map(model, z[:, :40], time=4096, indicators=fa.FrequencyDiffusion())
+    assert (diffusing.verdict[verdict[:40] == 0] != 1).all()
+
+
+def test_windows_at_both_ends_give_tunes_and_diffusion_of_those_who_survive():
+    model, z = OneTurnMap(0.28, 0.31, -0.3, aperture=3.0), starts(OneTurnMap(), 400, 0.5)
+    z[2:] = 0.0
+    whole = fa.integrate(model, z, time=5000)
+    found = fa.frequency_map(model, z, time=5000, window=512)
+    lost = whole.status != fa.Status.OK
+    assert 50 < lost.sum() < 350
+    np.testing.assert_array_equal(found.status, whole.status)
+    np.testing.assert_array_equal(found.t, whole.t - lost)
+    first = fa.frequency_map(model, z, time=512)
+    np.testing.assert_array_equal(found.nu, first.nu)
+    last = fa.frequency_map(model, fa.integrate(model, z[:, ~lost], time=5000 - 512).z, time=512)
+    change = np.abs(last.nu - first.nu[:, ~lost])
+    change = np.abs(change - np.rint(change)).max(axis=0)
+    np.testing.assert_allclose(found.diffusion[~lost], np.log10(change + 1e-18), atol=1e-9)
+    alone = fa.frequency_map(model, z[:, [5, 7]], time=5000, window=512, threads=1)
+    np.testing.assert_array_equal(alone.nu, found.nu[:, [5, 7]])
+
+
+def test_what_frequency_maps_of_maps_cannot_be_asked_for():
+    for more, said in (
+        ({"time": 40}, "at least 64"),
+        ({"time": 1000, "window": 600}, "at most half"),
+        ({"time": 1000, "window": 10}, "window"),
+        ({"time": 1000.5}, "whole number"),
+        ({"time": 1000, "angles": fa.models.angles.AlphaBeta()}, "angles is for systems in time"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            fa.frequency_map(StandardMap(), [0.1, 0.2], **more)
+    with pytest.raises(ValueError, match="window is for maps"):
+        fa.frequency_map(fa.HenonHeiles(), [0.1, 0.2, 0.0, 0.1], time=10.0, window=100)
+
+
 def symmetric(K, x, p, q):
     """The momentum of the orbit with the rotation number p/q on the symmetry line x of the standard map, by Newton's
     method for the lifted angle alone, from K = 0.

@@ -7,7 +7,7 @@ Each folder imports only those named before it: orbits, frequencies, sections, c
 from .chaos.chaos_map import ChaosMap
 from .chaos.chaotic_fraction import ChaoticFraction
 from .chaos.indicators import Character, TangentIndicator
-from .frequencies.frequency_map import FrequencyKind, FrequencyMap
+from .frequencies.frequencies import FrequencyKind, FrequencyMap
 from .frequencies.methods import BirkhoffAverages, NaffLines
 from .frequencies.naff import FrequencyLines
 from .frequencies.resonance_web import ResonanceLine, ratio_web

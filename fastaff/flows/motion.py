@@ -108,8 +108,9 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
 
 
 def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
-    """Return the scales of a map's orbits: a radian an iterate; of a coordinate half of what LOOKS iterates extend over,
-    or its period over 2 pi; of its momentum what makes a circle of that in one iterate, or an angle turn by a radian.
+    """Return the scales of a map's orbits: a radian an iterate; of a coordinate half of what LOOKS iterates extend
+    over, or its period over 2 pi; of its momentum what makes a circle of that in one iterate, or an angle turn by a
+    radian.
     """
     n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(model, z)
     position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)

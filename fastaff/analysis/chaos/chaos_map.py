@@ -22,7 +22,7 @@ from ...flows.checks import EVERY, checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Model, driven, moving
+from ...models.contracts import Kind, Model, driven, kind_of, moving
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
@@ -264,7 +264,7 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
                 f"indicators[{k}], {entry.name}, does not suit a driven system, whose flow goes along the time and "
                 "does not go back: take FLI, MEGNO, SALI or the Lyapunov spectrum"
             )
-        if isinstance(entry, FrequencyDiffusion):
+        if isinstance(entry, FrequencyDiffusion) and kind_of(body) is not Kind.MAP:
             checked_angles(entry.angles, body)
         if isinstance(entry, ZeroOne) and entry.samples is not None:
             whole(f"indicators[{k}], ZeroOne.samples", entry.samples, 100)

@@ -12,6 +12,7 @@ from ...flows import observers
 from ...flows.flow import Flow, Report, no_memory
 from ...flows.motion import motion
 from ..frequencies.frequency_map import FALLBACK, FrequencyWork, checked_angles
+from ..frequencies.map_frequencies import map_frequencies_of
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .translations import median_correlation, sampling
 
@@ -20,6 +21,10 @@ def frequency_diffusion(
     indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
+    if flow.exact:
+        found = map_frequencies_of(flow, z0, int(time))
+        value = found.diffusion + np.log10(2 * math.pi)
+        return np.where(found.status == Status.OK, value, np.nan), found.status
     work = FrequencyWork(flow, checked_angles(indicator.angles, flow.model), z0, time, None, FALLBACK, report)
     work.run()
     found = work.result()

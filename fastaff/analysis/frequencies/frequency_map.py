@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from enum import IntEnum
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import fits, positive
+from ...base.numbers import fits
 from ...base.recipe import recorded
-from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
@@ -21,12 +18,14 @@ from ...flows.accuracy import HALVINGS
 from ...flows.checks import NATURAL, checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
-from ...flows.options import Options, plan
+from ...flows.options import Options, iterates, plan
 from ...flows.trials import on_ladder
-from ...models.contracts import Angles, Kind, Model, coordinate_names, driven, isotropic
+from ...models.contracts import Angles, Kind, Model, coordinate_names, driven, isotropic, kind_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .angle_loops import Layout, Plain, Room
+from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .fundamental import fastest
+from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import CHANGED, Samples, read
 
@@ -52,65 +51,6 @@ LONGEST = 1.5
 STRIDES = np.array([1, 2, 3, 4, 6, 8, 12])
 """Steps between samples: the longest is a multiple of all others."""
 
-MANY_TURNS = 30
-"""Turns from which frequencies that change between the halves are evidence of chaos."""
-
-
-class FrequencyKind(IntEnum):
-    """What the frequencies of an orbit say of it."""
-
-    INDEPENDENT = 0
-    DEPENDENT = 1
-    IRREGULAR = 2
-    UNDECIDED = 3
-
-
-@dataclass(frozen=True)
-class FrequencyMap(Result):
-    """Fundamental frequencies of orbits.
-
-    names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
-    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits): what gave the
-    value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
-    DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show the
-    leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is
-    too short to tell. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n,
-    orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
-    Frequencies that all have basis 1 are those of the coordinates' own lines; a singular basis tells that the leading
-    lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
-    nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,). step: what was
-    used, one for each orbit, or that of an adaptive scheme. For a body the rows are two librations, phi and psi;
-    nu_eta and nu_gamma are kept beside them.
-    """
-
-    names: tuple[str, ...]
-    nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names", plain=True)]
-    error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
-    diffusion: Annotated[np.ndarray, along("orbit", unit="log10(cycles/time)")]
-    method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
-    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
-    status: Annotated[np.ndarray, along("orbit")]
-    nu_eta: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
-    nu_gamma: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
-    time: float
-    scheme: Splitting | RungeKutta
-    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
-    kind: Annotated[np.ndarray, along("orbit")]
-    rank: Annotated[np.ndarray, along("orbit")]
-    leading: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
-    leading_error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
-    basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
-
-    @property
-    def omega(self) -> np.ndarray:
-        """Angular frequencies 2 pi nu, in radians per unit time."""
-        return 2 * np.pi * self.nu
-
-    @property
-    def regular(self) -> np.ndarray:
-        """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
-        return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
-
 
 @takes(z0=starts_of, scheme=scheme_of, method=method_of)
 @recorded
@@ -122,6 +62,7 @@ def frequency_map(
     accuracy: float | None = None,
     method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
     angles: Angles | None = None,
+    window: int | None = None,
     step: float | np.ndarray | None = None,
     scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
@@ -136,11 +77,16 @@ def frequency_map(
     largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave
     more; what `time` is too short for stays in `error`; method: `BirkhoffAverages()`, with lines where they have not
     converged, or `NaffLines()` of `fastaff.analysis`, or "birkhoff", "naff"; angles: a value of `fastaff.models.angles`
-    (default: those natural to the potential, or the coordinates and momenta themselves); step: instead of an accuracy,
-    and for an adaptive scheme the interval between the states that are sampled (default: a sixteenth of a typical
-    radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or TypeError for wrong input;
-    Interrupted on Ctrl-C, with `.partial`.
+    (default: those natural to the potential, or the coordinates and momenta themselves); window: of a map, see below;
+    step: instead of an accuracy, and for an adaptive scheme the interval between the states that are sampled (default:
+    a sixteenth of a typical radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or
+    TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
+    Of a map `time` is a number of iterates and nu is per iterate: in a plane (q, p) the tune in [0, 1) of q - i p, as
+    `tunes` finds it; of a coordinate with a period its rotation number, the mean of what it winds on in an iterate, in
+    periods and not modulo 1. A window of so many turns, the first and the last ones, is compared for the diffusion
+    instead of the halves, and nu is that of the first: what lies between is iterated at full speed and not kept. A
+    particle that is lost keeps its status, `t` the turn, and what it had shown before.
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
     at every step, or at every 2nd to 12th where a third of a radian of its fastest motion allows. The lines of the
     loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are generators;
@@ -163,13 +109,20 @@ def frequency_map(
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
     Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.
     """
-    time = positive("time", time)
+    time = iterates(body, "time", time)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    checked_model(body, kinds=(*NATURAL, Kind.DRIVEN, Kind.MAP))
+    if kind_of(body) is Kind.MAP:
+        return map_frequencies(
+            body, z0, options, time=time, method=checked_method(method), window=window, angles=angles
+        )
+    if window is not None:
+        raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
     if fallback is None:
         fallback = FALLBACK if options.accuracy is None else options.accuracy
-    angles = checked_angles(angles, checked_model(body, kinds=(*NATURAL, Kind.DRIVEN)))
+    angles = checked_angles(angles, body)
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report)
     with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):
@@ -390,6 +343,7 @@ class FrequencyWork:
             leading,
             leading_error,
             basis,
+            ensemble.time,
         )
 
     def _known_drive(self, nu: np.ndarray, error: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from ...compile.threads import checked_threads
 from ...flows.flow import Report
 from ...kernels.tunes import COLUMNS
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits
-from .frequency_map import MANY_TURNS, FrequencyKind
+from .frequencies import MANY_TURNS, FrequencyKind
 from .fundamental import LINE_ORDER, line_rates
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import found_lines
@@ -113,7 +113,7 @@ def tunes(
     reporter(report)
     given = given_orbits("samples", samples, coordinates=coordinates, least=LEAST)
     fallback = checked_method(method).fallback
-    work = _Work(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report)
+    work = TuneWork(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report)
     with keeping("tunes", work.result):
         work.run()
     return work.result()
@@ -146,7 +146,7 @@ def tunes_of(
     return Tunes(names, nu, error, method, diffusion, turns, window, kind, status)
 
 
-class _Work:
+class TuneWork:
     """Tunes in the making; arrays hold what is known so far."""
 
     def __init__(self, given: GivenOrbits, fallback: float, threads: int, report: Report | None):

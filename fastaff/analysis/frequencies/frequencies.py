@@ -1,0 +1,74 @@
+"""Fundamental frequencies of orbits: the result, and what they say of each orbit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated
+
+import numpy as np
+
+from ...base.axes import along
+from ...base.results import Result
+from ...base.status import Status
+from ...schemes.catalogue import RungeKutta, Splitting
+
+MANY_TURNS = 30
+"""Turns from which frequencies that change between the halves are evidence of chaos."""
+
+
+class FrequencyKind(IntEnum):
+    """What the frequencies of an orbit say of it."""
+
+    INDEPENDENT = 0
+    DEPENDENT = 1
+    IRREGULAR = 2
+    UNDECIDED = 3
+
+
+@dataclass(frozen=True)
+class FrequencyMap(Result):
+    """Fundamental frequencies of orbits.
+
+    names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
+    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits): what gave the
+    value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
+    DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show the
+    leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is
+    too short to tell. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n,
+    orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
+    Frequencies that all have basis 1 are those of the coordinates' own lines; a singular basis tells that the leading
+    lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
+    nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,); t (orbits,) the
+    time reached. step: what was used, one for each orbit, or that of an adaptive scheme. For a body the rows are two
+    librations, phi and psi; nu_eta and nu_gamma are kept beside them.
+    """
+
+    names: tuple[str, ...]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names", plain=True)]
+    error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    diffusion: Annotated[np.ndarray, along("orbit", unit="log10(cycles/time)")]
+    method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
+    nu_eta: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
+    nu_gamma: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
+    time: float
+    scheme: Splitting | RungeKutta
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    kind: Annotated[np.ndarray, along("orbit")]
+    rank: Annotated[np.ndarray, along("orbit")]
+    leading: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    leading_error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
+    basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Angular frequencies 2 pi nu, in radians per unit time."""
+        return 2 * np.pi * self.nu
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
+        return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
