@@ -31,6 +31,10 @@ LOCKED = 12
 """Largest period of islands that a rotation number is looked at for."""
 
 
+SWINGS = 2.0
+"""Turns over a half by which the mean of an angle must change to be chaos: slow swings in a resonance change it too."""
+
+
 class _Window(NamedTuple):
     """What a window of turns says of orbits: nu, error, method (n, orbits), halves (2, n, orbits)."""
 
@@ -184,7 +188,9 @@ class MapFrequencies:
         span = self.length if self.kept else self.length / 2
         kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
         kind[self._dependent().any(axis=0)] = FrequencyKind.DEPENDENT
-        kind[span * largest > CHANGED] = FrequencyKind.IRREGULAR
+        kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
+        beyond = np.where(self._wound_rows()[:, None], SWINGS, CHANGED)
+        kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
         kind[~some] = FrequencyKind.UNDECIDED
         turned = self.length * np.where(known, np.abs(self.nu - np.rint(self.nu)), 0.0).max(axis=0)
         kind[(turned < MANY_TURNS) & (kind == FrequencyKind.INDEPENDENT)] = FrequencyKind.UNDECIDED
@@ -212,12 +218,16 @@ class MapFrequencies:
             self.t,
         )
 
+    def _wound_rows(self) -> np.ndarray:
+        """Tell which coordinates (n,) are angles."""
+        return np.array([period > 0 for period in self.flow.model.periods()[: len(self.nu)]])
+
     def _dependent(self) -> np.ndarray:
         """Tell which rotation numbers are fractions, of an angle that goes around with a chain of islands, and which
         tunes are equal (n, orbits).
         """
         n, q = len(self.nu), np.arange(1, LOCKED + 1)[:, None, None]
-        wound = np.array([period > 0 for period in self.flow.model.periods()[:n]])[:, None]
+        wound = self._wound_rows()[:, None]
         beat = np.abs(q * self.nu - np.rint(q * self.nu))
         locked = wound & (beat <= q * np.minimum(self.error, 1 / self.length)).any(axis=0)
         for i in range(n):
