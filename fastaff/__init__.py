@@ -25,6 +25,7 @@ from .analysis.chaos.indicators import (
 )
 from .analysis.frequencies.frequency_map import frequency_map
 from .analysis.frequencies.naff import naff
+from .analysis.frequencies.orbit_frequencies import orbit_frequencies
 from .analysis.frequencies.resonance_web import resonance_web
 from .analysis.frequencies.resonances import resonances
 from .analysis.frequencies.tune_accumulator import TuneAccumulator
@@ -134,6 +135,7 @@ __all__ = [
     "mapping",
     "naff",
     "one_variable",
+    "orbit_frequencies",
     "periodic_orbits",
     "poincare_map",
     "reduced",

@@ -39,6 +39,7 @@ J, PHASE = np.array([0.5, 0.6, 0.3, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
 RING = np.exp(0.7j * np.arange(64))
 POINTS = np.array([RING.real + 2.0, RING.imag])
 TURNED = np.array([RING.real, RING.imag])[:, None] * np.array([[1.0], [0.5]])
+SLOW = np.array([np.cos(0.3 * np.arange(200)), -np.sin(0.3 * np.arange(200))])[:, None] * np.array([[1.0], [0.5]])
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
 MOTION = fa.jobs.Motion(time=1.0)
@@ -292,6 +293,7 @@ CALLS = {
     "number_packet": (fa.quantum.number_packet, {"body": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
     "number_variance": (fa.quantum.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
     "one_variable": (fa.one_variable, {"value": square, "slope": double}),
+    "orbit_frequencies": (fa.orbit_frequencies, {"samples": SLOW, "dt": 0.1}),
     "periodic_guesses": (fa.analysis.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
     "periodic_orbits": (
         fa.periodic_orbits,
@@ -392,6 +394,7 @@ CONTAINERS = {
     "TimeScales",
     "ActionAngles",
     "TorusFit",
+    "AngleLines",
     "TuneSums",
     "Tunes",
     "ResonanceLine",

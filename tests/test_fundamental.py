@@ -32,7 +32,7 @@ from fastaff import (
     rotation_number,
 )
 from fastaff.analysis import Character, NaffLines
-from fastaff.analysis.frequencies.frequency_map import FrequencyKind
+from fastaff.analysis.frequencies.frequencies import FrequencyKind
 from fastaff.kernels.fundamental import angle_of
 
 LETTERS = "abcdef"

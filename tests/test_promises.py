@@ -176,6 +176,7 @@ ROWS = {
     "from_action_angles, closed": Row(fa.from_action_angles, {"J": abs(ACTIONS), "theta": TURNS}, {"body": HARMONIC}),
     "naff": Row(fa.naff, {"signal": SIGNALS}, {"dt": 0.1, "lines": 3}, axis=0),
     "tunes": Row(fa.tunes, {"samples": RECORDS}, {}, axis=1),
+    "orbit_frequencies": Row(fa.orbit_frequencies, {"samples": RECORDS}, {"dt": 0.1, "lines": 3}, axis=1),
     "resonances": Row(fa.resonances, {"nu": RATIOS}, {"max_order": 6}),
     "rotation_number": Row(fa.rotation_number, {"points": CURVES}, {}),
     "islands": Row(fa.islands, {"points": CURVES}, {"max_period": 6}),

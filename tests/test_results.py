@@ -37,6 +37,7 @@ MAKERS = {
     "Resonances": lambda: fa.resonances(RATIOS, max_order=4, names=("x", "y"), threads=1),
     "FrequencyLines": lambda: fa.naff(np.stack([battery.RING, 2 * battery.RING]), 0.1, lines=2, threads=1),
     "Tunes": lambda: fa.tunes(battery.TURNED),
+    "AngleLines": lambda: fa.orbit_frequencies(battery.SLOW, 0.1, lines=2).lines,
     "TuneSums": lambda: accumulated().state,
     "ChaosMap": lambda: fa.chaos_map(HH, battery.Z4, time=10.0, history=2, **FIXED),
     "FoundCases": lambda: FoundCases.of(fa.chaotic_fraction(battery.own_case, ([0.8, 0.9, 1.0],), time=2.0, **FIXED)),

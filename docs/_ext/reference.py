@@ -60,9 +60,9 @@ PAGES: dict[str, Page] = {
         "Frequencies",
         "Frequency maps, frequencies of signals, resonances.",
         {
-            "": "frequency_map tunes TuneAccumulator naff resonances resonance_web",
-            "analysis": "FrequencyMap Tunes TuneSums FrequencyKind FrequencyLines NaffLines BirkhoffAverages "
-            "Resonances ResonanceLine diffusion_histogram ratio_web",
+            "": "frequency_map orbit_frequencies tunes TuneAccumulator naff resonances resonance_web",
+            "analysis": "FrequencyMap AngleLines Tunes TuneSums FrequencyKind FrequencyLines NaffLines "
+            "BirkhoffAverages Resonances ResonanceLine diffusion_histogram ratio_web",
         },
     ),
     "chaos": Page(

@@ -7,6 +7,7 @@ Each folder imports only those named before it: orbits, frequencies, sections, c
 from .chaos.chaos_map import ChaosMap
 from .chaos.chaotic_fraction import ChaoticFraction
 from .chaos.indicators import Character, TangentIndicator
+from .frequencies.angle_lines import AngleLines
 from .frequencies.frequencies import FrequencyKind, FrequencyMap
 from .frequencies.methods import BirkhoffAverages, NaffLines
 from .frequencies.naff import FrequencyLines
@@ -29,6 +30,7 @@ from .tori.fit_torus import TorusFit, Verdict
 
 __all__ = [
     "ActionAngles",
+    "AngleLines",
     "Bifurcation",
     "BirkhoffAverages",
     "Branch",

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from .. import files, plot
-from ..analysis.frequencies.frequency_map import FrequencyMap, frequency_map
+from ..analysis.frequencies.frequencies import FrequencyMap
+from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.sections.section_map import SectionMap
@@ -240,7 +241,7 @@ def numbers(p: Portrait) -> list[str]:
         f"largest energy error {p.section.energy_error.max():.1e}; {p.section.summary()}",
         f"  frequency map: {p.map.status.size} orbits, {p.map.status.size / map_time:,.0f} orbits/s, largest energy "
         "error "
-        f"{p.map.energy_error.max():.1e}; {describe(p.map.status)}",
+        f"{np.max(np.asarray(p.map.energy_error)):.1e}; {describe(p.map.status)}",
         f"  {chaotic} chaotic (diffusion > {CHAOTIC:g}), {p.map.status.size - chaotic} regular; "
         f"{np.count_nonzero(~p.shown)} not drawn in the plane of frequencies",
     ]
@@ -311,7 +312,7 @@ def _padded(values: np.ndarray) -> tuple[float, float]:
 
 def _caption(chaotic: Portrait, integrable: Portrait) -> str:
     a, b = chaotic, integrable
-    worst = max(p.map.energy_error.max() for p in (a, b))
+    worst = max(float(np.max(np.asarray(p.map.energy_error))) for p in (a, b))
     return (
         r"Units: $G=\mu=1$ (top, $K=2$, $E=1.5$) and $C=\mu=1$ (bottom, $E=3.5$); both energies are 1.5 above the "
         r"minimum of the "

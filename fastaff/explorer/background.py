@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.frequencies.frequency_map import FrequencyMap
+from ..analysis.frequencies.frequencies import FrequencyMap
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..base.numbers import shown
 from ..base.status import Status

@@ -10,7 +10,8 @@ import numpy as np
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.chaotic_fraction import ChaoticFraction
 from ..analysis.chaos.found_cases import FoundCases
-from ..analysis.frequencies.frequency_map import FrequencyMap
+from ..analysis.frequencies.angle_lines import AngleLines
+from ..analysis.frequencies.frequencies import FrequencyMap
 from ..analysis.frequencies.naff import FrequencyLines
 from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
@@ -76,8 +77,14 @@ def _line(line: ResonanceLine, *others: ResonanceLine, names: Any = None, **opti
     return plot_web([line, *others], names=letters if names is None else names, **options)
 
 
+def _angle_lines(lines: AngleLines, *, orbit: int = 0, **options: Any) -> Any:
+    nu, amplitude, error = (array[:, :, orbit] for array in (lines.nu, lines.amplitude, lines.error))
+    return plot_frequency_lines(FrequencyLines(nu, amplitude, error, np.zeros(len(nu))), **options)
+
+
 FIGURES: dict[type, Callable] = {
     ActionAngles: plot_actions,
+    AngleLines: _angle_lines,
     Bifurcation: plot_bifurcation,
     Branch: lambda branch, *others, **options: plot_backbone([branch, *others], **options),
     ChaosMap: _chaos_map,

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.indicators import GALI, SALI, BirkhoffDigits
-from ..analysis.frequencies.frequency_map import FrequencyMap
+from ..analysis.frequencies.frequencies import FrequencyMap
 from ..base.numbers import an_array, numbers, real
 from ..base.results import Result, columns
 from ..base.status import Status

@@ -12,6 +12,7 @@ from ...base.axes import along
 from ...base.results import Result
 from ...base.status import Status
 from ...schemes.catalogue import RungeKutta, Splitting
+from .angle_lines import AngleLines
 
 MANY_TURNS = 30
 """Turns from which frequencies that change between the halves are evidence of chaos."""
@@ -41,7 +42,9 @@ class FrequencyMap(Result):
     lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
     nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,); t (orbits,) the
     time reached. step: what was used, one for each orbit, or that of an adaptive scheme. For a body the rows are two
-    librations, phi and psi; nu_eta and nu_gamma are kept beside them.
+    librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the strongest lines of each angle's
+    signal, where they were asked for. Of orbits that were given as samples there is no energy_error and no scheme, and
+    step is their interval.
     """
 
     names: tuple[str, ...]
@@ -49,12 +52,12 @@ class FrequencyMap(Result):
     error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
     diffusion: Annotated[np.ndarray, along("orbit", unit="log10(cycles/time)")]
     method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
-    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    energy_error: Annotated[np.ndarray | None, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
     nu_eta: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
     nu_gamma: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
     time: float
-    scheme: Splitting | RungeKutta
+    scheme: Splitting | RungeKutta | None
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     kind: Annotated[np.ndarray, along("orbit")]
     rank: Annotated[np.ndarray, along("orbit")]
@@ -62,6 +65,7 @@ class FrequencyMap(Result):
     leading_error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
     basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
     t: Annotated[np.ndarray, along("orbit", unit="time")]
+    lines: Annotated[AngleLines | None, along("orbit")] = None
 
     @property
     def omega(self) -> np.ndarray:

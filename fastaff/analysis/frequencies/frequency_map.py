@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import fits
+from ...base.numbers import fits, whole
 from ...base.recipe import recorded
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
@@ -23,11 +23,12 @@ from ...flows.trials import on_ladder
 from ...models.contracts import Angles, Kind, Model, coordinate_names, driven, isotropic, kind_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .angle_loops import Layout, Plain, Room
-from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
+from .found_frequencies import Found
+from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
 from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
-from .readings import CHANGED, Samples, read
+from .readings import Samples, read
 
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
@@ -68,6 +69,7 @@ def frequency_map(
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float = 1e-6,
+    lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> FrequencyMap:
@@ -79,7 +81,8 @@ def frequency_map(
     converged, or `NaffLines()` of `fastaff.analysis`, or "birkhoff", "naff"; angles: a value of `fastaff.models.angles`
     (default: those natural to the potential, or the coordinates and momenta themselves); window: of a map, see below;
     step: instead of an accuracy, and for an adaptive scheme the interval between the states that are sampled (default:
-    a sixteenth of a typical radian); the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or
+    a sixteenth of a typical radian); lines: so many of the strongest lines of each angle's signal too, as
+    `AngleLines`; the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or
     TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     Of a map `time` is a number of iterates and nu is per iterate: in a plane (q, p) the tune in [0, 1) of q - i p, as
@@ -112,7 +115,10 @@ def frequency_map(
     time = iterates(body, "time", time)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
     checked_model(body, kinds=(*NATURAL, Kind.DRIVEN, Kind.MAP))
+    lines = None if lines is None else whole("lines", lines, 1)
     if kind_of(body) is Kind.MAP:
+        if lines is not None:
+            raise ValueError(f"lines is for systems in time: naff finds those of a map's iterates; got {lines}")
         return map_frequencies(
             body, z0, options, time=time, method=checked_method(method), window=window, angles=angles
         )
@@ -124,7 +130,7 @@ def frequency_map(
         fallback = FALLBACK if options.accuracy is None else options.accuracy
     angles = checked_angles(angles, body)
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
-    work = FrequencyWork(flow, angles, z, time, goal, fallback, report)
+    work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
     with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):
         work.run(options.energy_tolerance)
     return work.result(options.energy_tolerance)
@@ -174,6 +180,7 @@ class FrequencyWork:
         accuracy: float | None,
         fallback: float,
         report: Report | None,
+        lines: int | None = None,
     ):
         flow = _resolving(flow, z0, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
@@ -182,13 +189,8 @@ class FrequencyWork:
         self.states, self.signals = Room(), Room()
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
-        self.nu, self.leading = np.zeros((2, self.n, self.orbits))
-        self.halves = np.zeros((2, self.n, self.orbits))
-        self.error, self.leading_error, self.scheme_error = np.full((3, self.n, self.orbits), np.inf)
-        self.method = np.zeros((self.n, self.orbits), np.int8)
-        self.rank = np.zeros(self.orbits, np.int64)
-        self.basis = np.zeros((self.n, self.n, self.orbits), np.int64)
-        self.reached, self.unfinished = np.zeros(self.orbits, bool), np.ones(self.orbits, bool)
+        self.found = Found(self.layout, self.orbits, lines)
+        self.unfinished = np.ones(self.orbits, bool)
         self.used = np.full(self.orbits, np.nan)
         self.done = 0
 
@@ -214,10 +216,10 @@ class FrequencyWork:
         """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there
         are none.
         """
-        change = np.abs(self.halves[0] - self.halves[1])
-        known = self._kind(change) <= FrequencyKind.DEPENDENT
-        share = np.where(np.isfinite(self.scheme_error), self.scheme_error, 0.0).max(axis=0)
-        share = np.where(known, share / np.maximum(np.abs(self.nu).max(axis=0), 1e-300), 0.0)
+        found = self.found
+        known = found.kind(self.time) <= FrequencyKind.DEPENDENT
+        share = np.where(np.isfinite(found.scheme_error), found.scheme_error, 0.0).max(axis=0)
+        share = np.where(known, share / np.maximum(np.abs(found.nu).max(axis=0), 1e-300), 0.0)
         energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
         return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
 
@@ -295,55 +297,32 @@ class FrequencyWork:
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
-        for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
-            getattr(self, name)[:, orbits] = getattr(found, name).T
-        self.halves[:, :, orbits] = found.halves.transpose(2, 1, 0)
-        self.basis[:, :, orbits], self.rank[orbits] = found.basis.transpose(1, 2, 0), found.rank
-        self.reached[orbits] = True
+        self.found.adopt(orbits, found)
+        if self.found.lines is not None:
+            # The first sample is an interval after the start.
+            self.found.lines.adopt(orbits, self.layout, samples.run, samples.interval, samples.interval)
 
     def result(self, tolerance: float = math.inf) -> FrequencyMap:
-        """Assemble the map, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for a body."""
-        ensemble = self.ensemble
+        """Assemble the map."""
+        ensemble, found = self.ensemble, self.found
         energy = energy_error(self.flow.model, ensemble)
         mark_drift(ensemble, energy, tolerance)
-        ensemble.status[((ensemble.status == Status.OK) & ~self.reached) | self.unfinished] = Status.INTERRUPTED
-        names, nu, error, halves, method = self.angles.names, self.nu, self.error, self.halves, self.method
+        ensemble.status[((ensemble.status == Status.OK) & ~found.reached) | self.unfinished] = Status.INTERRUPTED
+        nu, error = found.nu, found.error
         if not self.flow.scheme.symplectic:  # whose energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
-        leading, leading_error, basis = self.leading, self.leading_error, self.basis
-        # A libration of a coupled body may have no angle of its own; those of the planes always exist.
-        sound = np.array(self.angles.planes) if self.layout.body else np.ones(self.n, bool)
-        change = np.abs(halves[0] - halves[1])
-        diffusion = np.where(self.reached, np.log10(change[sound].max(axis=0) + 1e-18), 0.0)
-        kind = self._kind(change)
         if driven(self.flow.model) and self.angles == self.flow.model.angles:
-            nu, error = self._known_drive(nu, error, basis)
-        eta = gamma = None
-        if names[-2:] == ("eta", "gamma"):
-            eta, gamma = nu[-2], nu[-1]
-            names = (*names[:-2], "phi", "psi")
-            nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
-            error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
-            method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
-        return FrequencyMap(
-            names,
+            nu, error = self._known_drive(nu, error, found.basis)
+        return found.assembled(
             nu,
             error,
-            diffusion,
-            method,
-            energy,
             ensemble.status,
-            eta,
-            gamma,
-            self.time,
-            self.flow.scheme,
-            self.flow.step if self.flow.adaptive else self.used,
-            kind,
-            self.rank,
-            leading,
-            leading_error,
-            basis,
-            ensemble.time,
+            t=ensemble.time,
+            time=self.time,
+            step=self.flow.step if self.flow.adaptive else self.used,
+            read=self.time,
+            energy_error=energy,
+            scheme=self.flow.scheme,
         )
 
     def _known_drive(self, nu: np.ndarray, error: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -353,13 +332,3 @@ class FrequencyWork:
         nu[-1] = np.where(found, known, nu[-1])
         error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])
         return nu, error
-
-    def _kind(self, change: np.ndarray) -> np.ndarray:
-        """Return what the frequencies and their change (n, orbits) between the halves say of each orbit."""
-        m = self.layout.m
-        turns = self.time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
-        changed = (self.time / 2 * change[:m].max(axis=0, initial=0.0) > CHANGED) | (self.rank == 0)
-        kind = np.where(self.rank < self.n, FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
-        kind[changed] = FrequencyKind.IRREGULAR
-        kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
-        return kind

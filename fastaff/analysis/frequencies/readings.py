@@ -41,11 +41,11 @@ class Samples(NamedTuple):
     a finer step.
 
     order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
-    where it grows.
+    where it grows. start None: of samples that were given nothing is known of a scheme.
     """
 
     run: Signals
-    start: np.ndarray
+    start: np.ndarray | None
     interval: float
     order: int
 
@@ -148,7 +148,9 @@ def _with_scheme(
     """Return the reading in which the scheme's error is taken off where it is known, and counted as an error three
     times over.
     """
-    if samples.order:
+    if samples.start is None:
+        growth, correction = 0.0, np.zeros_like(rates.step)
+    elif samples.order:
         growth, correction = 1.0, rates.step / (1 - 0.5**samples.order)
     else:
         growth, correction = samples.run.s.shape[2] / samples.start.shape[2], np.zeros_like(rates.step)
@@ -197,7 +199,7 @@ def _all_loops(layout: Layout, signals: Signals, found: Modes) -> Loops:
     )
 
 
-def _averages(layout: Layout, s: np.ndarray, start: np.ndarray, loops: Loops, dt: float, threads: int) -> _Rates:
+def _averages(layout: Layout, s: np.ndarray, start: np.ndarray | None, loops: Loops, dt: float, threads: int) -> _Rates:
     """Return weighted averages of all loops' rates, those of angles with a clock in that clock."""
     steps = s.shape[2] - 1
     rates = turning(s, loops, windows(steps), dt, threads)
@@ -208,10 +210,12 @@ def _averages(layout: Layout, s: np.ndarray, start: np.ndarray, loops: Loops, dt
     nu, time = rates[:, :, 0], steps * dt
     error = SAFETY * np.abs(rates[:, :, 1:-1] - nu[:, :, None]).max(axis=2) + np.abs(rates[:, :, -1] - nu)
     error = error + damping(np.abs(nu) * time) / time
-    count = start.shape[2]
-    brief = windows(count - 1)[:3]  # the halves too: what one window says may be small by chance
-    coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
-    change = coarse - fine
+    change = np.zeros((*nu.shape, 1))
+    if start is not None:
+        count = start.shape[2]
+        brief = windows(count - 1)[:3]  # the halves too: what one window says may be small by chance
+        coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
+        change = coarse - fine
     return _Rates(
         nu,
         np.where(np.isfinite(error), error, np.inf),

@@ -17,7 +17,7 @@ from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.flow import Report
 from ...kernels.tunes import COLUMNS
-from ..orbits.given_orbits import GivenOrbits, ends, given_orbits
+from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .frequencies import MANY_TURNS, FrequencyKind
 from .fundamental import LINE_ORDER, line_rates
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
@@ -36,9 +36,6 @@ BUDGET = 1 << 27
 
 AT_ONCE = 1 << 22
 """Samples of signals whose lines are fitted at once."""
-
-LADDER = 8
-"""Lengths within a factor of 2 that orbits which end are cut to: those of one length are in work together."""
 
 
 @dataclass(frozen=True)
@@ -165,9 +162,9 @@ class TuneWork:
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
-            counts = ends("samples", z, begin).counts
+            counts = ends("samples", z, begin)
             self.turns[begin:end] = counts
-            for length, own in _lengths(counts, samples):
+            for length, own in lengths(counts, samples, LEAST):
                 part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
                 self._adopt(begin + own, part, length)
             self.status[begin:end] = np.where(counts == samples, Status.OK, Status.NONFINITE)
@@ -230,14 +227,3 @@ def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarr
     rows, columns = np.nonzero(needed)
     for begin in range(0, rows.size, most):
         yield rows[begin : begin + most], columns[begin : begin + most]
-
-
-def _lengths(counts: np.ndarray, samples: int) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield numbers of steps and the orbits that are cut to them; none of an orbit that has less than LEAST samples."""
-    steps = np.where(counts == samples, samples - 1, 0)
-    short = np.flatnonzero((counts < samples) & (counts >= LEAST))
-    rung = np.floor(np.log2(counts[short] - 1) * LADDER) / LADDER
-    steps[short] = np.maximum(np.floor(2.0**rung), LEAST - 1)
-    steps[short] = np.minimum(steps[short], counts[short] - 1)
-    for length in np.unique(steps[steps > 0]):
-        yield int(length), np.flatnonzero(steps == length)

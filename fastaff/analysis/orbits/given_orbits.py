@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,9 @@ MOST = 12
 
 EVEN = 1e-6
 """Part of the interval by which times may miss being equidistant."""
+
+LADDER = 8
+"""Lengths within a factor of 2 that orbits which end are cut to: those of one length are in work together."""
 
 
 class GivenOrbits(NamedTuple):
@@ -55,16 +58,6 @@ class GivenOrbits(NamedTuple):
         if lone:
             return np.expand_dims(array if len(order) == 2 or order[0] == 0 else array.T, -2)
         return array.transpose(order)
-
-
-class Ends(NamedTuple):
-    """How many samples (orbits,) of each orbit there are: those before the first that is not finite."""
-
-    counts: np.ndarray
-
-    def complete(self, samples: int) -> np.ndarray:
-        """Return which orbits have all samples."""
-        return self.counts == samples
 
 
 def given_orbits(
@@ -114,8 +107,9 @@ def given_orbits(
     return GivenOrbits(name, parts, order, shape, interval, start, names)
 
 
-def ends(name: str, z: np.ndarray, first: int = 0, before: int = 0) -> Ends:
-    """Return where orbits z (2n, orbits, samples) end: NaN, or an infinity, in any row from some sample to the last.
+def ends(name: str, z: np.ndarray, first: int = 0, before: int = 0) -> np.ndarray:
+    """Return how many samples (orbits,) the orbits z (2n, orbits, samples) have before they end, with NaN or an
+    infinity in some row, from some sample to the last.
 
     first, before: numbers of the first orbit and sample, for messages. Raises ValueError where an orbit goes on after
     a gap.
@@ -130,7 +124,19 @@ def ends(name: str, z: np.ndarray, first: int = 0, before: int = 0) -> Ends:
         again = np.flatnonzero(finite[counts[orbit] :])
         if again.size:
             raise gap(name, first + int(orbit), before + int(counts[orbit]), before + int(counts[orbit] + again[0]))
-    return Ends(counts)
+    return counts
+
+
+def lengths(counts: np.ndarray, samples: int, least: int) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield numbers of steps, and the orbits, of `counts` samples, that are cut to them; none of an orbit that has less
+    than `least` samples.
+    """
+    steps = np.where(counts == samples, samples - 1, 0)
+    short = np.flatnonzero((counts < samples) & (counts >= least))
+    rung = np.floor(np.log2(counts[short] - 1) * LADDER) / LADDER
+    steps[short] = np.clip(np.floor(2.0**rung), least - 1, counts[short] - 1)
+    for length in np.unique(steps[steps > 0]):
+        yield int(length), np.flatnonzero(steps == length)
 
 
 def gap(name: str, orbit: int, lost: int, again: int) -> ValueError:

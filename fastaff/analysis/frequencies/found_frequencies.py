@@ -1,0 +1,100 @@
+"""Frequencies of orbits in the making: the arrays in which they are gathered, and the map that is made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...schemes.catalogue import RungeKutta, Splitting
+from .angle_lines import LineTable
+from .angle_loops import Layout
+from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
+from .readings import CHANGED, Reading
+
+
+class Found:
+    """What is known so far of the frequencies of orbits: arrays as in a FrequencyMap, with halves (2, n, orbits), and
+    reached (orbits,), those that have been read.
+    """
+
+    def __init__(self, layout: Layout, orbits: int, lines: int | None = None):
+        self.layout, n = layout, len(layout.angles.names)
+        self.nu, self.leading = np.zeros((2, n, orbits))
+        self.halves = np.zeros((2, n, orbits))
+        self.error, self.leading_error, self.scheme_error = np.full((3, n, orbits), np.inf)
+        self.method = np.zeros((n, orbits), np.int8)
+        self.rank = np.zeros(orbits, np.int64)
+        self.basis = np.zeros((n, n, orbits), np.int64)
+        self.reached = np.zeros(orbits, bool)
+        self.lines = None if lines is None else LineTable(layout.angles.names, lines, orbits)
+
+    def adopt(self, orbits: np.ndarray, reading: Reading) -> None:
+        """Fill in what was read of these orbits."""
+        for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
+            getattr(self, name)[:, orbits] = getattr(reading, name).T
+        self.halves[:, :, orbits] = reading.halves.transpose(2, 1, 0)
+        self.basis[:, :, orbits], self.rank[orbits] = reading.basis.transpose(1, 2, 0), reading.rank
+        self.reached[orbits] = True
+
+    @property
+    def change(self) -> np.ndarray:
+        """Change (n, orbits) of the frequencies from one half to the other."""
+        return np.abs(self.halves[0] - self.halves[1])
+
+    def kind(self, time: float | np.ndarray) -> np.ndarray:
+        """Return what the frequencies over that time and their change say of each orbit."""
+        m, change = self.layout.m, self.change
+        turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
+        changed = (time / 2 * change[:m].max(axis=0, initial=0.0) > CHANGED) | (self.rank == 0)
+        kind = np.where(self.rank < len(self.nu), FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
+        kind[changed] = FrequencyKind.IRREGULAR
+        kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
+        return kind
+
+    def assembled(
+        self,
+        nu: np.ndarray,
+        error: np.ndarray,
+        status: np.ndarray,
+        *,
+        t: np.ndarray,
+        time: float,
+        step: float | np.ndarray,
+        read: float | np.ndarray,
+        energy_error: np.ndarray | None = None,
+        scheme: Splitting | RungeKutta | None = None,
+    ) -> FrequencyMap:
+        """Return the map of frequencies nu with their errors, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for
+        a body; t: the time that each orbit reached, read: that over which it was read.
+        """
+        names, method, leading, leading_error = self.layout.angles.names, self.method, self.leading, self.leading_error
+        # A libration of a coupled body may have no angle of its own; those of the planes always exist.
+        sound = np.array(self.layout.angles.planes) if self.layout.body else np.ones(len(nu), bool)
+        diffusion = np.where(self.reached, np.log10(self.change[sound].max(axis=0) + 1e-18), 0.0)
+        eta = gamma = None
+        if names[-2:] == ("eta", "gamma"):
+            eta, gamma = nu[-2], nu[-1]
+            names = (*names[:-2], "phi", "psi")
+            nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
+            error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
+            method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
+        return FrequencyMap(
+            names,
+            nu,
+            error,
+            diffusion,
+            method,
+            energy_error,
+            status,
+            eta,
+            gamma,
+            time,
+            scheme,
+            step,
+            self.kind(read),
+            self.rank,
+            leading,
+            leading_error,
+            self.basis,
+            t,
+            None if self.lines is None else self.lines.result(),
+        )

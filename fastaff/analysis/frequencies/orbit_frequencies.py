@@ -1,0 +1,167 @@
+"""Fundamental frequencies of orbits that were computed elsewhere, from their samples in time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...base.interruption import keeping
+from ...base.numbers import reporter, whole
+from ...base.short_forms import takes
+from ...base.status import Status
+from ...compile.threads import checked_threads
+from ...flows.checks import checked_model
+from ...flows.flow import Report
+from ...models.contracts import Angles, Model
+from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
+from .angle_loops import Layout, Plain, Room
+from .found_frequencies import Found
+from .frequencies import FrequencyMap
+from .frequency_map import FALLBACK, checked_angles
+from .fundamental import fastest
+from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
+from .readings import Samples, read
+
+LEAST = 64
+"""Samples that an orbit needs."""
+
+BUDGET = 1 << 27
+"""Bytes of samples in work at once."""
+
+COARSE = 1.5
+"""Root mean square of second over first differences of a coordinate, beyond which samples may pass for slower motion:
+that of a line with three and a half samples a period.
+"""
+
+
+@takes(method=method_of)
+def orbit_frequencies(
+    samples: Any,
+    dt: float | None = None,
+    *,
+    times: Any = None,
+    coordinates: Any = None,
+    body: Model | None = None,
+    angles: Angles | None = None,
+    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
+    lines: int | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> FrequencyMap:
+    """Find the fundamental frequencies of orbits known as samples in time: of another program, or of `integrate`.
+
+    Parameters: samples (2n, orbits, samples), rows q1, ..., qn, p1, ..., pn, or (2n, samples) of one orbit, NaN from
+    where an orbit has ended; Orbits with samples; an array of xarray, whose dimensions may be in any order; a data set
+    of a file of HDF5 or Zarr, read some orbits at a time; or, with coordinates, what has arrays (orbits, samples) by
+    name: a mapping, a Dataset, a group of a file; dt > 0: time between samples; times (samples,) instead, equidistant
+    to a millionth (by default those of Orbits or of a labelled array); coordinates: names of the 2n rows; body: a model
+    whose natural angles are meant, or angles, as in `frequency_map` (default: loops in the planes of each coordinate
+    and its momentum, or velocity); method, lines, threads, report as in `frequency_map`. Returns FrequencyMap, whose
+    time is that of the samples. Raises ValueError or TypeError naming orbit and sample of what is wrong; Interrupted on
+    Ctrl-C, with `.partial`.
+
+    Frequencies, errors, diffusion and kinds are found as by `frequency_map`, the same numbers to the bit for the same
+    samples, whatever they came in; but there is no run with half the step: errors know the window and rounding, nothing
+    of the scheme that made the samples. Samples must show the motion, four or more in a period of its fastest line:
+    orbits where they are fewer are NOT_CONVERGED, and data from turn to turn are for `tunes`. An orbit that ended has
+    the status NONFINITE and the frequencies of its life, cut to one of eight lengths in a factor of 2.
+    Cost: that of `frequency_map` beyond the runs.
+    Memory: 128 MiB of samples or one orbit at a time, and twice as much for what is made of them.
+    Source: as `frequency_map`.
+    """
+    reporter(report)
+    given = given_orbits("samples", samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)
+    if given.interval is None:
+        raise ValueError(
+            "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
+        )
+    fallback = checked_method(method).fallback
+    lines = None if lines is None else whole("lines", lines, 1)
+    layout = Layout(_angles(given, body, angles), given.shape[0] // 2)
+    work = _Work(given, layout, FALLBACK if fallback is None else fallback, lines, checked_threads(threads), report)
+    with keeping("orbit_frequencies", work.result):
+        work.run()
+    return work.result()
+
+
+def _angles(given: GivenOrbits, body: Any, angles: Any) -> Any:
+    """Return the angles of orbits."""
+    n = given.shape[0] // 2
+    if body is not None:
+        if checked_model(body).degrees_of_freedom != n:
+            raise ValueError(
+                f"body must have {n} degrees of freedom for samples of {2 * n} rows, {type(body).__name__} has "
+                f"{body.degrees_of_freedom}"
+            )
+        return checked_angles(angles, body)
+    if angles is None:
+        return Plain(given.angles)
+    if not all(hasattr(angles, name) for name in ("signals", "names", "planes")):
+        raise TypeError(f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {angles!r}")
+    if len(angles.names) != n:
+        raise ValueError(f"angles must have {n} angles for samples of {2 * n} rows, got {angles!r}")
+    return angles
+
+
+class _Work:
+    """Frequencies in the making."""
+
+    def __init__(
+        self,
+        given: GivenOrbits,
+        layout: Layout,
+        fallback: float,
+        lines: int | None,
+        threads: int,
+        report: Report | None,
+    ):
+        self.given, self.layout, self.fallback, self.threads, self.report = given, layout, fallback, threads, report
+        self.found = Found(layout, given.shape[1], lines)
+        self.interval, self.states, self.signals = float(given.interval or 0.0), Room(), Room()
+        self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
+        self.read, self.t = np.zeros((2, given.shape[1]))
+
+    def run(self) -> None:
+        """Find the frequencies of all orbits, as many at a time as memory allows."""
+        rows, orbits, samples = self.given.shape
+        portion = max(1, BUDGET // (8 * rows * samples))
+        for begin in range(0, orbits, portion):
+            end = min(begin + portion, orbits)
+            z = self.given.read(begin, end)
+            counts = ends("samples", z, begin)
+            status = np.where(counts == samples, Status.OK, Status.NONFINITE)
+            self.t[begin:end] = np.maximum(counts - 1, 0) * self.interval
+            for length, own in lengths(counts, samples, LEAST):
+                states = self.states.array(own.size, length + 1, rows)
+                np.copyto(states, z[:, own, : length + 1].transpose(1, 2, 0))
+                coarse = self._adopt(begin + own, states, length)
+                status[own[coarse]] = Status.NOT_CONVERGED
+            self.status[begin:end] = status
+            if self.report is not None:
+                self.report(end / orbits)
+
+    def _adopt(self, orbits: np.ndarray, states: np.ndarray, length: int) -> np.ndarray:
+        """Fill in what states (orbits, samples, 2n) say; return which of them are too far apart."""
+        every = np.arange(orbits.size)
+        signals = self.layout.signals(states, every, self.threads, self.signals)
+        fine = fastest(signals.s, 1.0, self.threads) <= COARSE
+        kept = orbits[fine]
+        if not fine.all():
+            signals = signals.of(fine)
+        self.read[kept] = length * self.interval
+        if kept.size:
+            self.found.adopt(
+                kept, read(self.layout, Samples(signals, None, self.interval, 0), self.fallback, self.threads)
+            )
+            if self.found.lines is not None:
+                self.found.lines.adopt(kept, self.layout, signals, self.interval, 0.0)
+        return ~fine
+
+    def result(self) -> FrequencyMap:
+        """Assemble the map."""
+        time = (self.given.shape[2] - 1) * self.interval
+        found = self.found
+        return found.assembled(
+            found.nu, found.error, self.status.copy(), t=self.t.copy(), time=time, step=self.interval, read=self.read
+        )
