@@ -47,6 +47,7 @@ from .base.names import did_you_mean
 from .base.status import OrbitError, Status
 from .explorer.explore import explore
 from .files import load, save
+from .formulas.flow_text import flow
 from .formulas.formula import formula, hamiltonian
 from .formulas.mapping import mapping
 from .jobs import Job, rerun, resume, run
@@ -125,6 +126,7 @@ __all__ = [
     "explore",
     "find_periodic_orbits",
     "fit_torus",
+    "flow",
     "formula",
     "frequency_map",
     "from_action_angles",

@@ -154,6 +154,8 @@ Q = {"m": 0, "l": 0}
 NQ = {"n": (0, 0), **Q}
 
 # name: (callable, arguments that work); arguments that are left out keep their defaults and are replaced in turn too
+SPIRAL = fa.flow("x' = k*y; y' = -x; z' = x*y - z", k=1.0)
+
 CALLS = {
     "AlphaEquals": (partial(cut_by, fa.AlphaEquals), {"constant": 1.2}),
     "AlphaTurning": (partial(cut_by, fa.AlphaTurning), {}),
@@ -273,6 +275,7 @@ CALLS = {
     ),
     "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
     "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
+    "flow": (fa.flow, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
     "formula": (fa.formula, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),
     "frequency_map": (fa.frequency_map, {"body": HH, "z0": Z4, **REAL_TIME, "time": 20.0}),
     "from_action_angles": (fa.from_action_angles, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
@@ -283,6 +286,7 @@ CALLS = {
         {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "period": "2*pi", "k": 1.0},
     ),
     "husimi": (fa.quantum.husimi, {"state": lambda: result("state")}),
+    "integrate.flow": (fa.integrate, {"body": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "samples": 2, "threads": 1}),
     "integrate": (fa.integrate, {"body": HH, "z0": Z4, **REAL_TIME}),
     "islands": (fa.islands, {"points": POINTS, "max_period": 4}),
     "level_diagram": (fa.quantum.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "count": 2}),
@@ -317,6 +321,7 @@ CALLS = {
     "spacing_ratios": (fa.quantum.spacing_ratios, {"levels": LEVELS}),
     "spectrum": (fa.quantum.spectrum, {"body": HARMONIC, **Q, "count": 2}),
     "spectrum_table": (fa.quantum.spectrum_table, {"body": HARMONIC, "m": [0], "l": [0], "count": 2}),
+    "tangent_map.flow": (fa.tangent_map, {"body": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "threads": 1}),
     "tangent_map": (fa.tangent_map, {"body": HH, "z0": Z4, **REAL_TIME}),
     "to_matrix": (fa.charts.to_matrix, {"z": Z8}),
     "action_angles": (fa.action_angles, {"body": BODY, "z0": Z8, "threads": 1}),
@@ -687,7 +692,7 @@ def _ring(_, frame):
 
 def call(name, given):
     """The result of a callable with these arguments."""
-    first = [given.pop("text")] if name in ("formula", "hamiltonian", "driven hamiltonian", "mapping") else []
+    first = [given.pop("text")] if name in ("flow", "formula", "hamiltonian", "driven hamiltonian", "mapping") else []
     return CALLS[name][0](*first, **given)
 
 

@@ -25,7 +25,7 @@ PAGES: dict[str, Page] = {
         "Bodies, their potentials, systems of one line of mathematics, and maps.",
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
-            "reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
+            "flow reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
             "models": "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers ReducedBody "
             "Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero",

@@ -115,7 +115,7 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    kinds = winding_of(value), turning(value), hasattr(value, "phase")
+    kinds = winding_of(value), turning(value), hasattr(value, "phase"), variables_of(value)
     return _model_block(kind, *_built(value), degrees_of_freedom, vectors, *kinds)
 
 
@@ -129,16 +129,22 @@ def _model_block(
     winding: tuple[bool, ...] | None,
     turns: bool,
     driven: bool,
+    variables: int,
 ) -> Any:
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
     names = (("turn", turn if JIT_DISABLED else _compiled_method(turn)),) if turns else ()
-    rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven)
+    rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven, variables=variables)
     return _compiled(kind, line + texts[kind](rows), classes, names)
 
 
 def winding_of(value: Any) -> tuple[bool, ...] | None:
     """Return which rows (2n,) of a map have a period; None for what is no map."""
     return tuple(period > 0 for period in value.periods()) if hasattr(value, "iterate") else None
+
+
+def variables_of(value: Any) -> int:
+    """Return the number of variables of a system dz/dt = f(z), 0 of another model and of a section."""
+    return len(value.coordinates) if hasattr(value, "rates") and hasattr(value, "coordinates") else 0
 
 
 def turning(value: Any) -> bool:
@@ -166,7 +172,7 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
     if kind not in texts:
         raise ValueError(f"kind must be one of {', '.join(map(repr, texts))} for a map, got {kind!r}")
-    rows = Rows(n, vectors, turns=turning(value), driven=hasattr(value, "phase"))
+    rows = Rows(n, vectors, turns=turning(value), driven=hasattr(value, "phase"), variables=variables_of(value))
     return _text(kind, line + texts[kind](rows), classes)
 
 

@@ -20,10 +20,12 @@ class Rows:
 
     turns: whether the frame of the first two coordinates turns; driven: whether the last position is the time, whose
     velocity is 1: no vector's changes, and it is no distance. It takes one addition a step, not one a stage, and is
-    reduced by its period: in many periods a rounding error that all steps share would be a phase.
+    reduced by its period: in many periods a rounding error that all steps share would be a phase. variables: of a
+    system dz/dt = f(z), which has neither coordinates nor momenta; the last row is idle where they are odd.
     """
 
-    def __init__(self, n: int, vectors: int, *, turns: bool = False, driven: bool = False):
+    def __init__(self, n: int, vectors: int, *, turns: bool = False, driven: bool = False, variables: int = 0):
+        self.variables = variables
         self.n, self.vectors, self.half, self.turns, self.driven = n, vectors, n * (1 + vectors), turns, driven
 
     @property
@@ -54,6 +56,15 @@ class Rows:
     def parts(self, rows: range) -> list[range]:
         """Numbers of those of these rows that are an orbit's or one vector's, for each."""
         return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
+
+    def state(self, part: range) -> list[int]:
+        """The rows of the variables of a system dz/dt = f(z), of the orbit or of one vector."""
+        return [*part, *range(self.half + part.start, self.half + part.stop)][: self.variables]
+
+    @property
+    def place(self) -> list[int]:
+        """The rows that the domain and the distance from the origin are of."""
+        return self.state(range(self.n)) if self.variables else [*range(self.n)]
 
     def velocities(self, rows: range) -> str:
         """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
@@ -235,6 +246,8 @@ def _march(rows: Rows) -> str:
 
 def _derivative(rows: Rows) -> str:
     n, text = rows.half, ""
+    if rows.variables:
+        return "".join(_rates(rows, group) for group in rows.groups)
     for group in rows.groups:
         q = [*group] if group.start == 0 else [*range(rows.n), *group]
         body = "".join(f"q{r} = {_at(r)}\n" for r in q) + "".join(f"p{r} = {_at(n + r)}\n" for r in group)
@@ -244,20 +257,38 @@ def _derivative(rows: Rows) -> str:
     return text
 
 
+def _rates(rows: Rows, group: range) -> str:
+    """Rates of a system dz/dt = f(z), and their changes along vectors; 0 in an idle row."""
+    z = [f"z{j}" for j in range(rows.variables)]
+    body = "".join(f"{name} = {_at(r)}\n" for name, r in zip(z, rows.state(range(rows.n)), strict=True))
+    for part in rows.parts(group):
+        f, own, given = [f"f{j}" for j in range(rows.variables)], rows.state(part), ", ".join(z)
+        call = f"rates({given})"
+        if part.start:
+            body += "".join(f"w{j} = {_at(r)}\n" for j, r in enumerate(own))
+            call = f"tangent_rates({given}, {_list('w', range(rows.variables))})"
+        body += f"{', '.join(f)}, = value.{call}\n"
+        body += "".join(f"result[{r * LANES} + i] = {name}\n" for name, r in zip(f, own, strict=True))
+        if rows.variables < 2 * rows.n:
+            body += f"result[{(rows.half + part.stop - 1) * LANES} + i] = 0.0\n"
+    return _loop(body, 1)
+
+
 def _check(rows: Rows) -> str:
-    n = rows.n
     z = [f"z{r}" for r in range(2 * rows.half)]
+    kinetic = f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[rows.n :])})\n"
+    kinetic += "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n"
+    if rows.variables:
+        kinetic = ""
     # 0*z is 0 for finite z and NaN else; comparisons with NaN are false.
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
         + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"size = {' + '.join(f'{name}*{name}' for name in z[: rows.time or n])}\n"
-        f"margin = value.margin({', '.join(z[:n])})\n"
+        f"size = {' + '.join(f'{name}*{name}' for name in (z[r] for r in rows.place[: rows.time]))}\n"
+        f"margin = value.margin({', '.join(z[r] for r in rows.place)})\n"
         "code = 0.0 if margin > 0.0 else 2.0\n"
         "code = code if size < radius[i]*radius[i] else 3.0\n"
-        "result[i] = code if finite == 0.0 else 1.0\n"
-        f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[n:])})\n"
-        "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n",
+        "result[i] = code if finite == 0.0 else 1.0\n" + kinetic,
         1,
     )
 
@@ -266,7 +297,7 @@ def _inside(rows: Rows) -> str:
     """The part of `check` that no step may do without: whether the orbit is finite and in the domain."""
     z = [_at(r) for r in range(2 * rows.half)]
     return _loop(
-        f"margin = value.margin({', '.join(z[: rows.n])})\n"
+        f"margin = value.margin({', '.join(_at(r) for r in rows.place)})\n"
         f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
         "code = 2.0 if finite == 0.0 else 1.0\n"
         "result[i] = 0.0 if margin > 0.0 else code\n",
@@ -285,6 +316,12 @@ def _kinetic(rows: Rows) -> str:
 def _along(rows: Rows) -> str:
     """The direction of the flow: velocities and forces of the orbit alone."""
     n, orbit = rows.n, rows.orbit
+    if rows.variables:
+        alone = Rows(n, 0, variables=rows.variables)
+        load = _rates(alone, range(n))
+        for j in range(rows.variables):  # read where the orbit lies among its vectors
+            load = load.replace(f"z{j} = {_at(alone.state(range(n))[j])}\n", f"z{j} = {_at(rows.state(range(n))[j])}\n")
+        return load
     body = "".join(f"q{r} = {_at(orbit[r])}\np{r} = {_at(orbit[n + r])}\n" for r in range(n))
     body += rows.slopes(range(n))
     return _loop(

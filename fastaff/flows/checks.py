@@ -13,12 +13,14 @@ from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..kernels import escape
 from ..models.contracts import (
+    Autonomous,
     Kind,
     Map,
     Model,
     Potential,
     Section,
     coordinate_names,
+    dimension,
     driven,
     kind_of,
     moving,
@@ -26,7 +28,7 @@ from ..models.contracts import (
     quadratic,
 )
 from ..models.mechanics import energies, kinetic_energies, least_energies, potential_energies, slopes, turns
-from ..models.sections import Stroboscopic
+from ..models.sections import Linear, Stroboscopic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 
@@ -40,8 +42,8 @@ NATURAL = (Kind.SEPARABLE,)
 RUNS = (*NATURAL, Kind.ROTATING, Kind.DRIVEN)
 """Kinds of models that run in time."""
 
-EVERY = (*RUNS, Kind.MAP)
-"""These, and maps."""
+EVERY = (*RUNS, Kind.MAP, Kind.FLOW)
+"""These, maps, and dz/dt = f(z)."""
 
 
 def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
@@ -53,8 +55,7 @@ def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
             f"({type(model).__name__}){_instead(model)}"
         )
-    contract = Map if kind_of(model) is Kind.MAP else Model
-    missing = lacking(model, contract)
+    missing = lacking(model, {Kind.MAP: Map, Kind.FLOW: Autonomous}.get(kind_of(model), Model))
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
@@ -150,6 +151,8 @@ def _evaluated(name: str, model: Any) -> None:
     for part in (model, getattr(model, "potential", None)):
         _functions(part)
     n = model.degrees_of_freedom
+    if kind_of(model) is Kind.FLOW:
+        return _evaluated_rates(name, model)
     try:
         q, p = _some_point(n)
         with np.errstate(all="ignore"):
@@ -162,6 +165,21 @@ def _evaluated(name: str, model: Any) -> None:
             np.shape(number) != () for number in (*numbers_of, *rows[0], *rows[1])
         ):
             raise TypeError("one number for each coordinate is needed, and one for energies and the margin")
+    except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
+        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
+
+
+def _evaluated_rates(name: str, model: Any) -> None:
+    """Refuse a flow whose parts do not fit together."""
+    d = dimension(model)
+    try:
+        if model.degrees_of_freedom != (d + 1) // 2:
+            raise TypeError(f"{d} variables take degrees_of_freedom = {(d + 1) // 2}, got {model.degrees_of_freedom}")
+        z = np.linspace(1.3, 0.2, d)
+        with np.errstate(all="ignore"):
+            rates, margin = model.rates(*z), model.margin(*z)
+        if len(rates) != d or any(np.shape(number) != () for number in (*rates, margin)):
+            raise TypeError("one number for each variable is needed, and one for the margin")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
 
@@ -203,6 +221,10 @@ def checked_tangent_model(model: Any, name: str = "body", kinds: tuple[Kind, ...
     if kind_of(model) is Kind.MAP:
         return model
     n = model.degrees_of_freedom
+    if kind_of(model) is Kind.FLOW:
+        if not hasattr(model, "tangent_rates"):
+            raise TypeError(f"{name} {type(model).__name__} needs tangent_rates(z..., dz...) for tangent vectors")
+        return model
     try:
         with np.errstate(all="ignore"):
             model.tangent_force(*np.linspace(1.3, 0.2, n), *np.ones(n))
@@ -288,7 +310,7 @@ def checked_section(section: Any, model: Any) -> Any:
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
     if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
-    rows = 2 * model.degrees_of_freedom
+    rows = dimension(model)
     normal = getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
@@ -308,6 +330,8 @@ def checked_section(section: Any, model: Any) -> Any:
             )
     elif driven(model):
         _check_timeless(section, model)
+    elif rows % 2 and type(section) is not Linear:
+        raise TypeError(f"section must be Linear for an odd number of variables, here {rows}, got {section!r}")
     return section
 
 
@@ -324,8 +348,10 @@ def _check_timeless(section: Any, model: Any) -> None:
 
 
 def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
-    """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain."""
-    rows = 2 * model.degrees_of_freedom
+    """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain; of a
+    flow with an odd number of variables with the idle row below.
+    """
+    rows, flow = dimension(model), kind_of(model) is Kind.FLOW
     try:
         z = np.array(numbers(name, z0), order="C")
     except (TypeError, ValueError) as problem:
@@ -335,7 +361,7 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
-            f"{', '.join(coordinate_names(model))} and their momenta; got shape {z.shape}"
+            f"{', '.join(coordinate_names(model))}{'' if flow else ' and their momenta'}; got shape {z.shape}"
             f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
             f"{f' (a grid: flatten it, z0.reshape({rows}, -1))' if z.ndim > 2 and z.shape[0] == rows else ''}"
         )
@@ -346,14 +372,21 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     if driven(model):
         z[moving(model)] = model.phase(z[moving(model)])
     with np.errstate(all="ignore"):
-        margin = np.broadcast_to(model.margin(*z[: rows // 2]), z.shape[1:])
+        margin = np.broadcast_to(model.margin(*z[: rows if flow else rows // 2]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
             f"{name} must lie where the potential lives (for most bodies det phi > 0); orbit {outside[0]} has margin "
             f"{margin[outside[0]]:.6g} <= 0 ({outside.size} such orbits)"
         )
-    return z
+    return carried(z, model)
+
+
+def carried(z: np.ndarray, model: Any, axis: int = 0) -> np.ndarray:
+    """Return rows of phase points, along an axis, as carried: with an idle row below an odd number of variables."""
+    width = [(0, 0)] * z.ndim
+    width[axis] = (0, 2 * model.degrees_of_freedom - z.shape[axis])
+    return np.pad(z, width) if width[axis][1] > 0 else z
 
 
 ROUNDING = 8 * np.finfo(float).eps
@@ -388,6 +421,8 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     """
     if kind_of(model) is Kind.MAP:
         return _map_radii(model, z)
+    if kind_of(model) is Kind.FLOW:
+        return np.full(z.shape[1], FARTHEST)
     reach, limit = np.empty((2, z.shape[1]))
     limit[:] = energies(model, z) if energy is None else energy
     for start in range(0, len(reach), CHUNK):

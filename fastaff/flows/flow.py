@@ -20,7 +20,7 @@ from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
-from ..models.contracts import driven, moving
+from ..models.contracts import dimension, driven, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
@@ -239,15 +239,17 @@ class Flow:
 
     def states(self, z: np.ndarray) -> np.ndarray:
         """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs
-        within its period.
+        within its period, without an idle row.
         """
         if driven(self.model):
             z[moving(self.model)] = self.model.phase(z[moving(self.model)])
-        return z
+        return z[: dimension(self.model)]
 
     def section(self, section: Any) -> Any:
-        """Return a section of the model as one of the flow's states: itself."""
-        return section
+        """Return a section of the model as one of the flow's states: itself, or with a 0 for an idle row."""
+        rows = 2 * self.model.degrees_of_freedom
+        idle = rows - dimension(self.model)
+        return section._replace(normal=(*section.normal, 0.0)) if idle else section
 
     def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
         """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and
@@ -265,7 +267,7 @@ class Flow:
         except KeyboardInterrupt:
             interrupted = True
         self.states(states.transpose(2, 0, 1))
-        return states.transpose(1, 2, 0), interrupted
+        return states.transpose(1, 2, 0)[:, : dimension(self.model)], interrupted
 
     def sampled(
         self,

@@ -14,7 +14,7 @@ from ..compile.threads import checked_threads
 from ..models.contracts import Kind, driven, kind_of, quadratic
 from ..models.mechanics import turns
 from ..schemes.automatic import Automatic, Trial, cheapest
-from ..schemes.catalogue import ITERATION, KAHAN_LI8, RungeKutta, Splitting
+from ..schemes.catalogue import DOP853, ITERATION, KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .checks import EVERY, checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow, Report
@@ -94,6 +94,26 @@ class Options:
         if self.accuracy is None:
             return default if self.step is None and self.fixed else None
         return self.accuracy
+
+
+def suited(options: Options, model: Any) -> Options:
+    """Return the options with the scheme that a kind of model needs; raises ValueError where they have another."""
+    if kind_of(model) is not Kind.FLOW:
+        return options
+    scheme = DOP853 if options.scheme is None else options.scheme
+    if not isinstance(scheme, RungeKutta):
+        raise ValueError(
+            f"scheme {getattr(scheme, 'name', scheme)!s} needs coordinates and momenta: {type(model).__name__} is "
+            "dz/dt = f(z), which Runge-Kutta schemes run, such as DOP853, VERNER9 and RK4"
+        )
+    if options.accuracy is not None:
+        raise ValueError(
+            f"accuracy is relative to the amplitudes of a motion with an energy; {type(model).__name__} is dz/dt = "
+            f"f(z): give rtol and atol, got accuracy={options.accuracy!r}"
+        )
+    if not scheme.adaptive and options.step is None:
+        raise ValueError(f"step must be given with {scheme.name}, which has no control of steps, for dz/dt = f(z)")
+    return replace(options, scheme=scheme)
 
 
 class Plan(NamedTuple):

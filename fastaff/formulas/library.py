@@ -19,6 +19,7 @@ import numpy as np
 
 from ..compile import cache, jit
 from .ceiling import ceiling
+from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
@@ -44,6 +45,8 @@ RESERVED = {
     "formula",
     "domain",
     "proof",
+    "rates",
+    "tangent_rates",
     "potential",
     "ring",
     "period",
@@ -60,7 +63,7 @@ RESERVED = {
 class Request(NamedTuple):
     """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
     systems; rotation, magnetic: formulas of the parameters, of a frame that turns; period: of a driven system, whose
-    last coordinate is its time: a formula of the parameters, or "" for a field.
+    last coordinate is its time: a formula of the parameters, or "" for a field; or "flow" for equations.
     """
 
     text: str
@@ -81,6 +84,10 @@ class Request(NamedTuple):
         """Return the formula's program; ValueError where it is none."""
         return parse(self.text, self.variables, self.parameters, length=length)
 
+    def programs(self, length: int) -> tuple[Program, ...]:
+        """Return the programs of the equations of a flow; ValueError where one is none."""
+        return tuple(parse(side, self.variables, self.parameters, length=length) for _, side in split(self.text))
+
     def turning_programs(self) -> dict[str, Program]:
         """Return the programs of rotation and magnetic, of those that are given."""
         given = {"rotation": self.rotation, "magnetic": self.magnetic}
@@ -93,7 +100,11 @@ class Request(NamedTuple):
         return None if self.domain is None else parse(self.domain, self.variables, self.parameters, argument="domain")
 
 
-def generated_class(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> type:
+Programs = tuple[Program | tuple[Program, ...], Program | None]
+"""Those of a formula, or of the equations of a flow, and of its domain."""
+
+
+def generated_class(request: Request, programs: Programs, values: Mapping[str, float]) -> type:
     """Return the NamedTuple class of a request: from this process, from the folder, or derived now, with trials around
     `values`.
     """
@@ -152,7 +163,8 @@ def _reduce(self: Any, request: Request) -> tuple:
 def rebuild(request: tuple, values: tuple) -> Any:
     """Return the value that was pickled as a request and the numbers of its fields."""
     whole = Request(*request)
-    programs = whole.program(8000), whole.domain_program()
+    program = whole.programs(8000) if whole.inertia == "flow" else whole.program(8000)
+    programs = program, whole.domain_program()
     cls = generated_class(whole, programs, dict(zip(whole.parameters, values, strict=False)))
     return cls(*values)
 
@@ -160,12 +172,14 @@ def rebuild(request: tuple, values: tuple) -> Any:
 # --- derivation ---------------------------------------------------------------------------------------------------
 
 
-def _derive(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
+def _derive(request: Request, programs: Any, values: Mapping[str, float]) -> str:
     try:
         import sympy  # noqa: F401
     except ImportError:
         raise ImportError("a formula that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
     with ceiling():
+        if request.inertia == "flow":
+            return _derive_flow(request, programs, values)
         return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
 
 
@@ -210,6 +224,34 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     if "magnetic" in parts:  # in the symmetric gauge
         V += parts["magnetic"] ** 2 / (8 * mass) * sum(own[name] ** 2 for name in request.coordinates[:2])
     return hamiltonian_model(description, V, walls, masses=masses, omega=omega if parts else None)
+
+
+def _derive_flow(
+    request: Request, programs: tuple[tuple[Program, ...], Program | None], values: Mapping[str, float]
+) -> str:
+    import sympy
+
+    from .domains import conditions
+    from .flow_source import flow_model
+    from .potential_source import Description
+    from .sympy_bridge import to_sympy
+
+    own = {name: sympy.Symbol(name, real=True) for name in request.coordinates}
+    names = {**own, **_parameters(request)}
+
+    def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
+        return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
+
+    rates, walls = [], []
+    for program in programs[0]:
+        check_real(program, values, request.coordinates, "text")
+        rates.append(sympy.sympify(to_sympy(program, names)))
+        walls += [wall for wall in conditions(rates[-1], region) if wall not in walls]
+    walls = walls if programs[1] is None else [to_sympy(programs[1], names)]
+    description = Description(
+        request.text, request.domain, request.parameters, "An autonomous system.", request.coordinates
+    )
+    return flow_model(description, rates, walls, own)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:

@@ -45,7 +45,7 @@ def plane_inertia(pair: bool) -> Inertia:
 
 def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inertia:
     """Return unit masses, or masses m_1, ... that are fields, of the first coordinates: T = sum p_i^2/2 m_i."""
-    p = _fresh("p", coordinates, ())[:moving]
+    p = fresh("p", coordinates, ())[:moving]
     if not masses:
         return Inertia((), (), p, f"({' + '.join(f'{c}*{c}' for c in p)})/2")
     fields = tuple(f"m_{i}" for i in range(1, len(p) + 1))
@@ -56,11 +56,11 @@ def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inert
 
 def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
     """Return the inertia of a driven system, of that of its coordinates without the time: the time goes on as 1."""
-    p = _fresh("p", coordinates, ())[-1]
+    p = fresh("p", coordinates, ())[-1]
     return inertia._replace(velocity=(*inertia.velocity, f"1.0 + 0.0*{p}"))
 
 
-def _fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
+def fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
     """Return names made of a prefix and each coordinate, none of which is a coordinate."""
     while {prefix + c for c in coordinates} & {*coordinates, *taken, "self", "np"}:
         prefix += "_"
@@ -76,7 +76,7 @@ class _Inner:
         present = {s.name: s for e in V for s in e.free_symbols if not s.name.startswith("self.")}
         self.coordinates, self.clamped = tuple(coordinates), clamped
         self.symbols = {name: present[name] for name in sorted(present)}
-        self.differentials = dict(zip(coordinates, _fresh("d", coordinates, tuple(present)), strict=True))
+        self.differentials = dict(zip(coordinates, fresh("d", coordinates, tuple(present)), strict=True))
         self.d = {n: sympy.Symbol(self.differentials.get(n, f"d{n}"), real=True) for n in self.symbols}
         self.real = {c: sympy.Symbol(c, real=True) for c in coordinates}
         self.outer_d = {c: sympy.Symbol(self.differentials[c], real=True) for c in coordinates}
@@ -168,7 +168,7 @@ def model(
     inner = _Inner([V], q, clamped)
     slopes = {n: V.diff(symbol) for n, symbol in inner.symbols.items()}
     changes = {n: sum(slopes[n].diff(inner.symbols[m]) * inner.d[m] for m in inner.symbols) for n in inner.symbols}
-    momenta = _fresh("p", q, ()) if not inner.body else ("pa1", "pa2", "pb1", "pb2")
+    momenta = fresh("p", q, ()) if not inner.body else ("pa1", "pa2", "pb1", "pb2")
     dq = tuple(inner.differentials[c] for c in q)
     taken = (*q, *dq, *momenta, *inner.symbols, *(f"d{n}" for n in inner.symbols))
 

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 from ..base.names import named, spelled
-from ..models.contracts import coordinate_names, driven, isotropic, moving, planar
+from ..models.contracts import coordinate_names, dimension, driven, isotropic, moving, planar
 from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear, Stroboscopic
 from .number import number
 
@@ -40,7 +40,7 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     row = coordinate_names(model).index(name)
     if driven(model) and row == moving(model):
         return Stroboscopic(value)
-    return Linear(tuple(float(k == row) for k in range(2 * model.degrees_of_freedom)), value, direction)
+    return Linear(tuple(float(k == row) for k in range(dimension(model))), value, direction)
 
 
 def canonical(text: str) -> str:
@@ -67,7 +67,7 @@ def section_in_words(section: Any, model: Any) -> str:
     if type(section) is Stroboscopic and driven(model):
         return f"{coordinate_names(model)[moving(model)]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
-    if type(section) is Linear and len(rows) == 1 and rows[0] < model.degrees_of_freedom:
+    if type(section) is Linear and len(rows) == 1 and rows[0] < len(coordinate_names(model)):
         return f"{coordinate_names(model)[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
     return repr(section)
 

@@ -99,6 +99,31 @@ class Map(Protocol):
 
 
 @runtime_checkable
+class Autonomous(Protocol):
+    """An autonomous system dz/dt = f(z) of d variables, with `kind` FLOW.
+
+    coordinates: their d names; rates(z...) = dz/dt, d numbers; margin(z...): positive where the system lives; degrees
+    of freedom: d/2, rounded up. For tangent vectors tangent_rates(z..., dz...), the change of the rates along dz.
+    """
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Half the rows that a state has in memory: those of an odd number of variables have an idle one."""
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the variables."""
+
+    @property
+    def rates(self) -> Arithmetic:
+        """The function dz/dt of d numbers."""
+
+    @property
+    def margin(self) -> Arithmetic:
+        """A function of d numbers that is positive where the system lives."""
+
+
+@runtime_checkable
 class Potential(Protocol):
     """A doubly isotropic potential V(A, B) of A = alpha^2, B = beta^2. Optional: curvatures(A, B) = V_AA, V_AB,
     V_BB.
@@ -173,6 +198,11 @@ def driven(model: Any) -> bool:
 def moving(model: Any) -> int:
     """Return how many coordinates a model has beside the time."""
     return model.degrees_of_freedom - driven(model)
+
+
+def dimension(model: Any) -> int:
+    """Return the number of rows of a model's phase points: 2n, or that of the variables of a flow."""
+    return len(model.coordinates) if kind_of(model) is Kind.FLOW else 2 * model.degrees_of_freedom
 
 
 def planar(model: Any) -> bool:

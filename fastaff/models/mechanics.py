@@ -1,6 +1,10 @@
 """What a model says of phase points: velocities, forces, energies. The one place that knows a model's `Kind`.
 
+<<<<<<< HEAD
 A map has neither energy nor velocity: they are 0, so that nothing drifts.
+=======
+A map has no energy, nor has dz/dt = f(z): it is 0, as their kinetic energy is, so that nothing drifts.
+>>>>>>> c213b71 (Flows: autonomous systems dz/dt = f(z) as text)
 """
 
 from __future__ import annotations
@@ -9,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from .contracts import Kind, driven, kind_of, moving
+from .contracts import Kind, dimension, driven, kind_of, moving
+
+WITHOUT_ENERGY = (Kind.MAP, Kind.FLOW)
 
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:
@@ -48,6 +54,8 @@ def slopes(model: Any, z: np.ndarray) -> np.ndarray:
     if kind_of(model) is Kind.MAP:
         return np.zeros(z.shape)
     with np.errstate(all="ignore"):
+        if kind_of(model) is Kind.FLOW:
+            return _rates(model, z)
         return np.concatenate([velocities(model, z), forces(model, z)])
 
 
@@ -55,7 +63,7 @@ def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...): T of the momenta, also in a
     turning frame.
     """
-    if kind_of(model) is Kind.MAP:
+    if kind_of(model) in WITHOUT_ENERGY:
         return _full(0.0, z)
     with np.errstate(all="ignore"):
         return _full(model.kinetic_energy(*z[model.degrees_of_freedom :]), z)
@@ -63,7 +71,7 @@ def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
 
 def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return what is left of the energy beside the kinetic one, of phase points z (2n, ...): with p_t where driven."""
-    if kind_of(model) is Kind.MAP:
+    if kind_of(model) in WITHOUT_ENERGY:
         return _full(0.0, z)
     n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
@@ -81,8 +89,17 @@ def energies(model: Any, z: np.ndarray) -> np.ndarray:
 
 def inside(model: Any, z: np.ndarray) -> np.ndarray:
     """Tell which phase points z (2n, ...) lie where the potential lives."""
+    rows = dimension(model) if kind_of(model) is Kind.FLOW else model.degrees_of_freedom
     with np.errstate(all="ignore"):
-        return _full(model.margin(*z[: model.degrees_of_freedom]), z) > 0
+        return _full(model.margin(*z[:rows]), z) > 0
+
+
+def _rates(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the rates of a flow, 0 in an idle row."""
+    found, rows = np.zeros(z.shape), dimension(model)
+    for row, number in zip(found, model.rates(*z[:rows]), strict=False):
+        row[...] = number
+    return found
 
 
 # --- turning frames -------------------------------------------------------------------------------------------------

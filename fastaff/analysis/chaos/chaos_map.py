@@ -22,7 +22,7 @@ from ...flows.checks import EVERY, checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Kind, Model, driven, kind_of, moving
+from ...models.contracts import Kind, Model, dimension, driven, kind_of, moving
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
@@ -248,17 +248,22 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
         raise TypeError(
             f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
         )
-    n = moving(body)
+    rows = dimension(body) - 2 * driven(body)
     for k, entry in enumerate(indicators):
         if not isinstance(entry, Indicator):
             hint = f": write {entry.__name__}()" if isinstance(entry, type) and issubclass(entry, Indicator) else ""
             raise TypeError(f"indicators must be values of fastaff.analysis.chaos.indicators, got {entry!r}{hint}")
         if entry.limit is not None or not hasattr(entry, "default"):
             real(f"indicators[{k}], {type(entry).__name__}.limit", entry.limit)
-        if isinstance(entry, GALI) and not 2 <= whole(f"indicators[{k}], GALI.count", entry.count, 2) <= 2 * n:
-            raise ValueError(f"GALI.count must be 2 ... {2 * n} for {type(body).__name__}, got {entry.count}")
+        if isinstance(entry, GALI) and not 2 <= whole(f"indicators[{k}], GALI.count", entry.count, 2) <= rows:
+            raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {entry.count}")
         if isinstance(entry, TangentIndicator):
-            _check_own(f"indicators[{k}], TangentIndicator", entry, n)
+            _check_own(f"indicators[{k}], TangentIndicator", entry, rows)
+        if kind_of(body) is Kind.FLOW and not isinstance(entry, Streamed):
+            raise TypeError(
+                f"indicators of {type(body).__name__}, which is dz/dt = f(z), are those of tangent vectors, such as "
+                f"LyapunovSpectrum(), Lyapunov() and SALI(), got {entry!r}"
+            )
         if driven(body) and (isinstance(entry, ReversibilityError) or getattr(entry, "across_flow", False)):
             raise ValueError(
                 f"indicators[{k}], {entry.name}, does not suit a driven system, whose flow goes along the time and "
@@ -274,7 +279,7 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
     return tuple(indicators)
 
 
-def _check_own(name: str, entry: TangentIndicator, n: int) -> None:
+def _check_own(name: str, entry: TangentIndicator, rows: int) -> None:
     """Raise TypeError or ValueError unless the fields of an indicator of the user's own are what they should be."""
     if type(entry.name) is not str or not entry.name.isidentifier():
         raise ValueError(f"{name}.name must be a name such as 'entropy', got {entry.name!r}")
@@ -282,8 +287,8 @@ def _check_own(name: str, entry: TangentIndicator, n: int) -> None:
         raise TypeError(f"{name}.reading must be a function reading(growth, i, *parameters), got {entry.reading!r}")
     if entry.judge is not None and not inspect.isfunction(entry.judge):
         raise TypeError(f"{name}.judge must be a function or None, got {entry.judge!r}")
-    if whole(f"{name}.count", entry.count, 1) > 2 * n:
-        raise ValueError(f"{name}.count must be 1 ... {2 * n} here, got {entry.count}")
+    if whole(f"{name}.count", entry.count, 1) > rows:
+        raise ValueError(f"{name}.count must be 1 ... {rows} here, got {entry.count}")
     if not isinstance(entry.parameters, tuple):
         raise TypeError(f"{name}.parameters must be a tuple of floats, got {entry.parameters!r}")
     for j, number in enumerate(entry.parameters):

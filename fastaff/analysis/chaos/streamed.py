@@ -12,13 +12,15 @@ from ...base.numbers import fits, number_of_steps
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
+from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report
 from ...flows.motion import inverse_masses, motion, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of
-from ...models.contracts import Kind, kind_of, moving
+from ...models.contracts import Kind, dimension, kind_of, moving
 from ...models.maps import symplectic
+from ...models.mechanics import slopes
 from ..orbits.tangent_map import checked_deviations
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, ZeroOne, limit_of
 from .translations import median_correlation, sampling
@@ -34,8 +36,22 @@ ITERATES = 8.0
 
 def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.ndarray:
     """Return the natural frequency (orbits,) of each orbit; where it has none, one radian in the time."""
-    rates = natural_rates(model, z0, threads)
+    rates = _turning(model, z0) if kind_of(model) is Kind.FLOW else natural_rates(model, z0, threads)
     return np.where(np.isfinite(rates) & (rates > 0), rates, 1 / time)
+
+
+def _turning(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return |d^2z/dt^2|/|dz/dt| (orbits,) at the start of orbits of a flow, from differences of the rates."""
+    with np.errstate(all="ignore"):
+        rates = slopes(model, z)
+        speed = length(rates)
+        shift = NUDGE * np.where(length(z) > 0, length(z), 1.0) / speed
+        change = slopes(model, z + shift * rates) - slopes(model, z - shift * rates)
+        return length(change) / (2 * shift * speed)
+
+
+NUDGE = 1e-6
+"""Relative displacement for the change of rates."""
 
 
 def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
@@ -43,8 +59,10 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     unit. The n coordinates are those beside the time, which moves alike on all orbits.
 
     omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
-    time. The scaling is symplectic, so volumes and exponents stay what they are.
+    time. The scaling is symplectic, so volumes and exponents stay what they are. Of a flow it is 1.
     """
+    if kind_of(model) is Kind.FLOW:
+        return np.ones_like(z0)
     if kind_of(model) is Kind.MAP:
         found = motion(model, z0)
         own = np.sqrt(found.momentum / found.position)
@@ -82,6 +100,14 @@ def symplectic_frame(n: int, count: int) -> np.ndarray:
     first = np.concatenate([unitary.real, unitary.imag]).T
     conjugate = np.concatenate([-unitary.imag, unitary.real]).T
     return np.concatenate([first, conjugate[::-1]])[:count]
+
+
+def frame(model: Any, count: int) -> np.ndarray:
+    """Return tangent vectors (count, 2n) to begin with: of a flow columns of a fixed random orthogonal matrix."""
+    if kind_of(model) is not Kind.FLOW:
+        return symplectic_frame(moving(model), count)
+    square = np.random.default_rng(20).standard_normal(2 * (dimension(model),))
+    return carried(np.linalg.qr(square)[0].T, model, 1)[:count]
 
 
 class ChaosRun:
@@ -167,13 +193,15 @@ class ChaosRun:
     def _start(self, deviations: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
         needed = max(entry.vectors(self.n) for _, entry in self.tangent)
-        if self._spectrum and self.flow.exact and not symplectic(self.flow.model):
-            needed = 2 * self.n
+        whole = min(2 * self.n, dimension(self.flow.model))
+        if self.spectrum and not self.paired:
+            needed = whole
         if deviations is None:
-            start, self.first = symplectic_frame(self.n, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
+            start, self.first = frame(self.flow.model, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
         else:
-            start, self.first = _unit_vectors(deviations, self.scale)
-            needed = 2 * self.n if self._spectrum else needed
+            start, self.first = _unit_vectors(deviations, self.scale[:whole])
+            start = carried(start, self.flow.model, 1)
+            needed = whole if self.spectrum else needed
         if len(start) < needed:
             raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")
         self.flow = replace(self.flow, vectors=len(start))
@@ -186,8 +214,14 @@ class ChaosRun:
         return np.pad(both, ((0, 0), (0, missing), (0, 0))).reshape(2 * self.degrees, -1) if missing else rows
 
     @property
-    def _spectrum(self) -> bool:
+    def spectrum(self) -> bool:
+        """Whether all exponents are asked for."""
         return any(isinstance(entry, LyapunovSpectrum) for _, entry in self.tangent)
+
+    @property
+    def paired(self) -> bool:
+        """Whether each exponent has its negative: of a Hamiltonian system, or a symplectic map."""
+        return symplectic(self.flow.model) if self.flow.exact else kind_of(self.flow.model) is not Kind.FLOW
 
     def stream(self, report: Report | None) -> None:
         """Run the tangent vectors, the averages and the samples."""
@@ -246,12 +280,12 @@ class ChaosRun:
 
     def exponents(self) -> tuple[np.ndarray | None, np.ndarray | None]:
         """Return the Lyapunov spectrum, the largest first, and its change since half the time."""
-        if not self._spectrum:
+        if not self.spectrum:
             return None, None
         # Volumes count from the start, whatever the angles between given vectors.
         growth = self.growth
         sums, half = growth.sums - self.first, growth.half_sums - self.first
-        if self.k < 2 * self.n:
+        if self.paired and self.k < 2 * self.n:
             sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
         with np.errstate(all="ignore"):
             now, before = sums / self.memory[ROWS.last], half / self.memory[ROWS.half]

@@ -21,7 +21,7 @@ from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
 from ...flows.motion import motion
-from ...flows.options import Options, iterates, plan
+from ...flows.options import Options, iterates, plan, suited
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Kind, Model, kind_of
 from ...models.mechanics import energies, kinetic_energies
@@ -119,7 +119,7 @@ def integrate(
     """
     time = iterates(body, "time", time)
     count = whole("samples", samples, 0)
-    options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    options = suited(Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report), body)
     flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
     mapping = kind_of(body) is Kind.MAP

@@ -16,12 +16,12 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
-from ...flows.checks import EVERY, checked_tangent_model
+from ...flows.checks import EVERY, carried, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
-from ...flows.options import Options, Plan, iterates, plan
-from ...models.contracts import Model
+from ...flows.options import Options, Plan, iterates, plan, suited
+from ...models.contracts import Model, dimension
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 
@@ -87,7 +87,7 @@ def tangent_map(
         Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report),
     )
     flow, z, _ = stable_plan(body, z0, options)
-    start = checked_deviations(deviations, z)
+    start = carried(checked_deviations(deviations, flow.states(z)), body, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
     with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.energy_tolerance)):
@@ -100,7 +100,8 @@ def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) ->
     ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
     error = energy_error(flow.model, ensemble)
     mark_drift(ensemble, error, tolerance)
-    state = ensemble.points, ensemble.deviations, ensemble.time, error, ensemble.status
+    vectors = ensemble.deviations[:, : dimension(flow.model)]
+    state = flow.states(ensemble.points), vectors, ensemble.time, error, ensemble.status
     return TangentMap(*state, flow.scheme, flow.step, row_names(flow.model))
 
 
@@ -109,7 +110,7 @@ def stable_plan(body: Any, z0: Any, options: Options) -> Plan:
 
     A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
     """
-    found = plan(checked_tangent_model(body, kinds=EVERY), z0, options)
+    found = plan(checked_tangent_model(body, kinds=EVERY), z0, suited(options, body))
     if options.step is None and not (found.flow.adaptive or found.flow.exact):
         steps = np.minimum(found.flow.step, 1 / fastest_rates(body, found.z))
         found = found._replace(flow=replace(found.flow, step=steps))

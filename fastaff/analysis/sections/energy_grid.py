@@ -15,7 +15,7 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import NATURAL, checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import isotropic
+from ...models.contracts import Kind, isotropic
 from ...models.mechanics import energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
@@ -152,7 +152,7 @@ def _grid_by_name(
     body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
-    checked_model(body)
+    checked_model(body, kinds=(*NATURAL, Kind.ROTATING))
     energy = real("energy", energy)
     no_planes(*planes)
     names, arrays = checked_values(axes)

@@ -12,9 +12,9 @@ from ...base.numbers import entries, fits, flag, real, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import checked_model
+from ...flows.checks import NATURAL, checked_model
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Model, Section, isotropic
+from ...models.contracts import Kind, Model, Section, isotropic
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
@@ -141,7 +141,7 @@ def source_of(
     p_gamma: Any = 0.0,
 ) -> Measure | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
-    checked_model(body)
+    checked_model(body, kinds=(*NATURAL, Kind.ROTATING))
     energy = real("energy", energy)
     no_planes(p_eta, p_gamma)
     if flag("at_rest", at_rest) or solve is not None:

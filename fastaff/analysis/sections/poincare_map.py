@@ -21,7 +21,7 @@ from ...flows.coordinates import row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error
 from ...flows.motion import Motion, motion
-from ...flows.options import Options, plan
+from ...flows.options import Options, plan, suited
 from ...flows.time_transformed import TransformedFlow
 from ...formulas.section_text import section_of
 from ...kernels import crossings as kernels
@@ -110,7 +110,7 @@ def poincare_map(
             raise ValueError(f"{name} is for systems in time: the crossings of a map are its iterates; got {given!r}")
     if not mapping:
         checked_section(section, body)
-    options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    options = suited(Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report), body)
     if isinstance(section, Stroboscopic):
         if max_time is not None:
             raise ValueError(f"max_time must be left out with a stroboscopic section, got {max_time!r}")

@@ -1,0 +1,320 @@
+"""Autonomous systems dz/dt = f(z) as text: solutions, sections, exponents, and words for what is wrong."""
+
+import pickle
+from math import log
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import fastaff as fa
+from fastaff import files
+from fastaff.models.contracts import Kind
+
+LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+ROESSLER = fa.flow("dx/dt = -y - z\n dy/dt = x + a*y\n dz/dt = b + z*(x - c)", a=0.2, b=0.2, c=5.7)
+LETTERS = "abcdefghijklmnop"
+
+
+def lorenz(t, z, s=10.0, r=28.0, b=8 / 3):
+    return np.array([s * (z[1] - z[0]), z[0] * (r - z[2]) - z[1], z[0] * z[1] - b * z[2]])
+
+
+def linear(A, shift=None):
+    """The system z' = A z + shift, its numbers as parameters."""
+    d = len(A)
+    given = {f"m{i}{LETTERS[j]}": A[i, j] for i in range(d) for j in range(d)} if d <= 4 else {}
+    entry = (lambda i, j: f"m{i}{LETTERS[j]}") if d <= 4 else (lambda i, j: f"({float(A[i, j])!r})")
+    rows = [" + ".join(f"{entry(i, j)}*u{j}" for j in range(d)) for i in range(d)]
+    if shift is not None:
+        rows = [f"{row} + ({float(extra)!r})" for row, extra in zip(rows, shift)]
+    return fa.flow("; ".join(f"u{i}' = {row}" for i, row in enumerate(rows)), **given)
+
+
+def starts(count, seed=0):
+    """Points near the attractor of Lorenz."""
+    z0 = np.random.default_rng(seed).normal(size=(3, count)) + np.array([[1.0], [1.0], [25.0]])
+    return fa.integrate(LORENZ, z0, time=20.0).z
+
+
+# --- solutions ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 5, 16])
+def test_linear_systems_are_matrix_exponentials(d):
+    """States, samples and tangent vectors of z' = A z, any number of variables."""
+    rng = np.random.default_rng(d)
+    A, z0, time = rng.normal(size=(d, d)) / np.sqrt(d), rng.normal(size=(d, 7)) * 10.0 ** rng.uniform(-3, 3), 2.3
+    model = linear(A)
+    run = fa.integrate(model, z0, time=time, samples=4)
+    assert run.z.shape == (d, 7)
+    assert run.samples.shape == (4, d, 7)
+    assert run.names == model.coordinates == tuple(f"u{i}" for i in range(d))
+    np.testing.assert_allclose(run.z, expm(A * time) @ z0, rtol=0, atol=1e-10 * np.abs(run.z).max())
+    np.testing.assert_allclose(run.samples[1], expm(A * time / 2) @ z0, rtol=0, atol=1e-10 * np.abs(run.z).max())
+    np.testing.assert_array_equal(run.energy_error, 0.0)
+    tangent = fa.tangent_map(model, z0[:, :2], time=time)
+    assert tangent.vectors.shape == (d, d, 2)
+    for k in range(2):
+        np.testing.assert_allclose(tangent.matrix[..., k], expm(A * time), atol=1e-10 * np.abs(expm(A * time)).max())
+
+
+@pytest.mark.parametrize("scheme", [fa.DOP853, fa.VERNER9])
+def test_lorenz_is_that_of_scipy(scheme):
+    z0 = np.array([[1.0, -3.0, 5.0], [1.0, 2.0, 3.0], [20.0, 25.0, 30.0]])
+    run = fa.integrate(LORENZ, z0, time=3.0, scheme=scheme)
+    for k in range(3):
+        exact = solve_ivp(lorenz, (0, 3), z0[:, k], method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+        np.testing.assert_allclose(run.z[:, k], exact, atol=2e-9)
+
+
+def test_the_order_of_rk4():
+    z0, errors = [1.0, 1.0, 20.0], []
+    exact = fa.integrate(LORENZ, z0, time=1.0, scheme=fa.VERNER9, rtol=1e-14, atol=1e-14).z
+    for step in (0.001, 0.0005):
+        errors.append(np.abs(fa.integrate(LORENZ, z0, time=1.0, scheme=fa.RK4, step=step).z - exact).max())
+    assert log(errors[0] / errors[1], 2) == pytest.approx(4.0, abs=0.3)
+
+
+def test_a_rigid_body_keeps_energy_and_angular_momentum():
+    rng = np.random.default_rng(4)
+    I = np.sort(rng.uniform(0.5, 3.0, 3))
+    text = "x' = (B - C)/(B*C)*y*z; y' = (C - A)/(C*A)*z*x; z' = (A - B)/(A*B)*x*y"
+    body = fa.flow(text, A=I[0], B=I[1], C=I[2])
+    z0 = rng.normal(size=(3, 20))
+    z = fa.integrate(body, z0, time=50.0).z
+    np.testing.assert_allclose((z**2).sum(axis=0), (z0**2).sum(axis=0), rtol=1e-9)
+    np.testing.assert_allclose((z**2 / I[:, None]).sum(axis=0), (z0**2 / I[:, None]).sum(axis=0), rtol=1e-9)
+
+
+def test_time_is_a_variable_of_ones_own():
+    run = fa.integrate(fa.flow("x' = cos(w*t); t' = 1", w=2.0), [0.3, 0.1], time=3.0)
+    np.testing.assert_allclose(run["x"], 0.3 + (np.sin(2 * 3.1) - np.sin(0.2)) / 2, rtol=1e-11)
+
+
+def test_a_hamiltonian_system_as_a_flow_is_the_same():
+    model = fa.flow("x' = u; y' = v; u' = -x - 2*x*y; v' = -y - x**2 + y**2")
+    z0 = fa.energy_sample(fa.HenonHeiles(), energy=0.1, section="x=0", orbits=40, seed=1).z0
+    one, other = (fa.integrate(body, z0, time=30.0, scheme=fa.DOP853) for body in (model, fa.HenonHeiles()))
+    np.testing.assert_allclose(one.z, other.z, atol=1e-8)
+    one, other = (
+        fa.poincare_map(body, z0, section="x=0", crossings=5, max_time=100.0, scheme=fa.DOP853)
+        for body in (model, fa.HenonHeiles())
+    )
+    np.testing.assert_allclose(one.times, other.times, atol=1e-7)
+    np.testing.assert_allclose(one.points, other.points, atol=1e-7)
+    half = fa.chaos_map(model, z0[:, :3], time=200.0, indicators=fa.LyapunovSpectrum()).spectrum
+    np.testing.assert_allclose(half, -half[::-1], atol=0.02)
+
+
+# --- sections -------------------------------------------------------------------------------------------------------
+
+
+def test_crossings_are_those_of_scipy():
+    z0 = starts(4)
+    cut = fa.poincare_map(LORENZ, z0, section="z=27", crossings=6, max_time=100.0)
+    assert cut.points.shape == (3, 6, 4)
+    assert cut.section == fa.Linear((0.0, 0.0, 1.0), 27.0)
+    np.testing.assert_allclose(cut["z"], 27.0, rtol=1e-14)
+
+    def event(t, z):
+        return z[2] - 27.0
+
+    event.direction = 1
+    for k in range(4):
+        found = solve_ivp(lorenz, (0, 4.0), z0[:, k], method="DOP853", rtol=1e-12, atol=1e-12, events=event)
+        times = found.t_events[0][:3]
+        np.testing.assert_allclose(cut.times[: times.size, k], times, atol=1e-8)
+
+
+def test_any_plane_and_either_side():
+    normal = (1.0, -1.0, 0.5)
+    for direction in (1, -1):
+        cut = fa.poincare_map(LORENZ, starts(5), section=fa.Linear(normal, 12.0, direction), crossings=9, max_time=99.0)
+        np.testing.assert_allclose(np.einsum("i,ico->co", normal, cut.points), 12.0, rtol=1e-13)
+        rate = np.einsum("i,ico->co", normal, lorenz(0, cut.points))
+        assert (rate * direction > 0).all()
+
+
+# --- exponents ------------------------------------------------------------------------------------------------------
+
+
+def test_exponents_of_lorenz():
+    """0.9056, 0, -14.572 (Viswanath 1998, Sprott 2003) as means over orbits; the sum is the divergence."""
+    found = fa.chaos_map(LORENZ, starts(96), time=250.0, indicators=fa.LyapunovSpectrum())
+    assert found.spectrum.shape == found.spectrum_error.shape == (3, 96)
+    np.testing.assert_allclose(found.spectrum.sum(axis=0), -(10 + 1 + 8 / 3), rtol=0, atol=1e-10)
+    mean, error = found.spectrum.mean(axis=1), found.spectrum.std(axis=1) / np.sqrt(96)
+    # Vectors align once, which shifts each by some 1/time.
+    np.testing.assert_array_less(np.abs(mean - [0.9056, 0.0, -14.572]), 4 * error + 2.0 / 250)
+    assert (error < 0.005).all()
+    assert (np.abs(found.spectrum - [[0.9056], [0.0], [-14.572]]) < 10 * found.spectrum_error + 0.1).mean() > 0.97
+    assert found.chaotic.all()
+
+
+def test_exponents_of_roessler():
+    """0.0714, 0, -5.394 (Sprott 2003)."""
+    z0 = fa.integrate(ROESSLER, np.random.default_rng(1).uniform(0.5, 2, (3, 48)), time=100.0).z
+    found = fa.chaos_map(ROESSLER, z0, time=800.0, indicators=fa.LyapunovSpectrum())
+    mean, error = found.spectrum.mean(axis=1), found.spectrum.std(axis=1) / np.sqrt(48)
+    np.testing.assert_array_less(np.abs(mean - [0.0714, 0.0, -5.394]), 4 * error + [0.002, 0.002, 0.01])
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4, 5])
+def test_exponents_of_linear_systems_are_real_parts(d):
+    """A triangular matrix with its eigenvalues on the diagonal: any order of the exponents, their sum is the trace."""
+    rng = np.random.default_rng([d, 3])
+    own = np.sort(rng.uniform(-1.5, 0.5, d))[::-1]
+    turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
+    A = turn @ (np.diag(rng.permutation(own)) + 0.3 * np.triu(rng.normal(size=(d, d)), 1)) @ turn.T
+    found = fa.chaos_map(linear(A), rng.normal(size=(d, 3)), time=200.0, indicators=fa.LyapunovSpectrum())
+    np.testing.assert_allclose(found.spectrum, np.repeat(own[:, None], 3, axis=1), atol=0.08)
+    np.testing.assert_allclose(found.spectrum.sum(axis=0), np.trace(A), rtol=0, atol=1e-9)
+
+
+def test_indicators_tell_a_cycle_from_chaos():
+    """Van der Pol's cycle, in three variables with one that decays; Lorenz at r = 28 and at r = 14, where it rests."""
+    cycle = fa.flow("x' = y; y' = m*(1 - x**2)*y - x; z' = -z", m=1.0)
+    found = fa.chaos_map(cycle, [[2.0, 0.5], [0.0, 0.1], [0.1, 0.2]], time=400.0, indicators="spectrum,lyapunov")
+    np.testing.assert_allclose(found.spectrum, [[0.0] * 2, [-1.0] * 2, [-1.0588] * 2], atol=0.03)
+    assert not found.chaotic.any()
+    given = fa.chaos_map(LORENZ, starts(3), time=200.0, deviations=np.eye(3), indicators="spectrum,sali,megno")
+    assert given.chaotic.all()
+    np.testing.assert_allclose(given.spectrum.sum(axis=0), -41 / 3, atol=1e-10)
+
+
+# --- promises -------------------------------------------------------------------------------------------------------
+
+
+def test_company_threads_and_order_change_no_bit():
+    z0 = starts(200, 5)
+    whole = fa.integrate(LORENZ, z0, time=2.0, samples=3, threads=2)
+    for k in (0, 77, 199):
+        alone = fa.integrate(LORENZ, z0[:, k], time=2.0, samples=3, threads=1)
+        assert alone.z[:, 0].tobytes() == np.ascontiguousarray(whole.z[:, k]).tobytes()
+    back = fa.integrate(LORENZ, z0[:, ::-1], time=2.0)
+    assert back.z[:, ::-1].tobytes() == np.ascontiguousarray(whole.z).tobytes() or (back.z[:, ::-1] == whole.z).all()
+    spectra = fa.chaos_map(LORENZ, z0[:, :130], time=5.0, indicators=fa.LyapunovSpectrum()).spectrum
+    alone = fa.chaos_map(LORENZ, z0[:, 129], time=5.0, indicators=fa.LyapunovSpectrum(), threads=1).spectrum
+    np.testing.assert_array_equal(spectra[:, 129], alone[:, 0])
+
+
+def test_a_bad_orbit_has_a_status_and_no_neighbour():
+    """x' = x^2 ends at time 1/x0; y' = -1/(2 y) leaves its domain at y0^2."""
+    model = fa.flow("x' = x**2; z' = -z")
+    run = fa.integrate(model, [[0.1, 2.0, 0.2], [1.0, 1.0, 1.0]], time=3.0)
+    assert [fa.Status(status) for status in run.status][::2] == [fa.Status.OK] * 2
+    assert run.status[1] != fa.Status.OK
+    np.testing.assert_allclose(run["x"][::2], [0.1 / 0.7, 0.2 / 0.4], rtol=1e-10)
+    wall = fa.integrate(fa.flow("y' = -1/(2*y**2)"), [[1.0, 5.0]], time=1.0)
+    assert wall.status[0] != fa.Status.OK
+    assert wall.z[0, 1] == pytest.approx((125 - 1.5) ** (1 / 3), rel=1e-11)
+
+
+class Own(NamedTuple):
+    """A flow of one's own: a damped oscillator in its amplitude, and a clock."""
+
+    k: float
+    g: float
+
+    kind = Kind.FLOW
+    coordinates = ("x", "v", "c")
+    degrees_of_freedom = 2
+
+    def rates(self, x, v, c):
+        return v, -self.k * x - self.g * v, 1.0 + 0.0 * c
+
+    def tangent_rates(self, x, v, c, dx, dv, dc):
+        return dv, -self.k * dx - self.g * dv, 0.0 * dc
+
+    def margin(self, x, v, c):
+        return 1.0 + 0.0 * x
+
+
+def test_a_flow_of_ones_own():
+    own = Own(1.3, 0.2)
+    text = fa.flow("x' = v; v' = -k*x - g*v; c' = 1", k=1.3, g=0.2)
+    z0 = np.random.default_rng(1).normal(size=(3, 10))
+    np.testing.assert_allclose(fa.integrate(own, z0, time=4.0).z, fa.integrate(text, z0, time=4.0).z, atol=1e-11)
+    spectrum = fa.chaos_map(own, z0, time=100.0, indicators=fa.LyapunovSpectrum()).spectrum
+    np.testing.assert_allclose(spectrum.sum(axis=0), -0.2, atol=1e-11)
+
+
+def test_values_files_and_parameters(tmp_path):
+    assert pickle.loads(pickle.dumps(LORENZ)) == LORENZ
+    assert repr(LORENZ).startswith("FormulaFlow(\"x' = s*(y - x)")
+    other = LORENZ._replace(r=14.0)
+    rest = fa.integrate(other, [[1.0], [2.0], [3.0]], time=60.0)
+    root = np.sqrt(8 / 3 * 13)
+    np.testing.assert_allclose(np.abs(rest.z[:, 0]), [root, root, 13], rtol=1e-6)
+    run = fa.integrate(LORENZ, [1.0, 2.0, 3.0], time=1.0)
+    again = fa.load(run.save(tmp_path / "o.npz"))
+    assert again.z.tobytes() == run.z.tobytes()
+    assert files.recipe(tmp_path / "o.npz").run().z.tobytes() == run.z.tobytes()
+
+
+# --- words ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "error", "message"),
+    [
+        (3, {}, TypeError, "text must be a text"),
+        ("", {}, ValueError, "text must have 1 to 16 equations such as"),
+        ("x + y", {}, ValueError, r"text must be equations such as .*, got 'x \+ y'"),
+        ("x = y; y' = x", {}, ValueError, "text must be equations"),
+        ("x'' = -x", {}, ValueError, "text must be equations"),
+        ("x' = ", {}, ValueError, "text must be equations"),
+        ("x' = x; x' = 1", {}, ValueError, "variable 'x' is taken"),
+        ("rates' = 1", {}, ValueError, "variable 'rates' is taken"),
+        ("x' = k*x", {}, ValueError, "'k'"),
+        ("alpha1' = alpa1*2", {}, ValueError, "alpha1"),
+        ("x' = x", {"k": 1.0}, ValueError, "parameter 'k' is not used by the equations"),
+        ("x' = k*x", {"k": "a"}, TypeError, "k must be a real number"),
+        ("x' = k*x", {"k": np.nan}, ValueError, "k must be finite"),
+        ("x' = cos(t)", {}, ValueError, "x' depends on t, which a flow does not know: make it a variable, t' = 1"),
+        ("x' = __import__('os')", {}, ValueError, "text"),
+        ("x' = log(-1 - x**2)", {}, ValueError, "no finite real value"),
+        ("; ".join(f"u{k}' = u{k}" for k in range(17)), {}, ValueError, "1 to 16 equations .* got 17"),
+        ("x' = x", {"domain": 1}, TypeError, "domain"),
+    ],
+)
+def test_wrong_texts(text, given, error, message):
+    with pytest.raises(error, match=message):
+        fa.flow(text, **given)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda z: fa.integrate(LORENZ, z, time=1.0, scheme=fa.KAHAN_LI8), ValueError, "KAHAN_LI8 needs .* DOP853"),
+        (lambda z: fa.integrate(LORENZ, z, time=1.0, scheme=fa.AUTO), ValueError, "scheme .* such as DOP853"),
+        (lambda z: fa.chaos_map(LORENZ, z, time=1.0, scheme="leapfrog"), ValueError, "scheme LEAPFROG needs"),
+        (lambda z: fa.tangent_map(LORENZ, z, time=1.0, scheme="leapfrog"), ValueError, "scheme LEAPFROG needs"),
+        (lambda z: fa.integrate(LORENZ, z, time=1.0, scheme=fa.RK4), ValueError, "step must be given with RK4"),
+        (lambda z: fa.integrate(LORENZ, z, time=1.0, accuracy=1e-8), ValueError, "accuracy .* give rtol and atol"),
+        (lambda z: fa.integrate(LORENZ, np.ones((6, 2)), time=1.0), ValueError, r"shape \(3,\) or \(3, orbits\)"),
+        (lambda z: fa.frequency_map(LORENZ, z, time=1.0), TypeError, r"FormulaFlow is dz/dt = f\(z\); what runs here"),
+        (lambda z: fa.energy_grid(LORENZ, energy=1.0, axes={"x": [1]}, solve="y"), TypeError, r"dz/dt = f\(z\)"),
+        (lambda z: fa.energy_sample(LORENZ, energy=1.0, orbits=3), TypeError, r"dz/dt = f\(z\)"),
+        (lambda z: fa.fit_torus(LORENZ, z[:, 0], time=5.0), TypeError, r"dz/dt = f\(z\)"),
+        (lambda z: fa.chaos_map(LORENZ, z, time=1.0, indicators="zero_one"), TypeError, "those of tangent vectors"),
+        (lambda z: fa.chaos_map(LORENZ, z, time=1.0, indicators="gali_4"), ValueError, "GALI.count must be 2 ... 3"),
+        (lambda z: fa.tangent_map(LORENZ, z, time=1.0, deviations=np.eye(4)), ValueError, r"shape \(count, 3\)"),
+        (
+            lambda z: fa.poincare_map(LORENZ, z, section="w=0", crossings=1, max_time=1.0),
+            ValueError,
+            "section must be one of x=c, y=c, z=c",
+        ),
+        (
+            lambda z: fa.poincare_map(LORENZ, z, section=fa.Linear((1.0, 0, 0, 0)), crossings=1, max_time=1.0),
+            ValueError,
+            "section .* must take 3 numbers",
+        ),
+    ],
+)
+def test_what_a_flow_has_not_is_refused(call, error, message):
+    with pytest.raises(error, match=message):
+        call(np.ones((3, 2)))
