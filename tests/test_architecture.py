@@ -258,7 +258,7 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    own = ("formula", "hamiltonian", "load", "mapping", "save")  # parameters of a formula, of a file
+    own = ("flow", "formula", "hamiltonian", "load", "mapping", "save")  # parameters of a formula, of a file
     assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 
 
