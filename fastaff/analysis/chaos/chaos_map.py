@@ -22,7 +22,7 @@ from ...flows.checks import EVERY, checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Kind, Model, dimension, driven, kind_of, moving
+from ...models.contracts import Kind, Model, dimension, driven, kind_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
