@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.frequencies.frequencies import FrequencyKind
 from ..base.status import Status
+from ..schemes.catalogue import ITERATION
 from .labels import Box, settled, write_along
 from .picking import carry
 from .ratios import frequency
 from .scales import Colouring, clipped, colouring, colours_of, each_value, limited
 from .sections import colour_bar, why
-from .style import Artists, figure, nothing, symbol
+from .style import DARK, GREY, Artists, figure, nothing, symbol
 
 
 @figure
@@ -46,6 +48,8 @@ def plot_frequency_map(
     """
     names = frequency_map.names
     body = getattr(frequency_map, "nu_eta", None) is not None
+    if len(names) == 1:
+        return _one_frequency(frequency_map, ax)
     if x is None and y is None and not body:
         x, y = names[0], names[1]
     x, y = x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
@@ -67,7 +71,8 @@ def plot_frequency_map(
     carry(points, X[order], Y[order], order)
     if limits is not None:
         ax.set(xlim=limits[0], ylim=limits[1])
-    unit = "" if "/" in x else "  (cycles per unit time)"
+    per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
+    unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
     label = values.label if label is None else label
     bar = colour_bar(ax, points, values._replace(norm=norm, label=label, values=c[good])) if colorbar else None
@@ -90,11 +95,17 @@ def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any
         x, y = (options.get(axis) or tunes.names[k] for k, axis in enumerate("xy"))
         ax.set(xlabel=f"${_fraction(x)}$", ylabel=f"${_fraction(y)}$")
         return found
-    good = tunes.status == Status.OK
+    return _one_frequency(tunes, ax)
+
+
+def _one_frequency(found: Any, ax: Any) -> Artists:
+    """Draw the only frequency of a system of one degree of freedom, from orbit to orbit, chaotic ones grey."""
+    good = (found.status == Status.OK) & np.isfinite(found.error[0])
     numbers = np.flatnonzero(good)
-    points = ax.scatter(numbers, tunes.nu[0, good], c=np.asarray(values)[good], s=12.0)
-    ax.set(xlabel="orbit", ylabel=f"${symbol(f'nu_{tunes.names[0]}')}$")
-    carry(points, numbers, tunes.nu[0, good], numbers)
+    calm = found.kind[good] != FrequencyKind.IRREGULAR
+    points = ax.scatter(numbers, found.nu[0, good], c=np.where(calm, DARK, GREY), s=12.0, linewidths=0)
+    ax.set(xlabel="orbit", ylabel=f"${symbol(f'nu_{found.names[0]}')}$")
+    carry(points, numbers, found.nu[0, good], numbers)
     return Artists(points, None, (), (), int(np.count_nonzero(~good)))
 
 

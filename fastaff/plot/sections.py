@@ -51,7 +51,7 @@ def plot_section(
     """
     names, coordinates = _section_coordinates(section_map, chart)
     default = _free_coordinate(section_map.section, names)
-    x, y = x or default, y or f"p_{default}"
+    x, y = x or default, y or names[names.index(default) + len(names) // 2]
     for name in (x, y):
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")

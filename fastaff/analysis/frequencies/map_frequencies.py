@@ -18,7 +18,7 @@ from ...models.contracts import coordinate_names
 from ..orbits.given_orbits import given_orbits
 from .angle_loops import Room
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
-from .fundamental import windows
+from .fundamental import SPANS, weight_at
 from .methods import BirkhoffAverages, NaffLines
 from .readings import CHANGED
 from .tunes import FALLBACK, LEAST, TuneWork
@@ -93,7 +93,8 @@ class MapFrequencies:
     def run(self, report: Report | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
         rows, orbits = self.z.shape
-        portion = max(1, BUDGET // (8 * rows * self.length))
+        kept = 1 if self._wound_rows().all() else rows * self.length
+        portion = max(1, BUDGET // (8 * kept))
         for begin in range(0, orbits, portion):
             part = np.arange(begin, min(begin + portion, orbits))
             self._portion(part)
@@ -103,7 +104,7 @@ class MapFrequencies:
     def _portion(self, part: np.ndarray) -> None:
         """Find the frequencies of these orbits."""
         ensemble = self.flow.ensemble(self.z[:, part].copy())
-        first, counts = self._sampled(ensemble)
+        first, counts = self._seen(ensemble)
         self.nu[:, part], self.error[:, part], self.method[:, part], self.halves[:, :, part] = first
         self.later[:, part] = np.isfinite(first.error) if not self.kept else False
         t, status = counts, ensemble.status.copy()
@@ -119,7 +120,7 @@ class MapFrequencies:
             last.status[:] = status
             going = np.flatnonzero(status == Status.OK)
             whole_one = last.of(going)
-            second, more = self._sampled(whole_one)
+            second, more = self._seen(whole_one)
             self.halves[0][:, part] = first.nu
             self.halves[1][:, part[going]] = second.nu
             self.later[:, part[going]] = np.isfinite(second.error) & np.isfinite(first.error[:, going])
@@ -127,53 +128,58 @@ class MapFrequencies:
             status[going] = whole_one.status
         self.t[part], self.status[part] = t, status
 
-    def _sampled(self, ensemble: Ensemble) -> tuple[_Window, np.ndarray]:
+    def _seen(self, ensemble: Ensemble) -> tuple[_Window, np.ndarray]:
         """Follow orbits through a window; return what it says, and how many turns (orbits,) each has of it."""
-        states = self.room.array(ensemble.z.shape[1], self.length, len(ensemble.z))
-        self.flow.sampled(ensemble, self.length, time=float(self.length), states=states)
-        counts = ensemble.count - (ensemble.status != Status.OK)
-        for orbit in np.flatnonzero(counts < self.length):
-            states[orbit, counts[orbit] :] = np.nan
-        z = states.transpose(2, 0, 1)
-        n, orbits = z.shape[0] // 2, z.shape[1]
+        n, orbits = len(self.z) // 2, ensemble.z.shape[1]
         found = _Window(
             np.zeros((n, orbits)),
             np.full((n, orbits), np.inf),
             np.zeros((n, orbits), np.int8),
             np.zeros((2, n, orbits)),
         )
-        periods = self.flow.model.periods()
-        plain = [i for i in range(n) if periods[i] == 0]
-        long = np.flatnonzero(counts >= LEAST)
-        if plain and long.size:
-            kept = z if len(plain) == n else z[[*plain, *(n + i for i in plain)]]
-            kept = kept if long.size == orbits else kept[:, long]
-            given = given_orbits("samples", kept, coordinates=None, least=LEAST)
-            fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
-            own = TuneWork(given, fallback, self.flow.threads, None)
-            own.run()
-            where = np.ix_(np.array(plain), long)
-            found.nu[where], found.error[where], found.method[where] = own.nu % 1.0, own.error, own.method
-            found.halves[:, where[0], where[1]] = own.halves
-        for i in range(n):
-            if periods[i] > 0:
-                self._wound(i, periods[i], z, counts, found)
+        wound = self._wound_rows()
+        observer, columns = observers.winding(self.flow.model, float(self.length), SPANS), 1
+        parts = [(observer, columns)] if wound.any() else []
+        if not wound.all():
+            parts.append((observers.samples(2 * n), self.length * 2 * n))
+        observer, firsts, columns = observers.chain(parts)
+        memory, out = np.zeros((observer.rows, orbits)), self.room.array(orbits, columns)
+        self.flow.advance(ensemble, observer, memory, out, time=float(self.length), observations=self.length)
+        counts = ensemble.count - (ensemble.status != Status.OK)
+        if wound.any():
+            self._wound(memory, counts, found)
+        if not wound.all():
+            states = out[:, firsts[-1][1] :].reshape(orbits, self.length, 2 * n)
+            for orbit in np.flatnonzero(counts < self.length):
+                states[orbit, counts[orbit] :] = np.nan
+            self._turned(states.transpose(2, 0, 1), counts, found)
         return found, counts.astype(np.float64)
 
-    def _wound(self, i: int, period: float, z: np.ndarray, counts: np.ndarray, found: _Window) -> None:
-        """Fill in the rotation number of an angle: the weighted mean of what it winds on in an iterate."""
-        going = np.flatnonzero(counts == z.shape[2])
-        weights = windows(z.shape[2])[:-1]
-        for begin in range(0, going.size, 256):
-            own = going[begin : begin + 256]
-            with np.errstate(all="ignore"):
-                on = (np.asarray(self.flow.model.iterate(*z[:, own])[i]) - z[i, own]) / period
-            means = np.array([[weight @ row for weight in weights] for row in on]).T
-            found.nu[i, own], found.halves[:, i, own] = means[0], means[1:3]
-            size = np.maximum(np.abs(means[0]), 1.0)
-            found.error[i, own] = (
-                SAFETY * np.abs(means[1:] - means[0]).max(axis=0) + unresolved(means[0], z.shape[2]) + ROUNDING * size
-            )
+    def _turned(self, z: np.ndarray, counts: np.ndarray, found: _Window) -> None:
+        """Fill in the tunes of the planes of z (2n, orbits, turns) that oscillate."""
+        n, plain, long = len(z) // 2, np.flatnonzero(~self._wound_rows()), np.flatnonzero(counts >= LEAST)
+        if not long.size:
+            return
+        kept = z if plain.size == n else z[[*plain, *(n + plain)]]
+        kept = kept if long.size == counts.size else kept[:, long]
+        fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
+        own = TuneWork(given_orbits("samples", kept, coordinates=None, least=LEAST), fallback, self.flow.threads, None)
+        own.run()
+        where = np.ix_(plain, long)
+        found.nu[where], found.error[where], found.method[where] = own.nu % 1.0, own.error, own.method
+        found.halves[:, where[0], where[1]] = own.halves
+
+    def _wound(self, memory: np.ndarray, counts: np.ndarray, found: _Window) -> None:
+        """Fill in the rotation numbers of angles: the weighted means of what they wind on in an iterate."""
+        angles, whole_ones = np.flatnonzero(self._wound_rows()), np.flatnonzero(counts == self.length)
+        own = np.ix_(angles, whole_ones)
+        sums = memory[: angles.size * len(SPANS)].reshape(angles.size, len(SPANS), -1)[:, :, whole_ones]
+        place = (np.arange(self.length) + 0.5) / self.length
+        weights = [weight_at(2 * (place - first) / (last - first) - 1).sum() for first, last in SPANS]
+        means = np.array([sums[:, s] / weight for s, weight in enumerate(weights)])
+        found.nu[own], found.halves[:, own[0], own[1]] = means[0], means[1:3]
+        spread = SAFETY * np.abs(means[1:] - means[0]).max(axis=0)
+        found.error[own] = spread + unresolved(means[0], self.length) + ROUNDING * np.maximum(np.abs(means[0]), 1.0)
 
     def result(self) -> FrequencyMap:
         """Assemble the map."""
