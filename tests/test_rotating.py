@@ -7,6 +7,7 @@ import pytest
 from own_models import OneSpring
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from test_fused import _call, _call_alone, exact
 
@@ -410,3 +411,167 @@ def test_a_model_says_what_it_is():
     assert model._replace(w=0.4, magnetic=0.0).angular_velocity() == pytest.approx(0.8)
     with pytest.raises(TypeError, match="angular_velocity"):
         fa.integrate(type("Bare", (Bar,), {"angular_velocity": None})(), np.zeros(4) + 0.1, time=1.0)
+
+
+# --- periodic orbits ------------------------------------------------------------------------------------------------
+
+
+def hill():
+    """Hill's problem: V = -1/r - x^2 + y^2/2 beside the turning at rate 1; Gamma = -2H."""
+    return fa.hamiltonian("-1/sqrt(x**2 + y**2) - x**2 + y**2/2", rotation=1.0)
+
+
+UP = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=1)
+
+
+def test_hills_variational_orbit_has_the_motion_of_the_perigee():
+    """The periodic orbit of the Moon's synodic month, m = n'/(n - n'), and its stability: Hill 1877, On the part of the
+    motion of the lunar perigee (Acta Math. 8, 1886, 1), found c = 1.07158 32774 16012 by his infinite determinant.
+    """
+    m, c = 0.0808489338083120, 1.0715832774160
+    model, a = hill(), (1 + 1 / m) ** (-2 / 3)
+    start = np.array([a, 0.0, 0.0, a + a / m])  # a circle
+    found = []
+
+    def late(energy):
+        found.append(fa.periodic_orbits(model, found[-1].z if found else start, section=UP, energy=energy))
+        return found[-1].time[0] - 2 * np.pi * m
+
+    brentq(late, -3.27, -3.24, xtol=1e-14, rtol=1e-14)
+    orbit = found[-1]
+    assert orbit.status[0] == fa.Status.OK
+    assert orbit.time[0] == pytest.approx(2 * np.pi * m, abs=1e-12)
+    assert -2 * orbit.energy[0] == pytest.approx(6.50888, abs=5e-6)
+    assert 1 + np.arccos(1 - 2 * orbit.residue[0]) / (2 * np.pi) == pytest.approx(c, abs=1e-12)
+
+
+def test_hills_satellites_lose_their_stability_where_henon_found_it():
+    """Family g at Gamma = 4.49999, where g' branches off (Henon 1969, Astron. Astrophys. 1, 223)."""
+    start = np.array([0.175, 0.0, 0.0, 2.4056])
+    branch = fa.continuation(hill(), start, section=UP, bounds=(-4, -2.2), steps=60, length=0.1, longest=1.0)
+    (change,) = branch.bifurcations
+    assert -2 * change.value == pytest.approx(4.49999, abs=5e-6)
+    assert branch.orbits.residue[0] > 0 > branch.orbits.residue[-1]
+
+
+def test_a_halo_orbit_of_the_catalogue_closes():
+    """L2 of Earth and Moon, three coordinates: state and period of JPL's catalogue (as for POINTS)."""
+    x, z, vy, period = 1.0809931218390707, -2.0235953267405354e-01, -1.9895001215078018e-01, 2.3538670417546639
+    V = "-(1 - m)/sqrt((x + m)**2 + y**2 + z**2) - m/sqrt((x - 1 + m)**2 + y**2 + z**2)"
+    model = fa.hamiltonian(V, coordinates="x y z", rotation=1.0, m=MOON)
+    start = np.array([x, 0.0, z, 0.0, vy + x, 0.0])
+    moved = fa.tangent_map(model, start, time=period, step=0.002)
+    np.testing.assert_allclose(moved.z[:, 0], start, atol=1e-9)
+    assert np.linalg.det(moved.matrix[..., 0]) == pytest.approx(1.0, abs=1e-7)
+    found = fa.periodic_orbits(
+        model,
+        start,
+        section=fa.Linear((0.0, 1.0, 0.0, 0.0, 0.0, 0.0), direction=-1),
+        step=0.002,
+    )
+    assert found.status[0] == fa.Status.OK
+    assert found.time[0] == pytest.approx(period, abs=1e-9)
+    np.testing.assert_allclose(found.z[:, 0], start, atol=1e-9)
+
+
+def test_a_lyapunov_orbit_is_that_of_a_shooting_by_scipy():
+    """Around L1 of Earth and Moon: from perpendicular crossing to perpendicular crossing; its index is the trace of the
+    monodromy matrix by SciPy's solution of the variational equations less 2, and near the point those of the linear
+    motion.
+    """
+    model, x0 = three_bodies(), POINTS[0] + 0.02
+
+    def slope(t, w):
+        return slopes(model, w[:, None])[:, 0]
+
+    def up(t, w):
+        return w[1]
+
+    up.terminal, up.direction = True, 1
+
+    def half(vy):
+        return solve_ivp(slope, (0, 6), [x0, 0.0, 0.0, vy + x0], events=up, method="DOP853", rtol=1e-13, atol=1e-14)
+
+    vy = brentq(lambda vy: half(vy).y[2, -1] + half(vy).y[1, -1], -0.16, -0.14, xtol=1e-15)
+    start, period = np.array([x0, 0.0, 0.0, vy + x0]), 2 * half(vy).t[-1]
+    found = fa.periodic_orbits(model, start, section=fa.Linear((0.0, 1.0, 0.0, 0.0), direction=-1), step=0.005)
+    assert found.status[0] == fa.Status.OK
+    assert abs(found.time[0] - period) <= found.error[0] + 1e-10
+
+    def varied(t, w):
+        q, d = w[:2], w[4:].reshape(4, 4)
+        turned = np.array([[0.0, 1.0], [-1.0, 0.0]])
+        bend = np.array([model.tangent_force(*q, *unit) for unit in np.eye(2)]).T
+        jacobian = np.block([[turned, np.eye(2)], [bend, turned]])
+        return np.concatenate([slope(t, w[:4]), (jacobian @ d).ravel()])
+
+    whole = solve_ivp(varied, (0, period), [*start, *np.eye(4).ravel()], method="DOP853", rtol=1e-12, atol=1e-12).y[
+        4:, -1
+    ]
+    assert found.indices[0, 0] == pytest.approx(np.trace(whole.reshape(4, 4)) - 2, rel=1e-6)
+
+    # next to L1
+    c = (1 - MOON) / (POINTS[0] + MOON) ** 3 + MOON / (1 - MOON - POINTS[0]) ** 3
+    nu, grows = np.sqrt((2 - c + np.sqrt(9 * c * c - 8 * c)) / 2), np.sqrt((c - 2 + np.sqrt(9 * c * c - 8 * c)) / 2)
+    near = POINTS[0] + 1e-4
+    start = np.array([near, 0.0, 0.0, near - 1e-4 * (nu**2 + 1 + 2 * c) / 2])
+    found = fa.periodic_orbits(model, start, section=fa.Linear((0.0, 1.0, 0.0, 0.0), direction=-1), step=0.01)
+    assert found.time[0] == pytest.approx(2 * np.pi / nu, rel=1e-5)
+    assert found.indices[0, 0] == pytest.approx(2 * np.cosh(grows * 2 * np.pi / nu), rel=1e-3)
+
+
+# --- frequencies ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_penning_trap_has_its_three_frequencies(seed):
+    """omega_c/2 +- (omega_c^2/4 - omega_z^2/2)^(1/2) and omega_z (Brown & Gabrielse 1986, Rev. Mod. Phys. 58, 233)."""
+    rng = np.random.default_rng(seed)
+    mass, field, axial = rng.uniform(0.5, 2), rng.uniform(-4, 4), rng.uniform(0.1, 0.25)
+    axial *= abs(field) / mass
+    V = "k/2*(z**2 - (x**2 + y**2)/2)"
+    model = fa.hamiltonian(V, coordinates="x y z", masses=[mass] * 3, magnetic=field, k=mass * axial**2)
+    cyclotron = abs(field) / mass
+    root = np.sqrt(cyclotron**2 / 4 - axial**2 / 2)
+    truth = np.sort([cyclotron / 2 + root, cyclotron / 2 - root, axial])
+    found = fa.frequency_map(model, rng.standard_normal((6, 6)), time=40 * 2 * np.pi / truth[0])
+    assert (found.kind == fa.analysis.FrequencyKind.INDEPENDENT).all()
+    order = np.argsort(found.omega, axis=0)
+    omega, error = (np.take_along_axis(rows, order, axis=0) for rows in (found.omega, 2 * np.pi * found.error))
+    assert (np.abs(omega - truth[:, None]) <= error + 1e-15).all()
+    assert (np.abs(omega - truth[:, None]) <= 1e-12 * cyclotron).all()
+
+
+def test_frequencies_of_turning_springs_are_eigenvalues():
+    """Unequal springs and any rate of turning, also faster than they swing: those of Hamilton's matrix, positive."""
+    rng, model = np.random.default_rng(8), fa.hamiltonian("(a*x**2 + b*y**2)/2", rotation=1.0, a=1.0, b=1.0)
+    tried = 0
+    for _ in range(12):
+        a, b, w = *rng.uniform(0.3, 2, 2), rng.uniform(-2.5, 2.5)
+        turning = np.array([[0.0, w], [-w, 0.0]])
+        values = np.linalg.eigvals(np.block([[turning, np.eye(2)], [-np.diag([a, b]), turning]]))
+        truth = np.sort(np.abs(values.imag))[::2] / (2 * np.pi)
+        if np.abs(values.real).max() > 1e-9 or truth.min() < 0.01:
+            continue
+        found = fa.frequency_map(
+            model._replace(a=a, b=b, rotation=w), rng.standard_normal((4, 3)), time=300 / truth.min()
+        )
+        assert (np.abs(np.sort(found.nu, axis=0) - truth[:, None]) <= np.sort(found.error, axis=0) + 1e-15).all()
+        tried += 1
+    assert tried >= 6
+
+
+def test_frequencies_of_a_round_potential_are_shifted_by_the_turning():
+    """The same orbits seen from a frame at rest: lines of x, y move by Omega, one this way and one that."""
+    rng, omega = np.random.default_rng(1), 0.4
+    z = rng.uniform(-0.5, 0.5, (4, 12))
+    turning, resting = (fa.hamiltonian("log(0.04 + x**2 + y**2)/2", rotation=w) for w in (omega, 0.0))
+    there = fa.frequency_map(turning, z, time=600.0)
+    here = fa.frequency_map(resting, z, time=600.0)
+    slow, fast = np.sort(here.nu, axis=0)
+    shift = omega / (2 * np.pi)
+    truths = [np.sort(np.abs([slow + sign * shift, fast - sign * shift]), axis=0) for sign in (1, -1)]
+    found = np.sort(there.nu, axis=0)
+    error = there.error.max(axis=0) + here.error.max(axis=0) + 1e-12
+    apart = np.min([np.abs(found - truth).max(axis=0) for truth in truths], axis=0)  # as it turns
+    assert (apart <= error).all()
