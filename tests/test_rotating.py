@@ -575,3 +575,71 @@ def test_frequencies_of_a_round_potential_are_shifted_by_the_turning():
     error = there.error.max(axis=0) + here.error.max(axis=0) + 1e-12
     apart = np.min([np.abs(found - truth).max(axis=0) for truth in truths], axis=0)  # as it turns
     assert (apart <= error).all()
+
+
+# --- launch sets ----------------------------------------------------------------------------------------------------
+
+
+def deep_bar(omega, mass=1.0):
+    """A well that confines whatever turns so slowly: k r^2/2 + x^4 + y^2/3."""
+    return fa.hamiltonian("k*(x**2 + y**2)/2 + x**4 + y**2/3", rotation=omega, masses=(mass, mass), k=1.0)
+
+
+@pytest.mark.parametrize("text", ["x=0", "y=0.3", "x=-0.4"])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_grids_on_sections_have_their_energy_and_go_their_way(text, direction):
+    """Cells are reached where some momentum has the energy: (p_j - p_rest)^2/2m <= E - V + m Omega^2 r^2/2."""
+    mass, omega, energy = 1.7, -0.5, 0.8
+    model, (name, value) = deep_bar(omega, mass), text.split("=")
+    i = "xy".index(name)
+    section = fa.Linear(tuple(float(r == i) for r in range(4)), float(value), direction)
+    u, v = np.linspace(-1.2, 1.2, 41), np.linspace(-2, 2, 43)
+    grid = fa.energy_grid(model, energy=energy, section=section, axes=(u, v))
+    np.testing.assert_allclose(energies(model, grid.z0), energy, rtol=1e-12)
+    np.testing.assert_allclose(grid.z0[i], float(value))
+    assert (direction * velocities(model, grid.z0)[i] >= 0).all()
+    other, momentum = np.meshgrid(u, v, indexing="ij")
+    q = [np.full_like(other, float(value)), other] if i == 0 else [other, np.full_like(other, float(value))]
+    room = energy - model.potential_energy(*q) + mass * omega**2 * (q[0] ** 2 + q[1] ** 2) / 2
+    rest = mass * omega * float(value) * (1 if i == 0 else -1)
+    np.testing.assert_array_equal(grid.forbidden, (momentum - rest) ** 2 / (2 * mass) > room)
+
+    edge = fa.plot.edge(model, section, energy=energy)
+    assert edge.centre == pytest.approx(rest, abs=1e-15)
+    inside = np.abs(v[None, :] - edge.centre) < np.interp(u, edge.coordinate, edge.momentum, 0, 0)[:, None]
+    assert np.mean(inside == ~grid.forbidden) > 0.985  # but for cells next to the boundary
+    sample = fa.energy_sample(model, energy=energy, section=section, orbits=4000, seed=3)
+    np.testing.assert_allclose(energies(model, sample.z0), energy, rtol=1e-12)
+    (left, right), (low, high) = edge.axes
+    area = np.trapezoid(2 * edge.momentum, edge.coordinate)
+    half = np.mean(sample.points[1] > edge.centre), np.mean(np.abs(sample.points[0]) < 0.3)
+    middle = np.linspace(-0.3, 0.3, 301)
+    share = np.trapezoid(2 * np.interp(middle, edge.coordinate, edge.momentum), middle) / area
+    assert abs(half[0] - 0.5) < 0.04
+    assert abs(half[1] - share) < 0.04
+    assert left <= sample.points[0].min()
+    assert sample.points[0].max() <= right
+    assert low <= sample.points[1].min()
+    assert sample.points[1].max() <= high
+
+
+def test_launch_sets_without_a_section_turn_too():
+    """By name, at rest in the frame, and random points of the whole energy surface."""
+    model = deep_bar(0.6)
+    grid = fa.energy_grid(model, energy=0.7, axes={"x": np.linspace(-0.5, 0.5, 7)}, solve="p_y", fixed={"y": 0.2})
+    np.testing.assert_allclose(energies(model, grid.z0), 0.7, rtol=1e-12)
+    assert (velocities(model, grid.z0)[1] > 0).all()
+    resting = fa.energy_grid(model, energy=0.7, axes={"phi": np.linspace(0, 6, 13)}, at_rest=True)
+    np.testing.assert_allclose(velocities(model, resting.z0), 0.0, atol=1e-14)
+    np.testing.assert_allclose(energies(model, resting.z0), 0.7, rtol=1e-9)
+    sample = fa.energy_sample(model, energy=0.7, orbits=3000, seed=1)
+    np.testing.assert_allclose(energies(model, sample.z0), 0.7, rtol=1e-12)
+    # uniform in d^2q d^2p delta(E - H): velocities have every direction, wherever
+    v = velocities(model, sample.z0)
+    assert abs(np.mean(np.exp(1j * np.arctan2(v[1], v[0])))) < 0.06
+
+
+def test_energies_above_a_saddle_of_the_frame_may_escape():
+    """Of Hill's problem: -3^(4/3)/2 at both collinear points."""
+    with pytest.raises(ValueError, match=r"energy -2 lies above -2\.16337, the lowest saddle"):
+        fa.energy_sample(hill(), energy=-2.0, section="y=0", orbits=10)

@@ -39,7 +39,10 @@ LARGEST = 1e150
 NATURAL = (Kind.SEPARABLE,)
 """Kinds of models whose energy is T(p) + V(q)."""
 
-RUNS = (*NATURAL, Kind.ROTATING, Kind.DRIVEN)
+CONSERVATIVE = (*NATURAL, Kind.ROTATING)
+"""Kinds of models that conserve an energy."""
+
+RUNS = (*CONSERVATIVE, Kind.DRIVEN)
 """Kinds of models that run in time."""
 
 EVERY = (*RUNS, Kind.MAP, Kind.FLOW)

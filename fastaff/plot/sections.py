@@ -166,7 +166,7 @@ def _look_at(
     if starts is not None:
         near.append(places(starts))
     if edge is not None:
-        near.append(np.array([np.tile(edge.coordinate, 2), np.append(edge.momentum, -edge.momentum)]))
+        near.append(np.array([np.tile(edge.coordinate, 2), edge.centre + np.append(edge.momentum, -edge.momentum)]))
     inside = np.concatenate(near, axis=1)
     inside = inside[:, np.isfinite(inside).all(axis=0)]
     if not inside.size:  # the first crossings, without those that were farthest

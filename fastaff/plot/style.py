@@ -197,9 +197,9 @@ def symbol(name: str) -> str:
 
 
 def outline(ax: Any, boundary: Any) -> list[Any]:
-    """Draw an `Edge` on both sides of momentum 0."""
+    """Draw an `Edge` on both sides of its centre, mostly momentum 0."""
     import numpy as np
 
-    u, p = boundary.coordinate, boundary.momentum
-    loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([p, -p[::-1], p[:1]])
+    u, p, c = boundary.coordinate, boundary.momentum, boundary.centre
+    loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([c + p, c - p[::-1], c + p[:1]])
     return list(ax.plot(*loop, color=OUTLINE, lw=0.8))

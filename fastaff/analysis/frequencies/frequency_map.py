@@ -15,7 +15,7 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows.accuracy import HALVINGS
-from ...flows.checks import EVERY, checked_model
+from ...flows.checks import RUNS, checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.options import Options, iterates, plan
@@ -114,7 +114,7 @@ def frequency_map(
     """
     time = iterates(body, "time", time)
     options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
-    checked_model(body, kinds=EVERY)
+    checked_model(body, kinds=(*RUNS, Kind.MAP))
     lines = None if lines is None else whole("lines", lines, 1)
     if kind_of(body) is Kind.MAP:
         if lines is not None:

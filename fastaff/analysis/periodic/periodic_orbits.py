@@ -15,7 +15,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
-from ...flows.checks import NATURAL, checked_section, checked_tangent_model
+from ...flows.checks import CONSERVATIVE, checked_section, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
 from ...flows.flow import Flow
 from ...flows.options import Options
@@ -253,7 +253,7 @@ def periodic_orbits(
 
 def checked_return(model: Any, section: Any, scheme: Any) -> Any:
     """Check a model with its section, which a map has not; return the scheme."""
-    checked_tangent_model(model, "model", (*NATURAL, Kind.MAP))
+    checked_tangent_model(model, "model", (*CONSERVATIVE, Kind.MAP))
     if kind_of(model) is not Kind.MAP:
         checked_section(section, model)
         return KAHAN_LI8 if scheme is None else scheme

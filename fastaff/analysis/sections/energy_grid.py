@@ -13,10 +13,10 @@ from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import NATURAL, checked_model, checked_section
+from ...flows.checks import CONSERVATIVE, checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Kind, isotropic
-from ...models.mechanics import energies
+from ...models.contracts import isotropic
+from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
@@ -152,7 +152,7 @@ def _grid_by_name(
     body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
-    checked_model(body, kinds=(*NATURAL, Kind.ROTATING))
+    checked_model(body, kinds=CONSERVATIVE)
     energy = real("energy", energy)
     no_planes(*planes)
     names, arrays = checked_values(axes)
@@ -171,7 +171,7 @@ def _grid_by_name(
 
 def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
     """Return energy, p_eta and p_gamma if they and the section suit the body."""
-    checked_model(body, kinds=NATURAL)
+    checked_model(body, kinds=CONSERVATIVE)
     checked_section(section, body)
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
@@ -207,12 +207,11 @@ def lift_sheets(
     with np.errstate(all="ignore"):
         sheets, names = _lift(section, body, energy, p_eta, p_gamma, u, v)
         z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
-        q, p = np.split(np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0), 2)
-        margin = np.broadcast_to(body.margin(*q), q.shape[1:])
-        T, V = body.kinetic_energy(*p), body.potential_energy(*q)
+        rows = np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0)
+        T, V, lives = kinetic_energies(body, rows), potential_energies(body, rows), inside(body, rows)
     # A sign change at a wall where the potential jumps is no turning point.
     found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
-    return z, found & np.isfinite(z).all(axis=1) & (margin > 0), names
+    return z, found & np.isfinite(z).all(axis=1) & lives, names
 
 
 def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -320,7 +319,9 @@ def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
     sign = section.direction * np.sign(normal[i])
-    z[2 + i] = _momentum((energy - energies(body, z)) / weight, sign)
+    own = at_rest(body, z[:2])[i]  # the velocity has the sign, which in a turning frame is that of what is beyond it
+    z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
+    z[2 + i] += own
     other = body.coordinates[1 - i]
     return z, (other, f"p_{other}")
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...models.contracts import isotropic
+from ...models.mechanics import frame_rate, least_energies, turning_mass, turns
 from ...models.reduced_body import reduced
 
 RADII, ANGLES = np.geomspace(1e-8, 1e8, 129), 24
@@ -66,7 +67,7 @@ def _stationary(plane: Any) -> tuple[np.ndarray, np.ndarray]:
     found = (np.hypot(*step) <= 1e-9 * np.hypot(*q)) | (np.hypot(*q) < 1e-12)
     q = q[:, found & np.isfinite(q).all(axis=0) & (plane.margin(*q) > 0)]
     _, second = _derivatives(plane, q)
-    energy = np.broadcast_to(plane.potential_energy(*q), q.shape[1:])
+    energy = least_energies(plane, q)
     bends = np.linalg.eigvalsh(np.moveaxis(np.where(np.isfinite(second), second, 0.0), 2, 0))
     return energy[np.isfinite(energy)], (bends < 0).sum(axis=1)[np.isfinite(energy)]
 
@@ -75,14 +76,18 @@ def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return force (2, points) and second derivatives (2, 2, points) of the potential at q (2, points)."""
     unit = np.ones(q.shape[1:])
     columns = [plane.tangent_force(*q, unit, 0.0 * unit), plane.tangent_force(*q, 0.0 * unit, unit)]
-    spread = [[np.broadcast_to(-row, unit.shape) for row in column] for column in columns]
-    return np.array([np.broadcast_to(row, unit.shape) for row in plane.force(*q)]), np.array(spread)
+    spread = np.array([[np.broadcast_to(-row, unit.shape) for row in column] for column in columns])
+    force = np.array([np.broadcast_to(row, unit.shape) for row in plane.force(*q)])
+    if turns(plane):  # the centrifugal force
+        pull = turning_mass(plane) * frame_rate(plane) ** 2
+        return force + pull * q, spread - pull * np.eye(2)[:, :, None]
+    return force, spread
 
 
 def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
     least = energy_limits(body, p_eta, p_gamma).minimum
-    if not energy < least:
+    if not energy < least or turns(body):  # which has lower energies far away
         return None
     where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if isotropic(body) else ""
     what = "body" if isotropic(body) else "system"

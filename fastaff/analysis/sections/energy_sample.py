@@ -12,9 +12,10 @@ from ...base.numbers import entries, fits, flag, real, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import NATURAL, checked_model
+from ...flows.checks import CONSERVATIVE, checked_model
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Kind, Model, Section, isotropic
+from ...models.contracts import Model, Section, isotropic
+from ...models.mechanics import at_rest, least_energies, turns
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
@@ -25,16 +26,19 @@ from .named_axes import are_named, by_name, checked_sign
 
 @dataclass(frozen=True)
 class Edge(Result, axis=None):
-    """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there."""
+    """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there, beyond the
+    `centre`, that of rest in a turning frame, else 0.
+    """
 
     coordinate: Annotated[np.ndarray, along("point")]
     momentum: Annotated[np.ndarray, along("point")]
+    centre: float = 0.0
 
     @property
     def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """The ranges of the coordinate and of its momentum."""
         top = float(self.momentum.max())
-        return (float(self.coordinate[0]), float(self.coordinate[-1])), (-top, top)
+        return (float(self.coordinate[0]), float(self.coordinate[-1])), (self.centre - top, self.centre + top)
 
 
 @dataclass(frozen=True)
@@ -141,7 +145,7 @@ def source_of(
     p_gamma: Any = 0.0,
 ) -> Measure | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
-    checked_model(body, kinds=(*NATURAL, Kind.ROTATING))
+    checked_model(body, kinds=CONSERVATIVE)
     energy = real("energy", energy)
     no_planes(p_eta, p_gamma)
     if flag("at_rest", at_rest) or solve is not None:
@@ -170,7 +174,8 @@ def ranges_to_draw(body: Any, section: Any, energy: float, p_eta: float, p_gamma
     """
     if axes is None:
         parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
-        boxes = [((part.low, part.high), (-part.top, part.top)) for part in parts]
+        centre = _centre(body, section)
+        boxes = [((part.low, part.high), (centre - part.top, centre + part.top)) for part in parts]
     else:
         ranges = entries("axes", axes, "two ranges (low, high)", 2)
         (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
@@ -301,7 +306,17 @@ def edge(
     dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
     u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
     value = evaluated(rest, u, np.zeros(u.size, np.int64))[0]
-    return Edge(u, np.sqrt(np.maximum(value, 0.0)))
+    return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(body, section))
+
+
+def _centre(body: Any, section: Any) -> float:
+    """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
+    if not isinstance(section, Linear) or not turns(body):
+        return 0.0
+    i = int(np.flatnonzero(section.normal)[0])
+    q = np.zeros(2)
+    q[i] = section.offset / section.normal[i]
+    return float(at_rest(body, q)[1 - i])
 
 
 def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[_Part]:
@@ -347,8 +362,8 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
         weight = body.kinetic_energy(*np.eye(2)[1 - i])
 
         def left(u, _):
-            q = (at + 0 * u, u) if i == 0 else (u, at + 0 * u)
-            V = np.where(body.margin(*q) > 0, body.potential_energy(*q), np.inf)
+            q = np.array([at + 0 * u, u] if i == 0 else [u, at + 0 * u])
+            V = np.where(body.margin(*q) > 0, least_energies(body, q), np.inf)
             return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
 
         return left

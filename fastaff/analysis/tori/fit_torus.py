@@ -19,11 +19,11 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import NATURAL, checked_model, energy_drift, phase_points
+from ...flows.checks import CONSERVATIVE, checked_model, energy_drift, phase_points
 from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
-from ...models.contracts import Kind, Model, coordinate_names
+from ...models.contracts import Model, coordinate_names
 from ...models.mechanics import energies, kinetic_energies, slopes
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
 from ..chaos.chaos_map import chaos_map
@@ -212,7 +212,7 @@ def fit_torus(
     (window).
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
-    z = phase_points("z0", z0, checked_model(body, kinds=(*NATURAL, Kind.ROTATING)))
+    z = phase_points("z0", z0, checked_model(body, kinds=CONSERVATIVE))
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol, report=report))
