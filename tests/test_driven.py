@@ -166,7 +166,7 @@ def test_stroboscopic_section_is_at_exact_multiples_of_the_period():
     assert np.array_equal(found.times, np.outer(np.arange(1, 51), np.full(3, model.period)))
     assert (found.counts == 50).all()
     assert found.section_error.max() < 50 * 1e-15 * model.period
-    assert np.abs(found["t"]).max() == found.section_error.max()
+    assert (found["t"] == 0).all()
     samples = fa.integrate(model, z, time=50 * model.period, samples=50)
     apart = np.abs(samples.samples.transpose(1, 0, 2) - found.points)[[0, 2]]
     assert (apart <= found.point_error[[0, 2]] + samples.sample_error.transpose(1, 0, 2)[[0, 2]]).all()
@@ -322,6 +322,69 @@ def test_resonances_with_the_drive():
     assert found.nu[1, 0] == 1 / model.period
 
 
+def test_periodic_orbits_of_the_stroboscopic_map():
+    model, a, w = duffing(), 0.3, 1.2
+    found = fa.periodic_orbits(model, [[0.1, -0.2, 2.0], [0.0, 0.0, 0.0]], section="t=0")
+    assert (found.status == fa.Status.OK).all()
+    assert np.allclose(found.time, model.period, rtol=1e-15)
+    assert np.abs(found.z[1]).max() < 1e-15
+    for k in range(3):
+        own = found.z[[0, 2], k]
+        end = solve_ivp(
+            lambda t, y: [y[1], y[0] - y[0] ** 3 + a * np.cos(w * t)],
+            (0, model.period),
+            own,
+            "DOP853",
+            rtol=2.3e-14,
+            atol=1e-15,
+        ).y[:, -1]
+        assert np.abs(end - own).max() < 1e-12
+        step = 1e-5
+        ends = [
+            fa.poincare_map(model, own[:, None] + s * step * np.eye(2), section="t=0", crossings=1, accuracy=1e-13)
+            for s in (1, -1)
+        ]
+        matrix = (ends[0].points - ends[1].points)[[0, 2], 0] / (2 * step)
+        assert abs((2 - np.trace(matrix)) / 4 - found.residue[k]) < 1e-5 * max(1, abs(found.residue[k]))
+
+
+def test_all_periodic_orbits_of_a_bounded_map_have_the_index_of_the_plane():
+    model = duffing()
+    grid = np.array(np.meshgrid(np.linspace(-2, 2.2, 7), np.linspace(-1.5, 1.5, 7))).reshape(2, -1)
+    found = fa.find_periodic_orbits(model, grid, section="t=0", max_period=2)
+    first = found.period == 1
+    # Infinity is a centre: fixed points with R > 0 are one more than those with R < 0.
+    assert (found.residue[first] > 0).sum() - (found.residue[first] < 0).sum() == 1
+    assert (found.prime == found.period).all()
+    # x -> -x half a period later is a symmetry: orbits that are not their own image come in pairs.
+    again = fa.periodic_orbits(model, found.z[:, ~first], section="t=0", period=2)
+    assert np.allclose(again.z[[0, 2]], found.z[[0, 2]][:, ~first], atol=1e-9)
+
+
+def test_doubling_of_a_fixed_point_at_rest_is_where_mathieus_equation_has_it():
+    w = 1.7
+
+    def make(a):
+        return fa.hamiltonian("-(1 + a*cos(w*t))*cos(x)", coordinates="x", period="2*pi/w", a=a, w=w)
+
+    branch = fa.continuation(make, [0.0, 0.0], section="t=0", parameter=0.55, bounds=(0.5, 0.62), longest=0.5)
+    exact = brentq(lambda a: mathieu_a(1, 2 * a / w**2) - 4 / w**2, 0.5, 0.7, xtol=1e-15)
+    assert [event.event.name for event in branch.bifurcations] == ["DOUBLING"]
+    assert abs(branch.bifurcations[0].value - exact) < 1e-8
+    assert abs(branch.bifurcations[0].value - exact) < 10 * branch.bifurcations[0].error + 1e-11
+    assert np.abs(branch.orbits.z[[0, 2]]).max() < 1e-12
+
+
+def test_a_family_in_the_frequency_of_its_drive():
+    def make(w):
+        return duffing(0.1, w)
+
+    branch = fa.continuation(make, [1.0, 0.0], section="t=0", parameter=1.9, bounds=(1.8, 2.0), steps=8)
+    assert np.allclose(branch.orbits.time, 2 * np.pi / branch.value, rtol=1e-12)
+    alone = fa.periodic_orbits(make(float(branch.value[-1])), branch.orbits.z[:, -1], section="t=0")
+    assert np.allclose(alone.z[[0, 2], 0], branch.orbits.z[[0, 2], -1], atol=1e-11)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -349,6 +412,11 @@ def test_resonances_with_the_drive():
         (lambda: fa.chaos_map(duffing(), [0, 1], time=9.0, indicators="gali_3"), "GALI.count"),
         (lambda: fa.integrate(duffing(), [0, 1, 2], time=9.0), "z0 must have shape"),
         (lambda: fa.integrate(duffing(), [0, 1], time=9.0, scheme=fa.TimeTransformed()), "fictitious time"),
+        (lambda: fa.periodic_orbits(duffing(), [0, 1], section="x=0"), "must be stroboscopic"),
+        (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", energy=1.0), "energy must be left out"),
+        (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", max_time=1.0), "max_time must be left out"),
+        (lambda: fa.continuation(duffing(), [0, 1], section="t=0"), "parameter must be given"),
+        (lambda: fa.hamiltonian("x*cos(t)", coordinates="x y", period="2*pi", rotation=1.0), "does not go with"),
         (lambda: fa.fit_torus(duffing(), [0, 1], time=9.0), "what runs here is"),
         (lambda: fa.explore(duffing()), "what runs here is"),
     ],

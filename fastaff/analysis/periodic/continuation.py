@@ -19,14 +19,15 @@ from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
-from ...models.contracts import Kind, Model, Section, kind_of
+from ...models.contracts import Kind, Model, Section, driven, kind_of
 from ...models.mechanics import energies
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations, residue_products
-from .periodic_orbits import WAIT, PeriodicOrbits, checked_return, no_orbits, packed, periodic_orbits
+from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, packed, periodic_orbits
 from .return_map import (
     Returns,
     Scale,
+    checked_return,
     closing_goal,
     closing_matrix,
     energy_gradient,
@@ -135,9 +136,12 @@ def continuation(
     1981, Physica D 3, 468 (residues at bifurcations).
     """
     make, first_model = _family(model, parameter)
+    section = section_of(section, first_model)
     scheme = checked_return(first_model, section, scheme)
     if parameter is None and kind_of(first_model) is Kind.MAP:
         raise ValueError("parameter must be a number for a map, which has no energy to follow; got None")
+    if parameter is None and driven(first_model):
+        raise ValueError("parameter must be given for a driven system, which has no energy to follow")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
@@ -336,7 +340,9 @@ class _Family:
             goal = step_goal(self.tolerance, z, point.back.monodromy, scale)
             if best is not None and change[0] > 0.5 * best[0]:
                 break  # rounding
-            following = step * COARSER if self.own_step and change[0] < SPARE * goal[0] else step
+            # At rest no step would show an error of the return, but its derivative has one.
+            longer = self.own_step and change[0] < SPARE * goal[0] and not driven(flow.model)
+            following = step * COARSER if longer else step
             best = change[0], replace(point, step=step, following=following, error=error)
             if change[0] <= goal[0]:
                 break
@@ -344,10 +350,10 @@ class _Family:
         if best is None:
             return None
         point = best[1]
-        own = orbit_scale(
-            self.at(point.u[-1], point.step).model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads
-        )
-        return replace(point, scale=own)
+        model = self.at(point.u[-1], point.step).model
+        own = orbit_scale(model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
+        at_rest = driven(model) and own.energy[0] < VANISHED**2 * scale.energy[0]  # a fixed point like any other
+        return replace(point, scale=scale if at_rest else own)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> _Point | None:
         """Return the point that `corrected` looks for, of one step of the scheme."""

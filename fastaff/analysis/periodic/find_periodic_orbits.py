@@ -13,12 +13,12 @@ from ...base.short_forms import starts_of, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Model, Section, driven
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
-from .periodic_orbits import WAIT, PeriodicOrbits, checked_return, no_orbits, periodic_orbits
-from .return_map import checked_guesses
+from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, periodic_orbits
+from .return_map import checked_guesses, checked_return
 
 
 def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
@@ -118,7 +118,7 @@ def find_periodic_orbits(
             z,
             section=section,
             crossings=count,
-            max_time=None if section is None else wait * count,
+            max_time=None if section is None or driven(model) else wait * count,
             step=step,
             scheme=flow.scheme,
             rtol=rtol,

@@ -15,18 +15,18 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
-from ...flows.checks import CONSERVATIVE, checked_section, checked_tangent_model
 from ...flows.coordinates import chart_row, row_names
 from ...flows.flow import Flow
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Kind, Map, Model, Section, kind_of
-from ...schemes.catalogue import ITERATION, KAHAN_LI8, RungeKutta, Splitting, scheme_of
+from ...models.contracts import Kind, Map, Model, Section, driven, kind_of
+from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .return_map import (
     FINER,
     Returns,
     Scale,
     checked_guesses,
+    checked_return,
     closing_goal,
     closing_matrix,
     each,
@@ -237,6 +237,8 @@ def periodic_orbits(
     options = Options(scheme, step, None, rtol, atol, threads=threads)
     flow, z, energy = checked_guesses(model, z0, energy, options)
     end = None if max_time is None else positive("max_time", max_time)
+    if end is not None and driven(model):
+        raise ValueError(f"max_time must be left out of a driven system, got {max_time!r}")
     fits("period", *z.shape, period)
     search = _Search(
         flow, section, period, end, tolerance, iterations, step is None and not (flow.adaptive or flow.exact)
@@ -249,17 +251,6 @@ def periodic_orbits(
                 break
             search.run(state)
     return search.result(state)
-
-
-def checked_return(model: Any, section: Any, scheme: Any) -> Any:
-    """Check a model with its section, which a map has not; return the scheme."""
-    checked_tangent_model(model, "model", (*CONSERVATIVE, Kind.MAP))
-    if kind_of(model) is not Kind.MAP:
-        checked_section(section, model)
-        return KAHAN_LI8 if scheme is None else scheme
-    if section is not None:
-        raise ValueError(f"section is for systems in time: the returns of a map are its images; got {section!r}")
-    return ITERATION if scheme is None else scheme
 
 
 @dataclass

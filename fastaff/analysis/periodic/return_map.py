@@ -16,13 +16,17 @@ from ...base.display import screen
 from ...base.numbers import fits, numbers
 from ...base.status import Status
 from ...flows import observers
-from ...flows.flow import Flow
+from ...flows.checks import CONSERVATIVE, checked_section, checked_tangent_model
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, no_memory
 from ...flows.motion import inverse_masses, motion
 from ...flows.options import Options, plan
 from ...kernels import crossings as kernels
-from ...models.contracts import Kind, kind_of
+from ...models.contracts import Kind, driven, kind_of, moving
 from ...models.maps import symplectic
 from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
+from ...models.sections import Stroboscopic
+from ...schemes.catalogue import ITERATION, KAHAN_LI8
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 
 STEP_ERROR = 1e-13
@@ -30,6 +34,9 @@ STEP_ERROR = 1e-13
 
 FASTEST = 1e10
 """Turns of an angle in one iterate beyond which a map's points are rounding."""
+
+ASIDE = 1e-2
+"""Displacement, relative or in the coordinates' unit, of a neighbour of an orbit at rest."""
 
 COMPLEX_STEP = 1e-100
 RANK = 1e-8
@@ -53,10 +60,43 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
             f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
         )
     flow, z, _ = plan(model, z0, options, error=STEP_ERROR)
+    if driven(model):
+        if energy is not None:
+            raise ValueError(f"energy must be left out of a driven system, which has none, got {energy!r}")
+        z[-1] -= energies(model, z)  # so that p_t is one at each place and phase
+        if options.step is None and not flow.adaptive:
+            flow = replace(flow, step=_steps_at_rest(flow, z, options))
     given = energies(model, z) if energy is None else numbers("energy", energy)
     if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
         raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
     return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
+
+
+def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
+    """Return the steps (orbits,) of a flow, where orbits rest those of neighbours: at rest no step shows an error."""
+    steps = np.array(np.broadcast_to(flow.step, z.shape[1:]))
+    rest = motion(flow.model, z, flow.threads).kinetic == 0
+    if rest.any():
+        near, n = z[:, rest], moving(flow.model)
+        near[:n] += ASIDE * np.where(near[:n] != 0, np.abs(near[:n]), 1.0)
+        steps[rest] = plan(flow.model, near, options, error=STEP_ERROR).flow.step
+    return steps
+
+
+def checked_return(model: Any, section: Any, scheme: Any) -> Any:
+    """Check a model with its section, which a map has not; return the scheme."""
+    checked_tangent_model(model, "model", (*CONSERVATIVE, Kind.DRIVEN, Kind.MAP))
+    if kind_of(model) is not Kind.MAP:
+        checked_section(section, model)
+        if driven(model) and not isinstance(section, Stroboscopic):
+            raise ValueError(
+                "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
+                f"the map over its period; got {section!r}"
+            )
+        return KAHAN_LI8 if scheme is None else scheme
+    if section is not None:
+        raise ValueError(f"section is for systems in time: the returns of a map are its images; got {section!r}")
+    return ITERATION if scheme is None else scheme
 
 
 class Returns(NamedTuple):
@@ -80,7 +120,7 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     (orbits,) or one. Of a map, which has no section, to that image: the last one's angles are those next to z's.
     """
     rows, orbits = z.shape
-    n = rows // 2
+    n, strobed = rows // 2, isinstance(section, Stroboscopic)
     fits("period", orbits, period + SPARE, kernels.RECORD.state + rows * (1 + rows))
     found = Returns(
         np.full((orbits, period, rows), np.nan),
@@ -97,6 +137,10 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     flow = replace(flow.of(live), vectors=rows)
     unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
     ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
+    if strobed:
+        parts = _period_by_period(flow, section, ensemble, period)
+        found.time[live], arrived = period * flow.model.period, np.isfinite(parts).all(axis=(1, 2, 3, 4))
+        return _filled(found, live, parts, arrived, ensemble.status)
     whole = len(ensemble.z)
     width = kernels.RECORD.state + whole
     observer = observers.crossings(section, period, n, rows)
@@ -105,12 +149,39 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     follow_crossings(flow, ensemble, section, period, observer, memory, out, limit, None)
     records = out.reshape(live.size, -1, width)[:, :period]
     parts = records[:, :, kernels.RECORD.state :].reshape(live.size, period, 2, 1 + rows, n)
-    found.points[live] = parts[:, :, :, 0].reshape(live.size, period, rows)
     found.time[live] = records[:, -1, kernels.RECORD.time]
-    found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
     reached = (memory[kernels.ROWS.written] >= period) & (found.time[live] <= limit)
-    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & reached
-    ended = np.where(ensemble.status == Status.OK, Status.TOO_FEW_CROSSINGS, ensemble.status)
+    arrived = np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3)) & reached
+    return _filled(found, live, parts, arrived, ensemble.status)
+
+
+def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int) -> np.ndarray:
+    """Run orbits of a driven system with tangent vectors from the section; return their states (orbits, period, 2,
+    1 + vectors, n) after each period, NaN where not reached.
+    """
+    flow, n = flow.fitted(float(flow.model.period)), flow.model.degrees_of_freedom
+    shape = 2, 1 + flow.vectors, n, ensemble.z.shape[1]
+    states = np.full((period, *shape), np.nan)
+    observed = 0 if flow.adaptive else 1
+    for state in states:
+        flow.advance(
+            ensemble, observers.nothing(), *no_memory(ensemble), time=float(flow.model.period), observations=observed
+        )
+        going = ensemble.status == Status.OK
+        state[..., going] = ensemble.z.reshape(shape)[..., going]
+        state[0, 0, n - 1, going] = section.phase  # to rounding, of the steps of a period
+        ensemble.count[:], ensemble.ticks[:], ensemble.time[:] = 0, 0, 0.0
+    return np.moveaxis(states, -1, 0)
+
+
+def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.ndarray, ended: np.ndarray) -> Returns:
+    """Return the returns with states parts (orbits, period, 2, 1 + vectors, n) of the orbits `live`, of which some have
+    arrived.
+    """
+    rows = found.points.shape[2]
+    found.points[live] = parts[:, :, :, 0].reshape(live.size, -1, rows)
+    found.monodromy[live] = parts[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
+    ended = np.where(ended == Status.OK, Status.TOO_FEW_CROSSINGS, ended)
     found.status[live] = np.where(arrived, Status.OK, ended)
     for array in found[:3]:
         array[live[~arrived]] = np.nan
@@ -182,7 +253,12 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
     W = np.einsum("iij->ij", inverse_masses(model, z))
     with np.errstate(all="ignore"):
         K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
-        return Scale(np.concatenate([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)]), found.rate, K)
+        if driven(model):
+            K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do
+        rows = np.stack([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)])
+        if driven(model):
+            rows[0, -1], rows[1, -1] = model.period, K
+        return Scale(rows.reshape(-1, *K.shape), found.rate, K)
 
 
 def vector_field(model: Any, z: np.ndarray) -> np.ndarray:

@@ -169,6 +169,7 @@ class _Strobed:
         status[(status == Status.OK) & (energy > tolerance)] = Status.ENERGY_DRIFT
         points = np.where(kept[:, None], states, np.nan).transpose(1, 0, 2)
         residual = np.where(kept, np.abs(t - self.section.phase), 0.0).max(axis=0)
+        points[self.row, kept] = self.section.phase
         error = late = None
         if self.error is not None:
             late = np.where(kept, 0.0, np.nan)
