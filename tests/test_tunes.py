@@ -177,8 +177,7 @@ def test_henon_map_against_longer_runs_and_high_precision():
 
 
 def test_a_plane_that_shows_another_planes_line():
-    """Where coupling is stronger than a plane's own line its loop passes through its centre: the strongest line it is,
-    and the orbit is told to show fewer lines than planes."""
+    """Where coupling is stronger than a plane's own line its loop turns with the other: so it is told, as dependent."""
     rng = np.random.default_rng(4)
     z = circles(rng, np.array([[0.2317, 0.31], [0.1721, 0.4]]), 4000)
     h = z + np.array([0.2, 3.0])[:, None, None] * z[::-1]
@@ -187,6 +186,19 @@ def test_a_plane_that_shows_another_planes_line():
     assert (found.kind == FrequencyKind.DEPENDENT).all()
     equal = fa.tunes(optics(rng, z + 0.99 * z[::-1] * np.array([1.0, 0.0])[:, None, None]))
     assert (distance(equal.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])) <= equal.error).all()
+
+
+def test_a_plane_driven_harder_than_it_moves_by_itself():
+    """Its loop passes through its centre; its own line is the strongest that is no combination of the other's tune."""
+    rng = np.random.default_rng(14)
+    nu = np.array([[0.2831, 0.1234], [0.3123, 0.4071]])
+    z = circles(rng, nu, 3000)
+    for own in (1.0, 0.4):
+        for driven in (z[1] ** 2, np.conj(z[1] ** 2), z[1] + 0.9 * np.conj(z[1] ** 2)):
+            found = fa.tunes(optics(rng, np.array([own * z[0] + driven, z[1]])))
+            clear = distance(found.nu, nu) < 1e-9
+            assert clear[1].all()
+            assert (clear[0] | (found.kind == FrequencyKind.DEPENDENT)).all()
 
 
 def test_a_plane_at_rest_and_changing_tunes():
@@ -373,3 +385,15 @@ def test_bad_pushes_are_named_and_change_nothing():
         running.push(RECORD[:, :4, 200:300])
     with pytest.raises(TypeError, match="state must be a TuneSums, got dict"):
         fa.TuneAccumulator.of({})
+
+
+def test_resonances_of_tunes_count_the_turn():
+    rng = np.random.default_rng(15)
+    nu = np.array([[1 / 3 + 1e-15, 0.2, 0.3317, 0.25 * np.sqrt(2)], [0.1234, 0.3, 0.3366 / 2, 0.1111]])
+    nu[1, 2] = 1 - 2 * nu[0, 2]
+    nu[0, 1], nu[1, 1] = 0.31, 0.5 - 0.31
+    found = fa.resonances(fa.tunes(optics(rng, circles(rng, nu, 4000))), max_order=6)
+    assert found.label(0) == "3 nu_q1 - nu_turn = 0"
+    assert found.label(1) == "2 nu_q1 + 2 nu_q2 - nu_turn = 0"
+    assert found.label(2) == "2 nu_q1 + nu_q2 - nu_turn = 0"
+    assert found.label(3) == "no resonance up to order 6"

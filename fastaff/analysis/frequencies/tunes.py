@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -20,6 +21,7 @@ from ...kernels.tunes import COLUMNS
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .frequencies import MANY_TURNS, FrequencyKind
 from .fundamental import LINE_ORDER, line_rates
+from .integer_lattice import box
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import found_lines
 from .readings import CHANGED, SAME
@@ -38,6 +40,19 @@ AT_ONCE = 1 << 22
 """Samples of signals whose lines are fitted at once."""
 
 
+OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
+"""Lines of a plane whose loop passes through its centre, among which its own is looked for; the largest |k|_1 of
+combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is
+nobody's own.
+"""
+
+LONG = 500
+"""Turns from which a line in such a bin is no chance."""
+
+RELATED, CHANCE = 5, 1e-3
+"""Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance."""
+
+
 @dataclass(frozen=True)
 class Tunes(Result):
     """Tunes of orbits: mean turns from one sample to the next in each plane (q, p), modulo 1.
@@ -48,7 +63,8 @@ class Tunes(Result):
     diffusion (orbits,) = log10 of the largest |change| from the first half of the window to the second; turns
     (orbits,): samples before the first that is not finite, all of them for an orbit that survived; window (orbits,):
     the number of steps that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from
-    half to half by 0.3 cycles or more; DEPENDENT, a plane is at rest or two planes show one line; UNDECIDED, too short
+    half to half by 0.3 cycles or more; DEPENDENT, a plane is at rest, or two tunes are related by
+    small integers: locked, or lines of one motion; UNDECIDED, too short
     to tell; else INDEPENDENT; status (orbits,): OK, or NONFINITE of an orbit that ended, whose numbers are those of
     its life.
     """
@@ -98,7 +114,8 @@ def tunes(
     one sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): faster than any power of the number N of turns
     on a smooth curve, a line d turns from the tune and from an integer is damped below 2e-12 once d N > 9.6. Where the
     loop passes through its centre, as one of coupled planes may, the mean turn is no line: then it is the strongest
-    line of the plane, fitted with seven others. Tunes of motion in time, without the modulus: `orbit_frequencies`.
+    line of the plane, fitted with seven others, that is no small combination of the others' tunes. Tunes of motion in
+    time, without the modulus: `orbit_frequencies`.
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, what beats near a
     fraction p/m can do that are too slow to see, and rounding. Orbits that ended are cut to one of eight lengths in a
     factor of 2.
@@ -132,10 +149,11 @@ def tunes_of(
     change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
     some = known.any(axis=0)
     kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
-    for i in range(len(nu)):
-        for j in range(i):
-            for apart in (nu[i] - nu[j], nu[i] + nu[j]):
-                kind[np.abs(apart - np.rint(apart)) <= error[i] + error[j]] = FrequencyKind.DEPENDENT
+    for a in range(1, RELATED):
+        for b in range(a - RELATED, RELATED - a + 1):
+            for i, j in itertools.permutations(range(len(nu)), 2) if b else ():
+                apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
+                kind[np.abs(apart - np.rint(apart)) <= np.where(width < CHANCE, width, -1.0)] = FrequencyKind.DEPENDENT
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
     kind[window / 2 * change > CHANGED] = FrequencyKind.IRREGULAR
     kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
@@ -195,6 +213,7 @@ class TuneWork:
         """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""
         n, always = len(means.nu), self.fallback == 0
         needed = (means.error > self.fallback) & (turning.planes[:, :, COLUMNS.a] != 0).T
+        steady = means.error / SAFETY * length < SAME
         t = np.arange(length + 1)
         for planes, orbits in _parts(needed, max(1, AT_ONCE // (length + 1))):
             known, rough = turning.planes[orbits, planes], means.nu[planes, orbits]
@@ -202,9 +221,8 @@ class TuneWork:
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             turns = rough[:, None] * t
             f = (a * x + 1j * (b * x + c * y)) * np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            strongest = found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0]
-            near = means.error[planes, orbits] / SAFETY * length < SAME
-            centre = np.where(near, 0.0, strongest)
+            near = steady[planes, orbits]
+            centre = np.where(near, 0.0, _own_lines(f, rough, planes, np.where(steady, means.nu, np.nan)[:, orbits].T))
             worst = np.full(len(f), np.inf) if always else means.error[planes, orbits] / SAFETY
             worst = np.where(near, worst, np.inf)  # what is no line at all says nothing of one
             found, uncertainty = line_rates(f, 1.0, centre, worst)
@@ -220,6 +238,29 @@ class TuneWork:
         """Assemble the tunes."""
         means = Means(self.nu, self.error, self.halves)
         return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status)
+
+
+def _own_lines(f: np.ndarray, rough: np.ndarray, planes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the strongest line of each signal f (signals, samples) that is no integer combination of the tunes of the
+    other planes, others (signals, n) with NaN where there is none; the strongest of all where there is no such line.
+
+    f turns by `rough` (signals,) less than the plane does.
+    """
+    if f.shape[1] < LONG:
+        return found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0]
+    found = found_lines(f, 1.0, OWN_LINES, LINE_ORDER)
+    others = others.copy()
+    others[np.arange(len(f)), planes] = np.nan
+    k = box([COMBINED] * others.shape[1])
+    k = k[np.abs(k).sum(axis=1) <= COMBINED]
+    with np.errstate(invalid="ignore"):
+        combined = np.where(k != 0, k * others[:, None, :], 0.0).sum(axis=2)
+        apart = found.nu[:, :, None] + rough[:, None, None] - combined[:, None, :]
+        foreign = (np.abs(apart - np.rint(apart)) * f.shape[1] < SHARP).any(axis=2)
+    size = np.abs(found.amplitude)
+    own = np.where(foreign | (size < WEAK * size[:, :1]), 0.0, size)
+    best = np.where(own.any(axis=1), own.argmax(axis=1), 0)
+    return found.nu[np.arange(len(f)), best]
 
 
 def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
