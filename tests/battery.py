@@ -281,6 +281,7 @@ CALLS = {
     "from_action_angles": (fa.from_action_angles, {"body": HARMONIC, "J": J, "theta": PHASE, "threads": 1}),
     "from_matrix": (fa.charts.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
     "hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "masses": (1.0, 2.0), "k": 1.0}),
+    "damped hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "friction": 0.1, "k": 1.0}),
     "driven hamiltonian": (
         fa.hamiltonian,
         {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "period": "2*pi", "k": 1.0},
@@ -692,7 +693,8 @@ def _ring(_, frame):
 
 def call(name, given):
     """The result of a callable with these arguments."""
-    first = [given.pop("text")] if name in ("flow", "formula", "hamiltonian", "driven hamiltonian", "mapping") else []
+    texts = ("flow", "formula", "hamiltonian", "damped hamiltonian", "driven hamiltonian", "mapping")
+    first = [given.pop("text")] if name in texts else []
     return CALLS[name][0](*first, **given)
 
 

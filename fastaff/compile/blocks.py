@@ -26,6 +26,7 @@ from numba.extending import lower_builtin
 
 from . import cache, jit, map_texts
 from .callees import Callee
+from .damping import shortened
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .pointers import Bound, Calls, call_table
@@ -115,7 +116,7 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    kinds = winding_of(value), turning(value), hasattr(value, "phase"), variables_of(value)
+    kinds = winding_of(value), turning(value), hasattr(value, "phase"), variables_of(value), damped(value)
     return _model_block(kind, *_built(value), degrees_of_freedom, vectors, *kinds)
 
 
@@ -130,10 +131,12 @@ def _model_block(
     turns: bool,
     driven: bool,
     variables: int,
+    damps: bool,
 ) -> Any:
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
-    names = (("turn", turn if JIT_DISABLED else _compiled_method(turn)),) if turns else ()
-    rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven, variables=variables)
+    helpers = {"turn": turn} if turns else {"shortened": shortened} if damps else {}
+    names = tuple((name, entry if JIT_DISABLED else _compiled_method(entry)) for name, entry in helpers.items())
+    rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven, variables=variables, damped=damps)
     return _compiled(kind, line + texts[kind](rows), classes, names)
 
 
@@ -150,6 +153,11 @@ def variables_of(value: Any) -> int:
 def turning(value: Any) -> bool:
     """Tell whether a model is one of a turning frame, by its kind."""
     return getattr(getattr(value, "kind", None), "name", None) == "ROTATING"
+
+
+def damped(value: Any) -> bool:
+    """Tell whether a model has friction, by its kind."""
+    return getattr(getattr(value, "kind", None), "name", None) == "DAMPED"
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
@@ -172,7 +180,8 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     texts = TEXTS if winding is None else map_texts.texts_of(winding)
     if kind not in texts:
         raise ValueError(f"kind must be one of {', '.join(map(repr, texts))} for a map, got {kind!r}")
-    rows = Rows(n, vectors, turns=turning(value), driven=hasattr(value, "phase"), variables=variables_of(value))
+    kinds: dict[str, Any] = {"turns": turning(value), "driven": hasattr(value, "phase"), "damped": damped(value)}
+    rows = Rows(n, vectors, **kinds, variables=variables_of(value))
     return _text(kind, line + texts[kind](rows), classes)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from . import turning
+from . import damping, turning
 from .jit import LANES
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
@@ -21,11 +21,21 @@ class Rows:
     turns: whether the frame of the first two coordinates turns; driven: whether the last position is the time, whose
     velocity is 1: no vector's changes, and it is no distance. It takes one addition a step, not one a stage, and is
     reduced by its period: in many periods a rounding error that all steps share would be a phase. variables: of a
-    system dz/dt = f(z), which has neither coordinates nor momenta; the last row is idle where they are odd.
+    system dz/dt = f(z), which has neither coordinates nor momenta; the last row is idle where they are odd; damped:
+    whether there is friction in proportion to the momenta.
     """
 
-    def __init__(self, n: int, vectors: int, *, turns: bool = False, driven: bool = False, variables: int = 0):
-        self.variables = variables
+    def __init__(
+        self,
+        n: int,
+        vectors: int,
+        *,
+        turns: bool = False,
+        driven: bool = False,
+        variables: int = 0,
+        damped: bool = False,
+    ):
+        self.variables, self.damped = variables, damped
         self.n, self.vectors, self.half, self.turns, self.driven = n, vectors, n * (1 + vectors), turns, driven
 
     @property
@@ -86,7 +96,7 @@ class Rows:
                 else f"tangent_force({_list('q', orbit)}, {_list('q', part)})"
             )
             text += f"{_list('f', part)}, = value.{call}\n"
-        return text
+        return text + (damping.drag(rows) if self.damped else "")
 
     def slopes(self, rows: range) -> str:
         """Text that sets v and f of these rows to dq/dt and dp/dt."""
@@ -133,6 +143,7 @@ def _steps(rows: Rows, step: str, size: int) -> str:
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     return (
         (turning.made(size, "lanes", "drifts", "step[i]") if rows.turns else "")
+        + (damping.made(size, "lanes", "kicks", "step[i]") if rows.damped else "")
         + "    taken = 0\n    while taken < steps:\n"
         + _indent(step, 2)
         + ("" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 2))
@@ -162,7 +173,8 @@ def _drifts_kicks(rows: Rows, first: int) -> str:
 
     drift = kick = ""
     for group in rows.groups:
-        move, both = "hd = drift*step[i]\n", "hd = drift*step[i]\nhk = kick*step[i]\n"
+        move = "hd = drift*step[i]\n"
+        both = move + ("hk = lengths[i]\n" if rows.damped else "hk = kick*step[i]\n")
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
         for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
@@ -182,6 +194,8 @@ def _drifts_kicks(rows: Rows, first: int) -> str:
         drift, kick = drift + _loop(move, 1), kick + _loop(both, 1)
     start, end = (_turning(rows, first, entry) for entry in ("s", "kicks.size"))
     begin, more = ("", "") if rows.time is None else ("passed = 0.0\n", "    passed += drift\n")
+    if rows.damped:
+        more += _indent(damping.of_kick(3 * first if first else 2 * n, "kicks"), 1)
     return (
         f"{begin}for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{more}{start}{kick}"
         f"drift = drifts[kicks.size]\nif drift != 0.0:\n{end}{drift}"
@@ -230,7 +244,11 @@ def _march(rows: Rows) -> str:
         turn = f"{turning.of_drift(2 * n, 's', 'kick')}i = 0\n{turning.ROTATION}"
         turn += f"if odds[0] > 0.0:\n{_indent(flips, 1)}"
         drift = turn + drift + "".join(turning.rotated(x, y, ("q", "p")) for x, y in pairs)
-    kick = rows.forces(rows.all) + "hk = kick[s]*step\n" + "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
+    kick = rows.forces(rows.all) + "hk = kick[s]*step\n"
+    if rows.damped:
+        begin = damping.made(2 * n, "1", "kick", "step")
+        kick = rows.forces(rows.all) + damping.of_kick(2 * n, "kick") + "hk = lengths[0]\n"
+    kick += "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
     return (
         begin + f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
         f"    taken = 0\n    while taken < steps:\n{started}        for s in range(drift.size):\n"

@@ -20,6 +20,7 @@ from ..models.contracts import (
     Potential,
     Section,
     coordinate_names,
+    damped,
     dimension,
     driven,
     kind_of,
@@ -45,8 +46,8 @@ CONSERVATIVE = (*NATURAL, Kind.ROTATING)
 RUNS = (*CONSERVATIVE, Kind.DRIVEN)
 """Kinds of models that run in time."""
 
-EVERY = (*RUNS, Kind.MAP, Kind.FLOW)
-"""These, maps, and dz/dt = f(z)."""
+EVERY = (*RUNS, Kind.DAMPED, Kind.MAP, Kind.FLOW)
+"""These, with friction, maps, and dz/dt = f(z)."""
 
 
 def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
@@ -92,7 +93,21 @@ def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS
     _evaluated(name, model)
     if turns(model):
         _check_turning(name, model)
+    if damped(model):
+        _check_damping(name, model)
     return model
+
+
+def _check_damping(name: str, model: Any) -> None:
+    """Refuse a model with friction whose rate is no number."""
+    try:
+        rate = float(model.damping_rate())
+    except (AttributeError, TypeError, ValueError, ArithmeticError) as problem:
+        raise TypeError(
+            f"{name} {type(model).__name__} has friction: it must have damping_rate(), a number ({problem})"
+        ) from None
+    if not abs(rate) <= LARGEST:
+        raise ValueError(f"{name} {shown(model)} must have a finite friction, got {rate!r}")
 
 
 def _check_turning(name: str, model: Any) -> None:
@@ -263,6 +278,11 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
 
 def suited_scheme(scheme: Any, model: Any, name: str = "body") -> Any:
     """Return `scheme` if its order holds for the model."""
+    if getattr(scheme, "nystrom", False) and damped(model):
+        raise ValueError(
+            f"scheme {scheme.name} has its order {scheme.order} only where forces depend on the coordinates alone, and "
+            f"{name} {type(model).__name__} has friction: take KAHAN_LI8"
+        )
     if getattr(scheme, "nystrom", False) and not quadratic(model):
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
@@ -399,8 +419,10 @@ ROUNDING = 8 * np.finfo(float).eps
 def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value.
 
-    What rounding of E itself may make, as where V has a large constant, does not count.
+    What rounding of E itself may make, as where V has a large constant, does not count; 0 with friction.
     """
+    if damped(model):
+        return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
         T, V = kinetic_energies(model, z), potential_energies(model, z)
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.numbers import fits, number_of_steps
 from ..base.status import Status
+from ..compile import damping
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
@@ -20,7 +21,7 @@ from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
-from ..models.contracts import dimension, driven, moving
+from ..models.contracts import damped, dimension, driven, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
@@ -130,10 +131,12 @@ class Flow:
 
     @property
     def spare(self) -> int:
-        """Rows that blocks of states need besides: those of the rotations of drifts."""
-        if not isinstance(self.scheme, Splitting) or not turns(self.model):
+        """Rows that blocks of states need besides: those of the rotations of drifts, or of the friction of kicks."""
+        if not isinstance(self.scheme, Splitting):
             return 0
-        return spare_rows(self.scheme.drift_array.size)
+        if damped(self.model):
+            return damping.spare_rows(self.scheme.kick_array.size)
+        return spare_rows(self.scheme.drift_array.size) if turns(self.model) else 0
 
     def ensemble(
         self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.numbers import numbers, positive, shown
 from ..compile.elementary import branch_free
 from ..compile.threads import checked_threads
-from ..models.contracts import Kind, driven, kind_of, quadratic
+from ..models.contracts import Kind, damped, driven, kind_of, quadratic
 from ..models.mechanics import turns
 from ..schemes.automatic import Automatic, Trial, cheapest
 from ..schemes.catalogue import DOP853, ITERATION, KAHAN_LI8, RungeKutta, Splitting
@@ -98,6 +98,11 @@ class Options:
 
 def suited(options: Options, model: Any) -> Options:
     """Return the options with the scheme that a kind of model needs; raises ValueError where they have another."""
+    if damped(model) and isinstance(options.scheme, (Automatic, TimeTransformed)):
+        raise ValueError(
+            f"scheme {getattr(options.scheme, 'name', 'AUTO')} goes by the energy, which {type(model).__name__} loses "
+            "by friction: take KAHAN_LI8, or DOP853"
+        )
     if kind_of(model) is not Kind.FLOW:
         return options
     scheme = DOP853 if options.scheme is None else options.scheme
@@ -155,7 +160,7 @@ def plan(
         wanted = options.accuracy or error or ACCURACY
         scheme = KAHAN_LI8
         if step is None:
-            scheme = cheapest(wanted, quadratic(model))
+            scheme = cheapest(wanted, quadratic(model) and not damped(model))
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, TimeTransformed) and turns(model):
         raise ValueError(

@@ -64,39 +64,47 @@ def hamiltonian(
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
     period: float | str | None = None,
+    friction: float | str | None = None,
     **parameters: float,
 ) -> Any:
     """Make a system with H = sum p_i^2/2 m_i + V(q), or V(q, t) with a period in t, of a potential energy written as
     one line of mathematics, with exact derivatives.
 
-    Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`; coordinates:
-    1 to 8 names; masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1, without fields);
-    domain: a formula that is positive where the potential lives; rotation: the rate Omega at which the frame of the
-    first two coordinates x, y turns: H - Omega (x p_y - y p_x), with p the momenta seen at rest and V a potential that
-    turns with the frame; the energy is Jacobi's; magnetic: charge times magnetic field e B, along x cross y, in the
-    symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 + y^2)/2 is added to V; p are the canonical momenta; period: of
-    a driven system, in whose formula t is the time. All three are numbers, which become fields of these names, or
-    formulas of the parameters such as "2*pi/w"; parameters: each by its name, floats. Returns a model with the
-    parameters, rotation, magnetic, masses and period as its fields and the methods of `HenonHeiles`; its angles are
-    loops in (q_i, p_i). Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name
-    without a value or a value without use, for a V(q, t) without t or of another period; ImportError where a new
-    formula finds no SymPy.
+    Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`;
+    coordinates: 1 to 8 names; masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1,
+    without fields); domain: a formula that is positive where the potential lives; rotation: the rate Omega at which
+    the frame of the first two coordinates x, y turns: H - Omega (x p_y - y p_x), with p the momenta seen at rest
+    and V a potential that turns with the frame; the energy is Jacobi's; magnetic: charge times magnetic field e B,
+    along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 + y^2)/2 is added to V; p are the
+    canonical momenta; period: of a driven system, in whose formula t is the time; friction: the rate g of dp/dt =
+    -dV/dq - g p. All four are numbers, which become fields of these names, or formulas of the parameters such as
+    "2*pi/w"; parameters: each by its name, floats. Returns a model with the parameters, rotation, magnetic,
+    friction, masses and period as its fields and the methods of `HenonHeiles`; its angles are loops in (q_i, p_i).
+    Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name without a value or a
+    value without use, for a V(q, t) without t or of another period; ImportError where a new formula finds no SymPy.
 
     A driven system of n coordinates runs in the phase space that is extended by the time: rows q, t, p, p_t, where p_t
     takes up what the drive does, so that T + V + p_t is conserved and its error is checked like an energy. Starts of 2n
     rows have t = 0 and p_t = 0. t stays within the period, to rounding, however long a run is. Its sections are those
     of constant t, `Stroboscopic`, "t=0".
 
+    With friction splittings solve each kick with its friction exactly: they are conformally symplectic, of their order
+    where that does not need T quadratic (KAHAN_LI8 and the like), and dissipate the volume as exp(-n g t) to rounding.
+    Orbits, sections, tangent maps and chaos maps take it. The energy is lost, so it is not checked: energy_error is 0.
+
     Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign
     everywhere. Accuracy and cost as in `formula`; what turns costs little more (bench/test_rotating.py).
     Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's
-    integral); Landau & Lifshitz, The Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017,
-    PeerJ Comput. Sci. 3, e103 (SymPy).
+    integral); McLachlan & Perlmutter 2001, J. Geom. Phys. 39, 276 (conformal Hamiltonian systems); Landau &
+    Lifshitz, The Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017, PeerJ Comput. Sci.
+    3, e103 (SymPy).
     """
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
     values = values_of(parameters, names if period is None else (*names, TIME))
     weights = () if masses is None else _masses(masses, len(names))
+    if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
+        raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
     if period is not None:
         if rotation is not None or magnetic is not None:
             raise ValueError(
@@ -108,7 +116,8 @@ def hamiltonian(
         raise ValueError(
             f"masses must be equal for {names[0]} and {names[1]}, whose frame turns, got {weights[0]} and {weights[1]}"
         )
-    request = Request(written, domain, tuple(values), names, "unit" if masses is None else "masses", *turning)
+    damping, inertia = _turning({"friction": friction}, values, names), "unit" if masses is None else "masses"
+    request = Request(written, domain, tuple(values), names, inertia, turning[0], turning[1], None, damping[0])
     cls: Any = _class(request, values, length)
     return cls(*values.values(), *weights)
 
@@ -157,10 +166,10 @@ def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[st
 
 
 def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, ...]) -> list[str | None]:
-    """Return rotation and magnetic as formulas of the parameters; a number becomes a parameter of that name."""
+    """Return rotation, magnetic, friction as formulas of the parameters; a number becomes a parameter of that name."""
     found: list[str | None] = []
     for name, entry in given.items():
-        if entry is not None and len(names) < 2:
+        if entry is not None and len(names) < 2 and name != "friction":
             raise ValueError(f"{name} turns the first two coordinates, of which there must be two, got {names}")
         if entry is None or isinstance(entry, str):
             found.append(entry)

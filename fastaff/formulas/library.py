@@ -47,6 +47,7 @@ RESERVED = {
     "proof",
     "rates",
     "tangent_rates",
+    "damping_rate",
     "potential",
     "ring",
     "period",
@@ -63,7 +64,8 @@ RESERVED = {
 class Request(NamedTuple):
     """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
     systems; rotation, magnetic: formulas of the parameters, of a frame that turns; period: of a driven system, whose
-    last coordinate is its time: a formula of the parameters, or "" for a field; or "flow" for equations.
+    last coordinate is its time: a formula of the parameters, or "" for a field; friction: a formula of the parameters;
+    or "flow" for equations.
     """
 
     text: str
@@ -74,6 +76,7 @@ class Request(NamedTuple):
     rotation: str | None = None
     magnetic: str | None = None
     period: str | None = None
+    friction: str | None = None
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -89,8 +92,8 @@ class Request(NamedTuple):
         return tuple(parse(side, self.variables, self.parameters, length=length) for _, side in split(self.text))
 
     def turning_programs(self) -> dict[str, Program]:
-        """Return the programs of rotation and magnetic, of those that are given."""
-        given = {"rotation": self.rotation, "magnetic": self.magnetic}
+        """Return the programs of rotation, magnetic and friction, of those that are given."""
+        given = {"rotation": self.rotation, "magnetic": self.magnetic, "friction": self.friction}
         return {
             name: parse(text, (), self.parameters, argument=name) for name, text in given.items() if text is not None
         }
@@ -150,7 +153,7 @@ def _repr(self: Any) -> str:
     _, _, _, _, _, *more = self._request
     said = [
         f"{name}={text!r}"
-        for name, text in zip(("rotation", "magnetic", "period"), more, strict=True)
+        for name, text in zip(("rotation", "magnetic", "period", "friction"), more, strict=True)
         if text not in (None, "", name)
     ]
     return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
@@ -219,11 +222,12 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         period = None if own_period is None else to_sympy(own_period, names)
         return driven_model(description, V, walls, period, masses=masses)
     parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
+    damping = parts.pop("friction", None)
     mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
     omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
     if "magnetic" in parts:  # in the symmetric gauge
         V += parts["magnetic"] ** 2 / (8 * mass) * sum(own[name] ** 2 for name in request.coordinates[:2])
-    return hamiltonian_model(description, V, walls, masses=masses, omega=omega if parts else None)
+    return hamiltonian_model(description, V, walls, masses=masses, omega=omega if parts else None, damping=damping)
 
 
 def _derive_flow(

@@ -279,9 +279,11 @@ def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clam
     )
 
 
-def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: bool, omega: Any = None) -> str:
+def hamiltonian_model(
+    d: Description, V: Any, walls: Sequence[Any], *, masses: bool, omega: Any = None, damping: Any = None
+) -> str:
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), perhaps in a frame that turns at
-    the rate omega.
+    the rate omega, or with friction at the rate damping.
     """
     what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
     return model(
@@ -294,8 +296,8 @@ def hamiltonian_model(d: Description, V: Any, walls: Sequence[Any], *, masses: b
         clamped=(),
         angles="Loops()",
         before=loops(d.coordinates),
-        imports="" if omega is None else "\nfrom fastaff.models.contracts import Kind\n",
-        more=() if omega is None else _turning(omega),
+        imports="" if omega is None and damping is None else "\nfrom fastaff.models.contracts import Kind\n",
+        more=_turning(omega) if omega is not None else () if damping is None else _damping(damping),
     )
 
 
@@ -308,6 +310,16 @@ def _turning(omega: Any) -> Sequence[str]:
         method(
             "angular_velocity", (), "Return the rate at which the frame turns.", work, [f"1.0*({rate})"], single=True
         ),
+    )
+
+
+def _damping(damping: Any) -> Sequence[str]:
+    """Return the methods of a system with friction."""
+    work = Lines(())
+    (rate,) = work.add([damping])
+    return (
+        constant("kind", "H = T(p) + V(q) with friction.", "Kind.DAMPED"),
+        method("damping_rate", (), "Return the rate at which momenta are lost.", work, [f"1.0*({rate})"], single=True),
     )
 
 

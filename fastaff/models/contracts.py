@@ -200,6 +200,11 @@ def moving(model: Any) -> int:
     return model.degrees_of_freedom - driven(model)
 
 
+def damped(model: Any) -> bool:
+    """Tell whether a model has a friction in proportion to its momenta."""
+    return kind_of(model) is Kind.DAMPED
+
+
 def dimension(model: Any) -> int:
     """Return the number of rows of a model's phase points: 2n, or that of the variables of a flow."""
     return len(model.coordinates) if kind_of(model) is Kind.FLOW else 2 * model.degrees_of_freedom

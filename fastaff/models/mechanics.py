@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .contracts import Kind, dimension, driven, kind_of, moving
+from .contracts import Kind, damped, dimension, driven, kind_of, moving
 
 WITHOUT_ENERGY = (Kind.MAP, Kind.FLOW)
 
@@ -46,6 +46,8 @@ def forces(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dp/dt (n, ...) at phase points z (2n, ...)."""
     n = model.degrees_of_freedom
     f = _rows(model.force(*z[:n]), z)
+    if damped(model):
+        return f - model.damping_rate() * z[n:]
     return f + _turned(model, z[n:]) if turns(model) else f
 
 

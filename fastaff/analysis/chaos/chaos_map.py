@@ -259,6 +259,11 @@ def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
             raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {entry.count}")
         if isinstance(entry, TangentIndicator):
             _check_own(f"indicators[{k}], TangentIndicator", entry, rows)
+        if kind_of(body) is Kind.DAMPED and not isinstance(entry, Streamed):
+            raise TypeError(
+                f"indicators of {type(body).__name__}, which has friction, are those of tangent vectors, such as "
+                f"LyapunovSpectrum(), Lyapunov() and SALI(), got {entry!r}"
+            )
         if kind_of(body) is Kind.FLOW and not isinstance(entry, Streamed):
             raise TypeError(
                 f"indicators of {type(body).__name__}, which is dz/dt = f(z), are those of tangent vectors, such as "

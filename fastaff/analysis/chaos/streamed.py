@@ -221,7 +221,8 @@ class ChaosRun:
     @property
     def paired(self) -> bool:
         """Whether each exponent has its negative: of a Hamiltonian system, or a symplectic map."""
-        return symplectic(self.flow.model) if self.flow.exact else kind_of(self.flow.model) is not Kind.FLOW
+        model = self.flow.model
+        return symplectic(model) if self.flow.exact else kind_of(model) not in (Kind.FLOW, Kind.DAMPED)
 
     def stream(self, report: Report | None) -> None:
         """Run the tangent vectors, the averages and the samples."""
