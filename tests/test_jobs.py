@@ -514,6 +514,8 @@ OTHER = {
     "model.parameter": ["a=1.0", "b=1.0", "c=0.5"],
     "model.coordinates": "x y",
     "model.domain": "9 - x**2",
+    "model.rotation": "0.3",
+    "model.magnetic": "0.2*a",
     "model.formula": "D1**2",
     "surface.energy": 0.31,
     "surface.section": "x=0.01",

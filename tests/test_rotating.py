@@ -17,6 +17,8 @@ from fastaff.compile.blocks import model_block, parameters
 from fastaff.compile.fused import FUSED
 from fastaff.compile.jit import JIT_DISABLED, LANES
 from fastaff.compile.turning import spare_rows, turn
+from fastaff.jobs import Job, Model, Poincare, Starts, Surface
+from fastaff.jobs.system import described
 from fastaff.models.contracts import Kind
 from fastaff.models.mechanics import energies, slopes, velocities
 from fastaff.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting
@@ -643,3 +645,37 @@ def test_energies_above_a_saddle_of_the_frame_may_escape():
     """Of Hill's problem: -3^(4/3)/2 at both collinear points."""
     with pytest.raises(ValueError, match=r"energy -2 lies above -2\.16337, the lowest saddle"):
         fa.energy_sample(hill(), energy=-2.0, section="y=0", orbits=10)
+
+
+def test_jobs_and_commands_turn(tmp_path):
+    """A rate as a number or a formula; what builds a model is found again from it."""
+    for turning in ({"rotation": "0.3"}, {"rotation": "2*k", "magnetic": "0.5"}):
+        table = Model(hamiltonian="k*(x**2 + y**2)/2 + x**4", parameter=["k=0.7"], **turning)
+        model = table.build()
+        assert model.angular_velocity() == pytest.approx(0.3 if len(turning) == 1 else 1.65)
+        again = described(model)
+        assert again is not None
+        assert again.build() == model
+    with pytest.raises(ValueError, match="--rotation belongs to --hamiltonian"):
+        Model(formula="D1**2 + D2**2", rotation="0.3").build()
+    with pytest.raises(ValueError, match="rotation"):
+        Model(rotation="0.3").build()
+    with pytest.raises(ValueError, match="an option of its own"):
+        Model(hamiltonian="x**2 + y**2", parameter=["rotation=1"]).build()
+    job = Job(
+        model=Model(hamiltonian="(x**2 + y**2)/2 + x**4", rotation="0.4"),
+        surface=Surface(energy=0.5, section="x=0"),
+        starts=Starts(orbits=3),
+        poincare=Poincare(crossings=4, max_time=200.0),
+    )
+    results = fa.run(job, tmp_path / "turning.zarr", threads=1)
+    found = results["poincare"]
+    assert (found.status == fa.Status.OK).all()
+    model = job.plan().body
+    np.testing.assert_allclose(energies(model, found.points[:, 0]), 0.5, atol=1e-9)
+    assert (velocities(model, found.points[:, 0])[0] > 0).all()
+
+
+def test_the_explorer_refuses_what_turns():
+    with pytest.raises(TypeError, match="rotating frame"):
+        fa.explore(fa.hamiltonian("(x**2 + y**2)/2", rotation=0.1))

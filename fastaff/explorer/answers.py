@@ -16,6 +16,7 @@ from ..analysis.sections.energy_sample import edge
 from ..analysis.sections.islands import rotation_number
 from ..analysis.sections.poincare_map import poincare_map
 from ..base.status import Status
+from ..flows.checks import NATURAL, checked_model
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
@@ -275,7 +276,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any]) -> Any:
         if not isotropic(made):
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
-    return hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters)
+    return checked_model(hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters), kinds=NATURAL)
 
 
 def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:

@@ -48,6 +48,10 @@ class Model:
     """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`."""
     coordinates: str | None = None
     """Coordinates of --hamiltonian. ["x y"]"""
+    rotation: str | None = None
+    """Rate at which the frame of the first two coordinates of --hamiltonian turns, a number or a formula."""
+    magnetic: str | None = None
+    """Charge times a uniform magnetic field across the first two coordinates of --hamiltonian."""
     parameter: list[str] | None = None
     """NAME=VALUE of a letter in the formula; once for each."""
     domain: str | None = None
@@ -62,7 +66,7 @@ class Model:
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.formula is not None or self.hamiltonian is not None:
             return self._own(given)
-        for name in ("coordinates", "parameter", "domain"):
+        for name in ("coordinates", "parameter", "domain", "rotation", "magnetic"):
             if getattr(self, name) is not None:
                 raise Wrong(f"--{name} belongs to --formula or --hamiltonian")
         key = named("--model", self.model or "neo-hookean", MODELS)
@@ -89,7 +93,7 @@ class Model:
         takes = "VALUE with a number, for example C=1.5"
         for name, text in pairs("--parameter", self.parameter or (), takes):
             value = number(f"--parameter {name}", text)
-            if name in ("mu", "domain", "coordinates", "masses"):
+            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic"):
                 raise Wrong(
                     f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
                     "another letter"
@@ -99,6 +103,9 @@ class Model:
             raise Wrong(
                 "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
             )
+        for name in ("rotation", "magnetic"):
+            if self.formula is not None and getattr(self, name) is not None:
+                raise Wrong(f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn")
         if self.formula is None and self.mu != 1.0:
             raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
         try:
@@ -120,8 +127,19 @@ class Model:
         if maker is None:
             raise Wrong("this version of fastaff has no formulas")
         if self.formula is None:
-            return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **values)
+            turning = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic")}
+            return maker(
+                self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **turning, **values
+            )
         return maker(self.formula, mu=self.mu, domain=self.domain, **values)
+
+
+def _rate(text: str | None) -> float | str | None:
+    """Return a number that is written as one, else the formula."""
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,13 +193,24 @@ def described(value: Any) -> Model | None:
     text = getattr(inner, "formula", None)
     found = None
     if text is not None:
+        asked = (None, None, *getattr(value, "_request", ())[5:7])[-2:]
+        rotation, magnetic = (
+            repr(fields.pop(name)) if how == name else how for name, how in zip(("rotation", "magnetic"), asked)
+        )
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
         if inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         else:
             coordinates = " ".join(value.coordinates)
-            found = Model(hamiltonian=text, coordinates=coordinates, parameter=parameter, domain=domain)
+            found = Model(
+                hamiltonian=text,
+                coordinates=coordinates,
+                parameter=parameter,
+                domain=domain,
+                rotation=rotation,
+                magnetic=magnetic,
+            )
     else:
         keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]
         if keys:
