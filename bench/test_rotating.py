@@ -1,0 +1,61 @@
+"""Turning frames beside natural systems with the same force, in turns. Run: pytest bench/test_rotating.py -s"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from common import ORBITS
+
+from fastaff import KAHAN_LI8, chaos_map, hamiltonian, integrate, poincare_map
+from fastaff.models.mechanics import energies
+from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+
+STEP, SPAN = 0.05, 20.0
+CASES = {
+    "two centres": ("-(1 - m)/sqrt((x + m)**2 + y**2) - m/sqrt((x - 1 + m)**2 + y**2)", 0.0121, 1.0, "y=0"),
+    "logarithmic": ("log(m + x**2 + y**2/0.8)/2", 0.1, 0.3, "y=0"),
+    "Henon-Heiles": ("m*(x**2 + y**2)/2 + x**2*y - y**3/3", 1.0, 0.3, "y=0"),
+}
+"""Potentials, a parameter, rates of turning and sections; from the dearest force to the cheapest."""
+
+
+def starts(name: str) -> np.ndarray:
+    """Return z0 (4, ORBITS) of regular and chaotic orbits that stay."""
+    cloud = np.random.default_rng(1).uniform(-0.1, 0.1, (4, ORBITS))
+    if name != "two centres":
+        return cloud
+    return 0.1 * cloud + np.array([0.5 - 0.0121, np.sqrt(0.75), -np.sqrt(0.75), 0.5 - 0.0121])[:, None]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_beside_the_natural_system(benchmark, name):
+    """The speed of both, their ratio, and what the energy, Jacobi's, loses."""
+    text, m, omega, section = CASES[name]
+    natural, turning = hamiltonian(text, m=m), hamiltonian(text, m=m, rotation=omega)
+    z = starts(name)
+    runs = {
+        "KAHAN_LI8": lambda model: integrate(model, z, time=SPAN, step=STEP, scheme=KAHAN_LI8),
+        "BLANES_CASAS_ESCORIHUELA8": lambda model: integrate(
+            model, z, time=SPAN, step=STEP, scheme=BLANES_CASAS_ESCORIHUELA8
+        ),
+        "section": lambda model: poincare_map(model, z, section=section, crossings=5, max_time=SPAN, step=STEP),
+        "chaos map": lambda model: chaos_map(model, z[:, :256], time=2 * SPAN, step=STEP),
+    }
+    said = []
+    for what, run in runs.items():
+        shortest = {}
+        for _ in range(7):
+            for key, model in (("natural", natural), ("turning", turning)):
+                start = time.perf_counter()
+                run(model)
+                shortest[key] = min(shortest.get(key, np.inf), time.perf_counter() - start)
+        ratio = shortest["natural"] / shortest["turning"]
+        benchmark.extra_info[what] = ratio
+        said.append(f"{what} {ratio:.2f}")
+    benchmark.pedantic(lambda: runs["KAHAN_LI8"](turning), rounds=3)
+    end = runs["KAHAN_LI8"](turning)
+    lost = float(np.max(np.abs(energies(turning, end.z) - energies(turning, z))))
+    print(f"\n{name}: of the natural system's speed {', '.join(said)}; energies change by {lost:.1e}")
+    assert lost < 1e-7
