@@ -12,6 +12,10 @@ from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
 import fastaff as fa
+from fastaff.jobs.analyses import Frequencies, Poincare
+from fastaff.jobs.job import Job
+from fastaff.jobs.launch import Starts
+from fastaff.jobs.system import Model, Surface, described
 from fastaff.models.contracts import Kind, kind_of
 from fastaff.models.sections import Stroboscopic
 
@@ -383,6 +387,43 @@ def test_a_family_in_the_frequency_of_its_drive():
     assert np.allclose(branch.orbits.time, 2 * np.pi / branch.value, rtol=1e-12)
     alone = fa.periodic_orbits(make(float(branch.value[-1])), branch.orbits.z[:, -1], section="t=0")
     assert np.allclose(alone.z[[0, 2], 0], branch.orbits.z[[0, 2], -1], atol=1e-11)
+
+
+def test_given_tangent_vectors_are_those_of_coordinates_and_momenta():
+    model, z0 = duffing(), np.array([[0.1, 1.6], [0.2, 0.0]])
+    given = fa.chaos_map(model, z0, time=200.0, indicators="spectrum", deviations=np.eye(2))
+    other = fa.chaos_map(model, z0, time=200.0, indicators="spectrum")
+    assert given.spectrum.shape == (2, 2)
+    assert np.allclose(given.spectrum.sum(axis=0), 0, atol=1e-12)
+    assert np.allclose(given.spectrum[0], other.spectrum[0], atol=0.06)
+    with pytest.raises(ValueError, match="deviations must have shape"):
+        fa.chaos_map(model, z0, time=200.0, deviations=np.eye(4))
+
+
+def test_a_job_from_options(tmp_path):
+    """As the commands have it: --hamiltonian, --period, --file with rows x and p_x."""
+    z0 = np.array([np.zeros(5), np.linspace(0.2, 1.4, 5)])
+    np.save(tmp_path / "z0.npy", z0)
+    options = Model(
+        hamiltonian="-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", parameter=["a=0.05", "w=1.5"]
+    )
+    assert options.build() == pendulum()
+    assert described(pendulum()).build() == pendulum()
+    number = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", period=2 * np.pi, a=0.1)
+    assert described(number).build() == number
+    job = Job(
+        model=options,
+        surface=Surface(section="t=0"),
+        starts=Starts(file=str(tmp_path / "z0.npy")),
+        poincare=Poincare(crossings=20),
+        frequency_map=Frequencies(periods=100.0),
+    )
+    done = fa.run(job)
+    section = fa.poincare_map(pendulum(), z0, section="t=0", crossings=20)
+    assert np.array_equal(done["poincare"].points, section.points)
+    assert done["frequency_map"].time == pytest.approx(100 * pendulum().period)
+    with pytest.raises(ValueError, match="--period belongs to --hamiltonian"):
+        Model(formula="alpha**2", period="2*pi").build()
 
 
 @pytest.mark.parametrize(

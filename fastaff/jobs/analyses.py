@@ -17,6 +17,7 @@ from ..analysis.tori.action_angles import action_angles
 from ..base.names import named, spelled
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
+from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, VERNER9
 from .wording import Wrong
 
@@ -103,6 +104,10 @@ class Poincare:
         """Return crossings and max_time."""
         self.check(run)
         time = self.max_time
+        if isinstance(few.section, Stroboscopic):
+            if time is not None:
+                raise Wrong("--max-time does not go with a section of constant t: its crossings are a period apart")
+            return {"crossings": self.crossings}
         if time is None:
             pace = return_times(*few, run.build())
             if np.isnan(pace).all():  # as where a long step is given
@@ -112,6 +117,8 @@ class Poincare:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
+        if isinstance(orbits.section, Stroboscopic):  # which takes no time, not even a brief one
+            settled = {"crossings": settled["crossings"]}
         return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **settled, **run.build())
 
 
@@ -268,6 +275,8 @@ TRIAL = 64
 def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
     """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
     few = np.ascontiguousarray(z0[:, :: -(-z0.shape[1] // TRIAL)])
+    if isinstance(section, Stroboscopic):
+        return np.full(few.shape[1], float(body.period))
     loose = {name: value for name, value in choices.items() if name != "accuracy"}
     found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **loose)
     return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times.T, found.counts)])

@@ -16,9 +16,10 @@ import numpy as np
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
 from ..base.short_forms import starts_of
-from ..flows.checks import checked_model
+from ..flows.checks import checked_model, phase_points
 from ..flows.coordinates import row_names
 from ..formulas.number import number
+from ..models.contracts import driven, moving
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -114,6 +115,8 @@ class Job:
             needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
             return Plan(body, section if needed else None, launch, self.analyses())
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
+        if driven(body) and z0.shape[0] == 2 * moving(body) and z0.size:
+            z0 = phase_points("starts", z0, body)  # at t = 0
         if z0.shape[0] != 2 * body.degrees_of_freedom or not z0.shape[1]:
             raise ValueError(f"starts must be phase points ({2 * body.degrees_of_freedom}, orbits), got {z0.shape}")
         section = self.surface.section_of(body) if needed else None

@@ -10,8 +10,10 @@ import numpy as np
 from ..analysis.sections.energy_limits import may_escape
 from ..base.names import named, pairs, spelled
 from ..base.status import Status
+from ..formulas.library import Request
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
+from ..models.contracts import driven, moving
 from .wording import Wrong
 
 MODELS = {
@@ -56,6 +58,9 @@ class Model:
     """NAME=VALUE of a letter in the formula; once for each."""
     domain: str | None = None
     """Formula that is positive where the potential lives. [from logarithms, roots and poles]"""
+    period: str | None = None
+    """Period in the time t of --hamiltonian, a number or a formula of the parameters such as `2*pi/w`: a driven system.
+    """
     mu: float = 1.0
     """Inertia of a body. [1]"""
 
@@ -66,7 +71,7 @@ class Model:
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.formula is not None or self.hamiltonian is not None:
             return self._own(given)
-        for name in ("coordinates", "parameter", "domain", "rotation", "magnetic"):
+        for name in ("coordinates", "parameter", "domain", "rotation", "magnetic", "period"):
             if getattr(self, name) is not None:
                 raise Wrong(f"--{name} belongs to --formula or --hamiltonian")
         key = named("--model", self.model or "neo-hookean", MODELS)
@@ -93,7 +98,7 @@ class Model:
         takes = "VALUE with a number, for example C=1.5"
         for name, text in pairs("--parameter", self.parameter or (), takes):
             value = number(f"--parameter {name}", text)
-            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic"):
+            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic", "period"):
                 raise Wrong(
                     f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
                     "another letter"
@@ -103,9 +108,11 @@ class Model:
             raise Wrong(
                 "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
             )
-        for name in ("rotation", "magnetic"):
+        for name in ("rotation", "magnetic", "period"):
             if self.formula is not None and getattr(self, name) is not None:
-                raise Wrong(f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn")
+                raise Wrong(
+                    f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn, nor is it driven"
+                )
         if self.formula is None and self.mu != 1.0:
             raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
         try:
@@ -127,10 +134,8 @@ class Model:
         if maker is None:
             raise Wrong("this version of fastaff has no formulas")
         if self.formula is None:
-            turning = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic")}
-            return maker(
-                self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **turning, **values
-            )
+            own = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic", "period")}
+            return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **own, **values)
         return maker(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
@@ -154,7 +159,7 @@ class Surface:
     """Angular momentum in the plane b, |b| = beta = (D1 - D2)/sqrt(2). [0]"""
     section: str | None = None
     """alpha-turning (p_alpha = 0), beta-turning, alpha=c, beta=c, area=c (D1 D2 = c); x=c or y=c, or a coordinate of
-    --hamiltonian, with c a number. [alpha-turning; x=0]"""
+    --hamiltonian, with c a number; t=c where it is driven. [alpha-turning; x=0; t=0]"""
     direction: str = "+1"
     """Crossings where the section function increases (+1), decreases (-1) or both (0). [+1]"""
 
@@ -173,7 +178,8 @@ class Surface:
         """Return the section."""
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
-        text = self.section or section_forms(body)[0].replace("=c", "=0")
+        own = section_forms(body)[moving(body) if driven(body) else 0]  # of a driven system, a constant time
+        text = self.section or own.replace("=c", "=0")
         return section_named(text, body, int(self.direction), argument="--section")
 
     def canonical(self) -> Surface:
@@ -202,7 +208,11 @@ def described(value: Any) -> Model | None:
         if inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         else:
-            coordinates = " ".join(value.coordinates)
+            coordinates, period = " ".join(value.coordinates[: moving(value)]), None
+            if driven(value):
+                said = fields.pop("period", None)
+                period = Request(*value._request).period if said is None else repr(said)
+                parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
             found = Model(
                 hamiltonian=text,
                 coordinates=coordinates,
@@ -210,6 +220,7 @@ def described(value: Any) -> Model | None:
                 domain=domain,
                 rotation=rotation,
                 magnetic=magnetic,
+                period=period,
             )
     else:
         keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]

@@ -18,7 +18,7 @@ from ...flows.flow import Flow, Report
 from ...flows.motion import inverse_masses, motion, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of
-from ...models.contracts import Kind, dimension, kind_of, moving
+from ...models.contracts import Kind, dimension, driven, kind_of, moving
 from ...models.maps import symplectic
 from ...models.mechanics import slopes
 from ..orbits.tangent_map import checked_deviations
@@ -200,7 +200,7 @@ class ChaosRun:
             start, self.first = frame(self.flow.model, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
         else:
             start, self.first = _unit_vectors(deviations, self.scale[:whole])
-            start = carried(start, self.flow.model, 1)
+            start = start if driven(self.flow.model) else carried(start, self.flow.model, 1)
             needed = whole if self.spectrum else needed
         if len(start) < needed:
             raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")

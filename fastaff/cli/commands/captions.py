@@ -13,6 +13,7 @@ from ...base.status import Status, summary
 from ...flows.coordinates import row_names
 from ...jobs.job import Job, Plan
 from ...jobs.launch import BY_NAME
+from ...models.contracts import moving
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
 from ...plot.style import styled, symbol
@@ -70,6 +71,8 @@ def in_words(section: Any, body: Any) -> str:
     if name == "Linear":
         row = next(k for k, entry in enumerate(section.normal) if entry)
         return f"{equal(row_names(body)[row], section.offset)}, {turn}"
+    if name == "Stroboscopic":
+        return f"{equal(row_names(body)[moving(body)], section.phase)}, once a period"
     if name.endswith("Turning"):
         return f"{equal('p_' + name.removesuffix('Turning').lower(), 0)}, {turn}"
     left = {"AlphaEquals": r"\alpha", "BetaEquals": r"\beta", "AreaEquals": "D_1D_2"}[name]
