@@ -40,6 +40,7 @@ RING = np.exp(0.7j * np.arange(64))
 POINTS = np.array([RING.real + 2.0, RING.imag])
 TURNED = np.array([RING.real, RING.imag])[:, None] * np.array([[1.0], [0.5]])
 SLOW = np.array([np.cos(0.3 * np.arange(200)), -np.sin(0.3 * np.arange(200))])[:, None] * np.array([[1.0], [0.5]])
+LONG = np.array([np.cos(0.3 * np.arange(400)), -np.sin(0.3 * np.arange(400))])
 LEVELS = np.cumsum(RNG.exponential(size=60))
 FIXED = {"step": 0.1, "threads": 1}
 MOTION = fa.jobs.Motion(time=1.0)
@@ -274,6 +275,7 @@ CALLS = {
         {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED},
     ),
     "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
+    "fit_samples": (fa.analysis.fit_samples, {"samples": LONG, "dt": 0.1}),
     "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
     "flow": (fa.flow, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
     "formula": (fa.formula, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),

@@ -87,7 +87,7 @@ PAGES: dict[str, Page] = {
         "Actions and angles, both ways, and tori of orbits of bodies that do not separate.",
         {
             "": "action_angles from_action_angles energy_of_actions constants_of_motion fit_torus",
-            "analysis": "ActionAngles EnergyOfActions TorusFit",
+            "analysis": "ActionAngles EnergyOfActions TorusFit fit_samples",
         },
     ),
     "quantum": Page(

@@ -26,6 +26,7 @@ from .sections.energy_sample import EnergySample
 from .sections.islands import Islands, Rotation
 from .sections.section_map import SectionMap
 from .tori.action_angles import ActionAngles, EnergyOfActions
+from .tori.fit_samples import fit_samples
 from .tori.fit_torus import TorusFit, Verdict
 
 __all__ = [
@@ -61,6 +62,7 @@ __all__ = [
     "Tunes",
     "Verdict",
     "diffusion_histogram",
+    "fit_samples",
     "periodic_guesses",
     "ratio_web",
 ]

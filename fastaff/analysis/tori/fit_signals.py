@@ -23,6 +23,17 @@ TRUSTED = 0.03
 """Error bar of a line, in cycles over the window, up to which it can add to the lattice or speak against it."""
 
 
+class Unknown(NamedTuple):
+    """What stands for the model of orbits that were given: the names of its coordinates, no equations of motion."""
+
+    coordinates: tuple[str, ...]
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number of coordinates."""
+        return len(self.coordinates)
+
+
 class Signals(NamedTuple):
     """Complex signals of unit size (signals, samples), and the way back to phase points: z_k = rows @ c_k, rows (2n,
     signals).

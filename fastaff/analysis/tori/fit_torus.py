@@ -29,7 +29,7 @@ from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, sc
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, inverse, quotient, relations
 from .fit_series import Samples, Series, fit, grow, weights, window
-from .fit_signals import signals
+from .fit_signals import Unknown, signals
 from .fourier import actions, canonical, evaluate
 
 GRID = 512
@@ -217,7 +217,7 @@ def fit_torus(
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     flow, z, _ = plan(body, z, Options(scheme, step, None, rtol, atol, report=report))
     energy = float(energies(body, z)[0])
-    known = [_nothing(body, energy, {"status": float(Status.INTERRUPTED)}, Verdict.UNDECIDED)]
+    known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)}, Verdict.UNDECIDED)]
     with keeping("fit_torus", lambda: known[-1]):
         found = _found(flow, body, z, time, tolerance, energy, known, report or (lambda fraction: None))
         if report is not None:
@@ -242,26 +242,24 @@ def _found(
     times, inside, (path, evidence) = np.zeros(0), 0, _path(flow, z, time, 64) if short else (z, {})
     if not short:
         times, path, inside, evidence = _sampled(flow, z, time)
-    tiny = (
-        not _resting(path) and not (kinetic_energies(body, path) > 0).any()
-    )  # its energy is below the smallest number
+    tiny = not resting(path) and not (kinetic_energies(body, path) > 0).any()  # its energy is below the smallest number
     if short or tiny or evidence["status"] != Status.OK:
         evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
-        return _nothing(
+        return nothing(
             body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED
         )
-    if _resting(path):
+    if resting(path):
         return _point(body, path, energy, evidence)
     report(0.25)
     taken = flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
     finer, state = _path(taken.finer(), z, time, inside)
     finer = finer if state["status"] == Status.OK else path
     report(0.5)
-    found = _fitted(body, times, path, finer, inside, energy, evidence)
+    found = fitted(body, times, path, finer, inside, energy, evidence)
     report(0.75)
     if max(found.residual, found.prediction_error) <= tolerance:
         return found
-    known.append(_unsure(found, time))
+    known.append(unsure(found, time))
     return _doubted(known[-1], z, time)
 
 
@@ -287,12 +285,12 @@ def _path(flow: Flow, z0: np.ndarray, time: float, inside: int) -> tuple[np.ndar
     ensemble = flow.ensemble(z0.copy())
     states = flow.sampled(ensemble, 3 * inside // 2, time=1.5 * time)
     path = np.column_stack([z0, states[0].T])
-    error = 0.0 if _resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
+    error = 0.0 if resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
     mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
     return path, {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}
 
 
-def _resting(path: np.ndarray) -> bool:
+def resting(path: np.ndarray) -> bool:
     """Tell whether the orbit stays where it is, to rounding."""
     return bool((np.ptp(path, axis=1) <= 1e-12 * np.abs(path).max()).all())
 
@@ -320,7 +318,7 @@ def _point(body: Any, path: np.ndarray, energy: float, evidence: dict) -> TorusF
     )
 
 
-def _fitted(
+def fitted(
     body: Any, times: np.ndarray, path: np.ndarray, finer: np.ndarray, inside: int, energy: float, evidence: dict
 ) -> TorusFit:
     """Fit `inside` samples of path (2n, samples) and compare with the equations of motion, the later samples, and finer
@@ -374,7 +372,7 @@ def _fitted(
     )
 
 
-def _unsure(found: TorusFit, time: float) -> TorusFit:
+def unsure(found: TorusFit, time: float) -> TorusFit:
     """Return a fit that is not good enough, undecided."""
     evidence, none = MappingProxyType({**found.evidence, "longer": 4 * time}), np.full_like(found.nu_error, np.inf)
     return replace(found, verdict=Verdict.UNDECIDED, nu_error=none, evidence=evidence)
@@ -418,9 +416,11 @@ def _reach(error: float) -> int:
 
 
 def _residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
-    """Return the largest |nu . dz/dtheta - X(z)| on the torus over the largest |X|, for coordinates and momenta
-    apart.
+    """Return the largest |nu . dz/dtheta - X(z)| on the torus over the largest |X|, for coordinates and momenta apart;
+    NaN where no equations of motion are known.
     """
+    if body is None or isinstance(body, Unknown):
+        return float("nan")
     n, d = len(z) // 2, k.shape[1]
     ratio = np.roots([1.0, *[0.0] * (d - 1), -1.0, -1.0]).real.max() if d else 1.0  # evenly spread points (Roberts)
     theta = np.arange(GRID) * ratio ** -np.arange(1.0, d + 1)[:, None] % 1.0
@@ -450,7 +450,7 @@ def _distance(
     return float(max(np.abs(apart[s]).max() / (np.abs(path[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))))
 
 
-def _nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> TorusFit:
+def nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> TorusFit:
     """Return what there is to say of an orbit that failed, or is too short: its status."""
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
