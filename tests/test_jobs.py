@@ -514,6 +514,7 @@ OTHER = {
     "model.parameter": ["a=1.0", "b=1.0", "c=0.5"],
     "model.coordinates": "x y",
     "model.domain": "9 - x**2",
+    "model.period": "6.3",
     "model.rotation": "0.3",
     "model.magnetic": "0.2*a",
     "model.formula": "D1**2",
