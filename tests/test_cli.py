@@ -123,10 +123,10 @@ def test_load_refuses_other_files(tmp_path):
         (["poincar"], "Did you mean"),
         (
             ["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"],
-            "give one of --model, --formula and --hamiltonian",
+            "give one of --model, --formula, --hamiltonian and --map",
         ),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--C", "2"], "a formula takes --parameter C=2"),
-        (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula or --hamiltonian"),
+        (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula, --hamiltonian or --map"),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C"], "NAME=VALUE"),
         (
             ["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C=1", "--parameter", "C=2"],

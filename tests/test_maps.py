@@ -424,3 +424,87 @@ def test_a_map_that_misses_something_is_named():
     bad = fa.mapping("p1 = p + a*x; x1 = x + p1", periods={"x": "a"}, a=1.0)._replace(a=-1.0)
     with pytest.raises(ValueError, match="periods must be positive"):
         fa.integrate(bad, [0.0, 1.0], time=3)
+
+
+def test_grids_and_samples_of_maps_have_no_energy():
+    model = FroeschleMap()
+    grid = fa.energy_grid(model, axes={"x_1": [0.0, 0.5, 1.0], "p_2": [0.2, 0.3]}, fixed={"x_2": 0.1})
+    assert grid.z0.shape == (4, 6)
+    np.testing.assert_array_equal(grid.z0[1], 0.1)
+    np.testing.assert_array_equal(grid["p_2"], grid.z0[3])
+    assert np.isnan(grid.energy)
+    sample = fa.energy_sample(model, orbits=50, axes={"x_1": (-1.0, 1.0), "p_1": (0.0, 2.0)}, seed=3)
+    few = fa.energy_sample(model, orbits=5, axes={"x_1": (-1.0, 1.0), "p_1": (0.0, 2.0)}, seed=3)
+    np.testing.assert_array_equal(sample.z0[:, :5], few.z0)
+    assert (np.abs(sample.z0[0]) <= 1).all()
+    assert np.ptp(sample.z0[2]) > 1
+    inside = fa.energy_grid(OneTurnMap(aperture=1.0), axes={"x": [0.0, 0.9, 2.0], "y": [0.0, 0.9]})
+    assert inside.forbidden.sum() == 3
+    for more, said in (
+        ({"energy": 1.0}, "energy is for systems in time"),
+        ({"section": "x_1=0"}, "section is for systems in time"),
+        ({"solve": "p_2"}, "solve is for systems in time"),
+        ({"at_rest": True}, "at_rest is for systems in time"),
+        ({"axes": {"x": [0.0]}}, "axes must be one of"),
+    ):
+        with pytest.raises((ValueError, TypeError), match=said):
+            fa.energy_grid(model, **{"axes": {"x_1": [0.0]}, **more})
+
+
+def test_jobs_of_maps_keep_what_the_functions_give(tmp_path):
+    from fastaff.jobs import Chaos, Frequencies, Job, Model, Poincare, Starts
+
+    text = Model(map="p1 = p + K*sin(x); x1 = x + p1", angles=["x=2*pi"], parameter=["K=0.9"])
+    starts_ = Starts(axes=["x=0:6:4", "p=-1:1:3"])
+    job = Job(
+        model=text,
+        starts=starts_,
+        poincare=Poincare(crossings=20),
+        chaos_map=Chaos(time=200.0),
+        frequency_map=Frequencies(time=128.0),
+        unit=5,
+    )
+    found = fa.run(job, tmp_path / "map.zarr")
+    model = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", periods={"x": "2*pi"}, K=0.9)
+    x, p = (low + (high - low) * (np.arange(n) + 0.5) / n for low, high, n in ((0, 6, 4), (-1, 1, 3)))
+    grid = fa.energy_grid(model, axes={"x": x, "p": p})
+    np.testing.assert_array_equal(found["poincare"].points, fa.poincare_map(model, grid.z0, crossings=20).points)
+    np.testing.assert_array_equal(found["chaos_map"].values, fa.chaos_map(model, grid.z0, time=200).values)
+    np.testing.assert_array_equal(found["frequency_map"].nu, fa.frequency_map(model, grid.z0, time=128).nu)
+    again = Job.parsed(job.text())
+    assert again == job
+    for entry in (StandardMap(0.4), model):
+        given_ = Job(model=entry, starts=grid.z0, chaos_map=Chaos(time=50.0))
+        assert isinstance(given_.model, Model)
+        assert given_.model.build() == entry
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--model", "standard-map", "--energy", "1"], "--energy is for systems in time"),
+        (["--model", "standard-map", "--step", "0.1"], "--step is for systems in time"),
+        (["--model", "standard-map", "--parameter", "Q=1"], "--parameter Q is none of standard-map"),
+        (["--model", "standard-map", "--axes", "y=0:1:3"], "--axes must be one of x, p"),
+        (["--map", "x1 = x", "--axes", "x=0:1:3"], "must give the images"),
+        (["--map", "p1 = p + x; x1 = x + p1", "--model", "henon-map"], "give one of"),
+        (["--angles", "x=1"], "--angles belongs to --map"),
+    ],
+)
+def test_commands_refuse_what_maps_do_not_have(options, said, capsys):
+    from fastaff.cli.main import main
+
+    more = [] if "--axes" in options else ["--axes", "x=0:1:3"]
+    assert main(["chaos-map", "--time", "100", *options, *more]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_commands_draw_maps(tmp_path, capsys):
+    from fastaff.cli.main import main
+
+    where = ["--axes", "x=-3:3:6", "--axes", "p=-3:3:6"]
+    assert main(["poincare", "--model", "standard-map", *where, "--crossings", "80", "--out", str(tmp_path / "a")]) == 0
+    text = ["--map", "p1 = p + K*sin(x); x1 = x + p1", "--angles", "x=2*pi", "--parameter", "K=0.97"]
+    assert main(["chaos-map", *text, *where, "--time", "200", "--out", str(tmp_path / "b")]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "a.png", "b.npz", "b.png"]
+    assert "36 OK" in capsys.readouterr().err

@@ -122,11 +122,17 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
         _CLASSES[key] = loaded(key, derived)
         cls: Any = _CLASSES[key]
         cls.__reduce__ = functools.partialmethod(_reduce, request)
-        cls._request = tuple(request)
+        cls._request, cls.__repr__ = tuple(request), _repr
     return _CLASSES[key]
 
 
 _CLASSES: dict[str, type] = {}
+
+
+def _repr(self: Any) -> str:
+    domain = [] if self.domain is None else [f"domain={self.domain!r}"]
+    fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
+    return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *fields])})"
 
 
 def _reduce(self: Any, request: MapRequest) -> tuple:

@@ -17,6 +17,7 @@ from ..analysis.tori.action_angles import action_angles
 from ..base.names import named, spelled
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
+from ..models.contracts import Kind, kind_of
 from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, VERNER9
 from .wording import Wrong
@@ -50,8 +51,10 @@ class Run:
         """Return the same with so many threads, where they are given."""
         return self if threads is None else replace(self, threads=threads)
 
-    def build(self) -> dict[str, Any]:
-        """Return the options of the library's functions."""
+    def build(self, body: Any = None) -> dict[str, Any]:
+        """Return the options of the library's functions; of a map it has threads alone."""
+        if body is not None and kind_of(body) is Kind.MAP:
+            return {"threads": self.threads}
         accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
         return {**accuracy, "scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
 
@@ -104,9 +107,9 @@ class Poincare:
         """Return crossings and max_time."""
         self.check(run)
         time = self.max_time
-        if isinstance(few.section, Stroboscopic):
-            if time is not None:
-                raise Wrong("--max-time does not go with a section of constant t: its crossings are a period apart")
+        if isinstance(few.section, Stroboscopic) and time is not None:
+            raise Wrong("--max-time does not go with a section of constant t: its crossings are a period apart")
+        if isinstance(few.section, Stroboscopic) or kind_of(few.body) is Kind.MAP:
             return {"crossings": self.crossings}
         if time is None:
             pace = return_times(*few, run.build())
@@ -117,9 +120,10 @@ class Poincare:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
-        if isinstance(orbits.section, Stroboscopic):  # which takes no time, not even a brief one
+        if isinstance(orbits.section, Stroboscopic) or kind_of(orbits.body) is Kind.MAP:  # which take no time
             settled = {"crossings": settled["crossings"]}
-        return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **settled, **run.build())
+        how = {**settled, **run.build(orbits.body)}
+        return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +131,7 @@ class Frequencies:
     """Fundamental frequencies."""
 
     title: ClassVar[str] = "frequencies"
-    brief: ClassVar[dict[str, Any]] = {"time": 5.0}
+    brief: ClassVar[dict[str, Any]] = {"time": 64.0}
 
     time: float | None = None
     """Time over which frequencies are averaged, best 100 periods or more. [1000]"""
@@ -148,6 +152,8 @@ class Frequencies:
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
         """Return the time."""
         self.check(run)
+        if kind_of(few.body) is Kind.MAP:
+            return {"time": float(self.time or self.periods or 1000.0)}
         if self.periods is None:
             return {"time": 1000.0 if self.time is None else float(self.time)}
         return {"time": self.periods * median_return(few, run.build())}
@@ -155,7 +161,7 @@ class Frequencies:
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
         method = BY_NAME[named("--method", self.method, BY_NAME)]
-        return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build())
+        return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build(orbits.body))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,13 +210,15 @@ class Chaos:
         number = self.returns()
         if number is None:
             return {"time": float(self.time)}  # type: ignore[arg-type]
+        if kind_of(few.body) is Kind.MAP:
+            return {"time": number}
         # Step control gets through steep walls.
         return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the ChaosMap of orbits."""
         how = {"indicators": self.values(), "early_stop": self.early_stop}
-        return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build())
+        return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build(orbits.body))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,7 +264,7 @@ class Motion:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the Orbits."""
-        return integrate(orbits.body, orbits.z0, report=report, **settled, **run.build())
+        return integrate(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.body))
 
 
 ANALYSES: dict[str, type[Any]] = {

@@ -16,10 +16,10 @@ import numpy as np
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
 from ..base.short_forms import starts_of
-from ..flows.checks import checked_model, phase_points
+from ..flows.checks import EVERY, checked_model, phase_points
 from ..flows.coordinates import row_names
 from ..formulas.number import number
-from ..models.contracts import driven, moving
+from ..models.contracts import Kind, driven, kind_of, moving
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -81,7 +81,7 @@ class Job:
                 value = replace(value, **taken)
                 object.__setattr__(self, name, value.canonical() if hasattr(value, "canonical") else value)
             elif name == "model":
-                checked_model(value, "model")
+                checked_model(value, "model", EVERY)
                 object.__setattr__(self, name, described(value) or value)
             elif name == "starts":
                 value = starts_of(value)
@@ -105,6 +105,8 @@ class Job:
     def plan(self) -> Plan:
         """Return system, section, launch set and analyses; raises ValueError or TypeError for what does not fit."""
         body = self.model.build() if isinstance(self.model, Model) else self.model
+        if kind_of(body) is Kind.MAP:
+            self._check_map()
         if self.scan is not None:
             return self._scan(body, self.scan)
         timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
@@ -121,6 +123,16 @@ class Job:
             raise ValueError(f"starts must be phase points ({2 * body.degrees_of_freedom}, orbits), got {z0.shape}")
         section = self.surface.section_of(body) if needed else None
         return Plan(body, section, Points(z0), self.analyses())
+
+    def _check_map(self) -> None:
+        """Refuse what a map does not have."""
+        for name in ("scheme", "step", "accuracy"):
+            if getattr(self.run, name) is not None:
+                raise Wrong(f"--{name} is for systems in time: a map is iterated as it is")
+        if self.scan is not None:
+            raise Wrong("--scan takes random starts of a section, which a map does not have")
+        if self.poincare is not None and self.poincare.max_time is not None:
+            raise Wrong("--max-time is for systems in time: the crossings of a map are its iterates")
 
     def _scan(self, body: Any, scan: Scan) -> Plan:
         """Return the plan of a scan."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, lift
 from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
-from ..analysis.sections.named_axes import Launching, launching
+from ..analysis.sections.named_axes import Launching, checked_energy, launching
 from ..base.names import pairs
 from ..base.numbers import fits
 from ..formulas.number import number
@@ -85,7 +85,7 @@ class Starts:
             fits("--orbits", self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
-        if self.by_name or not on_section(body, section):
+        if self.by_name or section is None or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = _cells(self.grid or default)
         fits("--grid", *cells, itemsize=1)
@@ -139,7 +139,7 @@ class Starts:
                 raise Wrong("--axes NAME=LOW:HIGH:N is required, once for each axis of the grid; or --orbits N")
             parts = {name: _axis(name, text) for name, text in pairs("--axes", self.axes, "LOW:HIGH:N")}
             fits("--axes", *(part.size for part in parts.values()), itemsize=1)
-            made = launching(body, float(surface.energy), tuple(parts), here, *taken)  # type: ignore[arg-type]
+            made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, *taken)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = str(problem)

@@ -11,9 +11,10 @@ from ..analysis.sections.energy_limits import may_escape
 from ..base.names import named, pairs, spelled
 from ..base.status import Status
 from ..formulas.library import Request
+from ..formulas.map_source import MapRequest
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
-from ..models.contracts import driven, moving
+from ..models.contracts import Kind, driven, kind_of, moving
 from .wording import Wrong
 
 MODELS = {
@@ -25,14 +26,23 @@ MODELS = {
     "henon-heiles": ("HenonHeiles", ("lam",)),
 }
 
+MAPS = {
+    "standard-map": "StandardMap",
+    "henon-map": "HenonMap",
+    "mcmillan-map": "McMillanMap",
+    "froeschle-map": "FroeschleMap",
+    "one-turn-map": "OneTurnMap",
+}
+"""Maps by name, whose parameters are given by --parameter."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
     """The body."""
 
     model: str | None = None
-    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam).
-    [neo-hookean]
+    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); maps,
+    with --parameter: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map. [neo-hookean]
     """
     C: float | None = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
@@ -48,14 +58,18 @@ class Model:
     """Potential energy of a body of your own, such as `C/2*(D1**2+D2**2) + C/(D1*D2)`, instead of a model."""
     hamiltonian: str | None = None
     """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`."""
+    map: str | None = None
+    """Map of your own, such as `p1 = p + K*sin(x); x1 = x + p1`."""
+    angles: list[str] | None = None
+    """NAME=PERIOD of a variable of --map that winds, such as `x=2*pi`; once for each."""
     coordinates: str | None = None
-    """Coordinates of --hamiltonian. ["x y"]"""
+    """Coordinates of --hamiltonian ["x y"] or of --map [by their names]."""
     rotation: str | None = None
     """Rate at which the frame of the first two coordinates of --hamiltonian turns, a number or a formula."""
     magnetic: str | None = None
     """Charge times a uniform magnetic field across the first two coordinates of --hamiltonian."""
     parameter: list[str] | None = None
-    """NAME=VALUE of a letter in the formula; once for each."""
+    """NAME=VALUE of a letter in the formula, or of a map; once for each."""
     domain: str | None = None
     """Formula that is positive where the potential lives. [from logarithms, roots and poles]"""
     period: str | None = None
@@ -69,12 +83,17 @@ class Model:
         import fastaff
 
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
-        if self.formula is not None or self.hamiltonian is not None:
+        if self.angles is not None and self.map is None:
+            raise Wrong("--angles belongs to --map")
+        if self.formula is not None or self.hamiltonian is not None or self.map is not None:
             return self._own(given)
-        for name in ("coordinates", "parameter", "domain", "rotation", "magnetic", "period"):
+        key = named("--model", self.model or "neo-hookean", {**MODELS, **MAPS})
+        letters = () if key in MAPS else ("parameter",)
+        for name in ("coordinates", "domain", "rotation", "magnetic", "period", *letters):
             if getattr(self, name) is not None:
-                raise Wrong(f"--{name} belongs to --formula or --hamiltonian")
-        key = named("--model", self.model or "neo-hookean", MODELS)
+                raise Wrong(f"--{name} belongs to --formula, --hamiltonian or --map")
+        if key in MAPS:
+            return self._named_map(key, given)
         kind, names = MODELS[key]
         for name in given:
             if name not in names:
@@ -84,7 +103,32 @@ class Model:
 
     def canonical(self) -> Model:
         """Return the same with the model's name as it is written here."""
-        return self if self.model is None else replace(self, model=spelled(self.model, MODELS))
+        return self if self.model is None else replace(self, model=spelled(self.model, {**MODELS, **MAPS}))
+
+    def _named_map(self, key: str, given: dict[str, float]) -> Any:
+        """Return one of the maps of the package."""
+        from .. import models
+
+        kind: Any = getattr(models, MAPS[key])
+        values = self._values() | given
+        for name in values:
+            if name not in kind._fields:
+                raise Wrong(f"--parameter {name} is none of {key}, which has {', '.join(kind._fields)}")
+        if self.mu != 1.0:
+            raise Wrong("--mu belongs to bodies")
+        return kind(**values)
+
+    def _values(self) -> dict[str, float]:
+        """Return the parameters by name."""
+        values: dict[str, float] = {}
+        for name, text in pairs("--parameter", self.parameter or (), "VALUE with a number, for example C=1.5"):
+            values[name] = number(f"--parameter {name}", text)
+            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic", "period"):
+                raise Wrong(
+                    f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
+                    "another letter"
+                )
+        return values
 
     def _own(self, given: dict[str, float]) -> Any:
         """Return the model that a formula describes."""
@@ -92,36 +136,29 @@ class Model:
         if given:
             name = next(iter(given))
             raise Wrong(f"--{name} belongs to a --model; a formula takes --parameter {name}={given[name]:g}")
-        if self.model is not None or (self.formula is not None and self.hamiltonian is not None):
-            raise Wrong("give one of --model, --formula and --hamiltonian")
-        values: dict[str, float] = {}
-        takes = "VALUE with a number, for example C=1.5"
-        for name, text in pairs("--parameter", self.parameter or (), takes):
-            value = number(f"--parameter {name}", text)
-            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic", "period"):
-                raise Wrong(
-                    f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
-                    "another letter"
-                )
-            values[name] = value
+        if sum(entry is not None for entry in (self.model, self.formula, self.hamiltonian, self.map)) > 1:
+            raise Wrong("give one of --model, --formula, --hamiltonian and --map")
+        values = self._values()
         if self.formula is not None and self.coordinates is not None:
             raise Wrong(
                 "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
             )
         for name in ("rotation", "magnetic", "period"):
-            if self.formula is not None and getattr(self, name) is not None:
+            if self.hamiltonian is None and getattr(self, name) is not None:
                 raise Wrong(
                     f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn, nor is it driven"
                 )
         if self.formula is None and self.mu != 1.0:
-            raise Wrong("--mu belongs to bodies; a --hamiltonian has the masses 1: rescale the coordinates")
+            raise Wrong(
+                "--mu belongs to bodies; a --hamiltonian has the masses 1, a --map none: rescale the coordinates"
+            )
         try:
             return self._made(values)
         except ValueError as problem:
-            option = "--formula" if self.formula is not None else "--hamiltonian"
+            option = "--formula" if self.formula is not None else "--hamiltonian" if self.map is None else "--map"
             more = (
                 "; --coordinates names the coordinates"
-                if self.formula is None and "unknown name" in str(problem)
+                if self.hamiltonian is not None and "unknown name" in str(problem)
                 else ""
             )
             raise Wrong(str(problem).replace("text: ", f"{option}: ", 1) + more) from None
@@ -133,6 +170,10 @@ class Model:
         maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
         if maker is None:
             raise Wrong("this version of fastaff has no formulas")
+        if self.map is not None:
+            periods = dict(pairs("--angles", self.angles or (), "PERIOD")) or None
+            how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
+            return fastaff.mapping(self.map, **how)
         if self.formula is None:
             own = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic", "period")}
             return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **own, **values)
@@ -164,7 +205,12 @@ class Surface:
     """Crossings where the section function increases (+1), decreases (-1) or both (0). [+1]"""
 
     def build(self, body: Any) -> Any:
-        """Return the section; refuse an energy that is not given."""
+        """Return the section; refuse an energy that is not given. A map has neither."""
+        if kind_of(body) is Kind.MAP:
+            for name in ("energy", "section"):
+                if getattr(self, name) is not None:
+                    raise Wrong(f"--{name} is for systems in time: a map has none")
+            return None
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
         return self.section_of(body)
@@ -175,7 +221,9 @@ class Surface:
         return may_escape(body, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
 
     def section_of(self, body: Any) -> Any:
-        """Return the section."""
+        """Return the section, None of a map."""
+        if kind_of(body) is Kind.MAP:
+            return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
         own = section_forms(body)[moving(body) if driven(body) else 0]  # of a driven system, a constant time
@@ -205,7 +253,17 @@ def described(value: Any) -> Model | None:
         )
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
-        if inner is not value:
+        if kind_of(value) is Kind.MAP:
+            rows = (*value.coordinates, *value.momenta)
+            angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
+            found = Model(
+                map=text,
+                coordinates=" ".join(value.coordinates),
+                angles=angles or None,
+                parameter=parameter,
+                domain=domain,
+            )
+        elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         else:
             coordinates, period = " ".join(value.coordinates[: moving(value)]), None
@@ -224,6 +282,9 @@ def described(value: Any) -> Model | None:
             )
     else:
         keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]
+        maps = [key for key, kind in MAPS.items() if type(value) is getattr(fastaff.models, kind)]
+        if maps:
+            found = Model(model=maps[0], parameter=[f"{name}={entry!r}" for name, entry in fields.items()])
         if keys:
             found = Model(model=keys[0], mu=mu, **fields)
     try:

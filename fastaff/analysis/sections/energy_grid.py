@@ -15,12 +15,12 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import CONSERVATIVE, checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import isotropic
+from ...models.contracts import Kind, isotropic, kind_of
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
-from .named_axes import are_named, by_name, checked_sign, checked_values, launching
+from .named_axes import are_named, by_name, checked_energy, checked_sign, checked_values, launching
 
 ARRAYS = 32
 """Arrays of the size of a grid that lifting it takes at a time."""
@@ -66,7 +66,7 @@ class EnergyGrid(Result):
 def energy_grid(
     body: Any,
     *,
-    energy: float,
+    energy: float | None = None,
     axes: Any,
     section: Any = None,
     fixed: Any = None,
@@ -103,6 +103,7 @@ def energy_grid(
     has (0): "phi" for n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi,
     sin theta sin phi, cos theta); "theta_1", ..., "phi" in the same way beyond: box orbits.
 
+    A map has no energy: its axes are any rows by name, beside them only `fixed`, and energy is None (NaN in the grid).
     Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, for
     each cell at rest or of a coordinate that is solved for, else one.
     Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b; Schwarzschild 1993, Astrophys. J. 409, 563 (start
@@ -152,8 +153,8 @@ def _grid_by_name(
     body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
-    checked_model(body, kinds=CONSERVATIVE)
-    energy = real("energy", energy)
+    checked_model(body, kinds=(*CONSERVATIVE, Kind.MAP))
+    energy = checked_energy(body, energy)
     no_planes(*planes)
     names, arrays = checked_values(axes)
     launch = launching(body, energy, names, section, *how)
@@ -162,6 +163,8 @@ def _grid_by_name(
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
+        if kind_of(body) is Kind.MAP:
+            raise NotReached(f"no cell of the grid {ranges} is in the domain of the map")
         low = None if isotropic(body) else too_low(body, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
     return EnergyGrid(

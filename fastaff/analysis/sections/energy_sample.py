@@ -8,20 +8,20 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ...base.axes import along
-from ...base.numbers import entries, fits, flag, real, shown, span, whole
+from ...base.numbers import entries, fits, flag, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import CONSERVATIVE, checked_model
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Model, Section, isotropic
+from ...models.contracts import Kind, Model, Section, isotropic, kind_of
 from ...models.mechanics import at_rest, least_energies, turns
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
 from .energy_limits import NotReached, may_escape, too_low
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import are_named, by_name, checked_sign
+from .named_axes import are_named, by_name, checked_energy, checked_sign
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,8 @@ class EnergySample(Result):
 def energy_sample(
     body: Model,
     *,
-    energy: float,
     orbits: int,
+    energy: float | None = None,
     section: Section | None = None,
     seed: Any = 0,
     axes: Any = None,
@@ -90,7 +90,8 @@ def energy_sample(
     Any number n of degrees of freedom: on a section q_i = c the volume of all other dq dp; without a section that of
     the energy surface, dq dp delta(E - H), in which the time averages of chaotic orbits are means (n of 2 or more;
     axes: ranges of coordinates). With `solve`, evenly from the ranges that `axes` gives by name, the rest as in
-    `energy_grid`. At rest: directions evenly over the sphere. The first points are the same however many are drawn.
+    `energy_grid`. At rest: directions evenly over the sphere. Of a map, which has no energy: evenly from the ranges
+    that `axes` gives by name. The first points are the same however many are drawn.
 
     Cost: that of `energy_grid` for about 1.5 times the points, and about half a second for `edge` of a turning section;
     in the volume of n degrees of freedom some tenths of a second for the box of coordinates, and evaluations of the
@@ -145,10 +146,10 @@ def source_of(
     p_gamma: Any = 0.0,
 ) -> Measure | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
-    checked_model(body, kinds=CONSERVATIVE)
-    energy = real("energy", energy)
+    checked_model(body, kinds=(*CONSERVATIVE, Kind.MAP))
+    energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None:
+    if flag("at_rest", at_rest) or solve is not None or kind_of(body) is Kind.MAP:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")

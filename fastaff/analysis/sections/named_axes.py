@@ -13,7 +13,7 @@ from ...base.names import did_you_mean, named
 from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
 from ...flows.coordinates import row_names
-from ...models.contracts import quadratic
+from ...models.contracts import Kind, kind_of, quadratic
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies, velocities
 from ...models.sections import Linear
 from .accessible_box import spread
@@ -23,11 +23,16 @@ TOLERANCE = 1e-9
 """Largest relative error of the energy of a point that was found: at a wall where the potential jumps there is none."""
 
 
+AT_REST, NOTHING = -1, -2
+"""What stands for the row that the energy gives where it is none."""
+
+
 class Launching(NamedTuple):
     """How values of some rows become phase points of one energy.
 
     names: of these values: rows of z, or at rest the angles of a direction; base (2n,): the other rows; row: what
-    follows from the energy, -1 at rest: the distance from base along the direction; sign: of the root.
+    follows from the energy, AT_REST: the distance from base along the direction, NOTHING: of a map, which has none;
+    sign: of the root.
     """
 
     model: Any
@@ -43,7 +48,7 @@ class Launching(NamedTuple):
         """
         z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
         with np.errstate(all="ignore"):
-            if self.row < 0:
+            if self.row == AT_REST:
                 n = len(self.base) // 2
                 z[:n] += self._rest(values, z)
                 z[n:] = at_rest(self.model, z[:n])
@@ -51,6 +56,8 @@ class Launching(NamedTuple):
                 rows = row_names(self.model)
                 for name, value in zip(self.names, values, strict=True):
                     z[rows.index(name)] = value
+                if self.row == NOTHING:
+                    return z, np.isfinite(z).all(axis=0) & inside(self.model, z)
                 z[self.row] = self._solved(z)
             return z, on_surface(self.model, z, self.energy)
 
@@ -177,6 +184,10 @@ def launching(
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
     rows, n = row_names(model), model.degrees_of_freedom
     sign = checked_sign(sign)
+    if kind_of(model) is Kind.MAP:
+        for what, given in (("section", section), ("solve", solve), ("at_rest", resting or None)):
+            if given is not None:
+                raise ValueError(f"{what} is for systems in time: a map has no energy; got {shown(given)}")
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
@@ -198,6 +209,8 @@ def launching(
             raise ValueError(f"axes and fixed both name {name}")
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
+    if kind_of(model) is Kind.MAP:
+        return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
         raise ValueError("nothing is left for the energy to give: axes and fixed name all coordinates and momenta")
@@ -228,7 +241,16 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
     order = tuple(base.get(name, 0.0) for name in rows)
     if names != angles:
         raise ValueError(f"axes at rest must come in the order {', '.join(angles)}, got {', '.join(names)}")
-    return Launching(model, energy, names, order, -1, 1)
+    return Launching(model, energy, names, order, AT_REST, 1)
+
+
+def checked_energy(model: Any, energy: Any) -> float:
+    """Return an energy, which a map does not have: NaN."""
+    if kind_of(model) is not Kind.MAP:
+        return real("energy", energy)
+    if energy is not None and not (isinstance(energy, float) and np.isnan(energy)):
+        raise ValueError(f"energy is for systems in time: a map has none; got {shown(energy)}")
+    return float("nan")
 
 
 def section_row(model: Any, section: Any) -> tuple[str, float, int]:
