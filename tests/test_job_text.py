@@ -379,7 +379,7 @@ WRONG = {
     ),
     "direction": (Starts(), {"surface": Surface(energy=0.1, direction="++1")}, "direction must be"),
     "direction 2": (Starts(), {"surface": Surface(energy=0.1, direction="2")}, "direction must be"),
-    "model": (Starts(), {"model": Model(model="henon")}, "Did you mean henon-heiles"),
+    "model": (Starts(), {"model": Model(model="henon")}, "Did you mean henon-"),
     "parameter of a model": (Starts(), {"model": Model(model="harmonic", K=1.0)}, "not a parameter"),
     "parameter twice": (Starts(), {"model": Model(hamiltonian="a*x", parameter=["a=1", "a=2"])}, "twice"),
     "parameter of nan": (Starts(), {"model": Model(hamiltonian="a*x", parameter=["a=nan"])}, "finite|nan"),
