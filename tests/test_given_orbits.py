@@ -365,3 +365,18 @@ def test_nothing_is_read_before_it_is_asked_for():
     assert given.shape == ARRAY.shape
     assert given.angles == ("q1", "q2")
     same(np.ascontiguousarray(given.read(1, 3)), np.ascontiguousarray(ARRAY[:, 1:3]))
+
+
+def test_points_of_a_section_are_turns():
+    """The tune of a section's points is minus their rotation number, counterclockwise, about the same curve."""
+    cut = fa.poincare_map(HH, Z0[:, 1:], section="x=0", crossings=300, max_time=4000.0)
+    found = fa.tunes(cut, coordinates=("y", "p_y"))
+    plain = fa.tunes(np.array([cut["y"].T, cut["p_y"].T]), coordinates=("y", "p_y"))
+    same(found, plain)
+    turning = fa.rotation_number(np.array([cut["y"], cut["p_y"]]))
+    apart = found.nu[0] + turning.rotation
+    assert (np.abs(apart - np.rint(apart)) <= found.error[0] + turning.error)[
+        found.kind != FrequencyKind.IRREGULAR
+    ].all()
+    with pytest.raises(ValueError, match="samples are points of a section: coordinates must say in which planes"):
+        fa.tunes(cut)

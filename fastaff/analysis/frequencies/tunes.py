@@ -103,11 +103,11 @@ def tunes(
 
     Parameters: samples (2n, orbits, turns), rows q1, ..., qn, p1, ..., pn, or (2n, turns) of one orbit, NaN from where
     an orbit has ended; an array of xarray, whose dimensions may be in any order; a data set of a file of HDF5 or Zarr,
-    read some orbits at a time; or, with coordinates, what has arrays (orbits, turns) by name: a mapping, a Dataset, a
-    group of a file; coordinates: names of the 2n rows; method: `BirkhoffAverages()`, with lines where an average is off
-    by more than `fallback` turns (default 1e-9), or `NaffLines()`, or "birkhoff", "naff"; threads, report as in
-    `integrate`. Returns Tunes. Raises ValueError or TypeError naming orbit and sample of what is wrong; Interrupted on
-    Ctrl-C, with `.partial`.
+    read some orbits at a time; or, with coordinates, a SectionMap, whose points are turns, or what has arrays (orbits,
+    turns) by name: a mapping, a Dataset, a group of a file; coordinates: names of the 2n rows; method:
+    `BirkhoffAverages()`, with lines where an average is off by more than `fallback` turns (default 1e-9), or
+    `NaffLines()`, or "birkhoff", "naff"; threads, report as in `integrate`. Returns Tunes. Raises ValueError or
+    TypeError naming orbit and sample of what is wrong; Interrupted on Ctrl-C, with `.partial`.
 
     Each plane's own ellipse, from the weighted second moments, is made a circle about its mean (what beta and alpha of
     an optics do), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from

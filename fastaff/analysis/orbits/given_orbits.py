@@ -65,11 +65,11 @@ def given_orbits(
 ) -> GivenOrbits:
     """Return what an argument holds of orbits, nothing of it read yet where it lies in a file.
 
-    Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a labelled
-    array with `dims`, whose names say which axis is which; anything with a shape and slices, such as a data set of a
-    file; a mapping, group or Dataset, of which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or
-    times (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples. Raises ValueError or
-    TypeError naming what is wrong.
+    Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a
+    SectionMap, whose rows `coordinates` names, each point a sample; a labelled array with `dims`, whose names say which
+    axis is which; anything with a shape and slices, such as a data set of a file; a mapping, group or Dataset, of which
+    `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times (samples,), or neither; coordinates
+    (2n,): names of the rows; least: number of samples. Raises ValueError or TypeError naming what is wrong.
     """
     names = None if coordinates is None else _row_names(coordinates)
     parts: tuple[Any, ...]
@@ -80,6 +80,13 @@ def given_orbits(
             raise ValueError(f"{name} must have samples: integrate(..., samples=1000)")
         names, times = names or own, None if dt is not None else found
         parts, order = (value,), ((1, 2, 0),)
+    elif hasattr(value, "points") and hasattr(value, "counts") and hasattr(value, "names"):
+        if names is None:
+            raise ValueError(
+                f"{name} are points of a section: coordinates must say in which planes, such as ('{value.names[1]}', "
+                f"'{value.names[len(value.names) // 2 + 1 if len(value.names) > 2 else -1]}')"
+            )
+        parts, order = tuple(value[entry] for entry in names), ((1, 0),) * len(names)
     elif _named(value):
         if names is None:
             raise ValueError(
