@@ -255,6 +255,23 @@ def test_values_files_and_parameters(tmp_path):
     assert files.recipe(tmp_path / "o.npz").run().z.tobytes() == run.z.tobytes()
 
 
+def test_jobs_of_a_flow(tmp_path):
+    z0 = starts(5)
+    job = fa.Job(
+        model=LORENZ,
+        starts=z0,
+        surface={"section": "z=27"},
+        integrate={"time": 1.0},
+        poincare={"crossings": 4},
+        chaos_map={"periods": 20.0, "indicators": "spectrum"},
+        unit=2,
+    )
+    found = fa.run(job, tmp_path / "a.zarr")
+    np.testing.assert_array_equal(found["integrate"].z, fa.integrate(LORENZ, z0, time=1.0).z)
+    assert found["poincare"].points.shape == (3, 4, 5)
+    np.testing.assert_allclose(found["chaos_map"].spectrum.sum(axis=0), -41 / 3, atol=1e-9)
+
+
 # --- words ----------------------------------------------------------------------------------------------------------
 
 
@@ -299,6 +316,7 @@ def test_wrong_texts(text, given, error, message):
         (lambda z: fa.frequency_map(LORENZ, z, time=1.0), TypeError, r"FormulaFlow is dz/dt = f\(z\); what runs here"),
         (lambda z: fa.energy_grid(LORENZ, energy=1.0, axes={"x": [1]}, solve="y"), TypeError, r"dz/dt = f\(z\)"),
         (lambda z: fa.energy_sample(LORENZ, energy=1.0, orbits=3), TypeError, r"dz/dt = f\(z\)"),
+        (lambda z: fa.plot.edge(LORENZ, "x=0", energy=1.0), TypeError, r"dz/dt = f\(z\)"),
         (lambda z: fa.fit_torus(LORENZ, z[:, 0], time=5.0), TypeError, r"dz/dt = f\(z\)"),
         (lambda z: fa.chaos_map(LORENZ, z, time=1.0, indicators="zero_one"), TypeError, "those of tangent vectors"),
         (lambda z: fa.chaos_map(LORENZ, z, time=1.0, indicators="gali_4"), ValueError, "GALI.count must be 2 ... 3"),

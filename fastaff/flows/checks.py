@@ -46,8 +46,11 @@ CONSERVATIVE = (*NATURAL, Kind.ROTATING)
 RUNS = (*CONSERVATIVE, Kind.DRIVEN)
 """Kinds of models that run in time."""
 
-EVERY = (*RUNS, Kind.DAMPED, Kind.MAP, Kind.FLOW)
-"""These, with friction, maps, and dz/dt = f(z)."""
+ORBITS = (*RUNS, Kind.DAMPED, Kind.FLOW)
+"""These, with friction, and dz/dt = f(z)."""
+
+EVERY = (*ORBITS, Kind.MAP)
+"""These, and maps."""
 
 
 def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:

@@ -12,7 +12,7 @@ from ..base.sums import length, total
 from ..kernels.averages import scales
 from ..models.contracts import Kind, driven, kind_of
 from ..models.maps import jacobian
-from ..models.mechanics import frame_rate, kinetic_energies, seen, turns, velocities, without_time
+from ..models.mechanics import frame_rate, kinetic_energies, seen, slopes, turns, velocities, without_time
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .checks import escape_radii
 from .flow import Flow
@@ -30,7 +30,7 @@ ROUNDS, LEAP = 14, 32.0
 """Looks that are taken at most, and the largest factor by which the step changes between two."""
 
 NUDGE = 1e-6
-"""Relative displacement for the change of a force."""
+"""Relative displacement for the change of a force, or of rates."""
 
 ITERATIONS = 8
 """Force differences from which the highest frequency is found: one four times below another leaves 1e-9 of it."""
@@ -85,8 +85,20 @@ class Motion(NamedTuple):
 
 
 def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
-    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits); see `Motion`."""
-    return motion(model, z, threads).rate
+    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; of a flow how
+    fast its velocity turns at the start.
+    """
+    return _turning(model, z) if kind_of(model) is Kind.FLOW else motion(model, z, threads).rate
+
+
+def _turning(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return |d^2z/dt^2|/|dz/dt| (orbits,) at the start of orbits of a flow, from differences of the rates."""
+    with np.errstate(all="ignore"):
+        rates = slopes(model, z)
+        speed = length(rates)
+        shift = NUDGE * np.where(length(z) > 0, length(z), 1.0) / speed
+        change = slopes(model, z + shift * rates) - slopes(model, z - shift * rates)
+        return length(change) / (2 * shift * speed)
 
 
 def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:

@@ -19,7 +19,7 @@ from ..base.short_forms import starts_of
 from ..flows.checks import EVERY, checked_model, phase_points
 from ..flows.coordinates import row_names
 from ..formulas.number import number
-from ..models.contracts import Kind, driven, kind_of, moving
+from ..models.contracts import Kind, dimension, driven, kind_of, moving
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -119,8 +119,8 @@ class Job:
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
         if driven(body) and z0.shape[0] == 2 * moving(body) and z0.size:
             z0 = phase_points("starts", z0, body)  # at t = 0
-        if z0.shape[0] != 2 * body.degrees_of_freedom or not z0.shape[1]:
-            raise ValueError(f"starts must be phase points ({2 * body.degrees_of_freedom}, orbits), got {z0.shape}")
+        if z0.shape[0] != dimension(body) or not z0.shape[1]:
+            raise ValueError(f"starts must be phase points ({dimension(body)}, orbits), got {z0.shape}")
         section = self.surface.section_of(body) if needed else None
         return Plan(body, section, Points(z0), self.analyses())
 

@@ -20,7 +20,6 @@ from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, parts_of
 from ...models.contracts import Kind, dimension, driven, kind_of, moving
 from ...models.maps import symplectic
-from ...models.mechanics import slopes
 from ..orbits.tangent_map import checked_deviations
 from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, ZeroOne, limit_of
 from .translations import median_correlation, sampling
@@ -36,22 +35,8 @@ ITERATES = 8.0
 
 def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.ndarray:
     """Return the natural frequency (orbits,) of each orbit; where it has none, one radian in the time."""
-    rates = _turning(model, z0) if kind_of(model) is Kind.FLOW else natural_rates(model, z0, threads)
+    rates = natural_rates(model, z0, threads)
     return np.where(np.isfinite(rates) & (rates > 0), rates, 1 / time)
-
-
-def _turning(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return |d^2z/dt^2|/|dz/dt| (orbits,) at the start of orbits of a flow, from differences of the rates."""
-    with np.errstate(all="ignore"):
-        rates = slopes(model, z)
-        speed = length(rates)
-        shift = NUDGE * np.where(length(z) > 0, length(z), 1.0) / speed
-        change = slopes(model, z + shift * rates) - slopes(model, z - shift * rates)
-        return length(change) / (2 * shift * speed)
-
-
-NUDGE = 1e-6
-"""Relative displacement for the change of rates."""
 
 
 def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:

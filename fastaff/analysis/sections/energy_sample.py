@@ -299,6 +299,7 @@ def edge(
     Coordinates of all sizes are searched.
     Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
     """
+    checked_model(body, kinds=CONSERVATIVE)
     section = section_of(section, body)
     parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
     rest = _rest(body, section, energy, p_eta, p_gamma)
