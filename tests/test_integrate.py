@@ -28,7 +28,7 @@ from fastaff import (
     integrate,
 )
 from fastaff.flows import flow
-from fastaff.flows.checks import FARTHEST, escape_radii
+from fastaff.flows.reaches import FARTHEST, escape_radii
 from fastaff.models.sections import AlphaTurning
 from fastaff.schemes import Splitting
 from fastaff.schemes.catalogue import SCHEMES

@@ -9,7 +9,7 @@ from scipy import stats
 import fastaff
 from fastaff.analysis.sections.energy_sample import edge
 from fastaff.base.status import Status
-from fastaff.flows.checks import energies
+from fastaff.models.mechanics import energies
 
 NEO = fastaff.Body(fastaff.NeoHookean())
 HENON = fastaff.HenonHeiles()

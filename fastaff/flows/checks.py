@@ -11,7 +11,6 @@ from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
-from ..kernels import escape
 from ..models.contracts import (
     Autonomous,
     Kind,
@@ -28,7 +27,7 @@ from ..models.contracts import (
     planar,
     quadratic,
 )
-from ..models.mechanics import energies, kinetic_energies, least_energies, potential_energies, slopes, turns
+from ..models.mechanics import kinetic_energies, potential_energies, turns
 from ..models.sections import Linear, Stroboscopic
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
@@ -430,72 +429,3 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
         T, V = kinetic_energies(model, z), potential_energies(model, z)
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
     return np.where(np.isfinite(drift), drift, np.inf)
-
-
-FARTHEST, ESCAPE = 1e150, 1e6
-"""Distance whose square is still a number; escape radius in units of the orbit's own size."""
-
-CHUNK = 4096
-"""Orbits whose turning points are looked for at once."""
-
-
-def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
-    """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped;
-    energy (orbits,) of these, where it is known already.
-
-    ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along,
-    if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
-    nor the zero of V.
-    """
-    if kind_of(model) is Kind.MAP:
-        return _map_radii(model, z)
-    if kind_of(model) is Kind.FLOW:
-        return np.full(z.shape[1], FARTHEST)
-    reach, limit = np.empty((2, z.shape[1]))
-    limit[:] = energies(model, z) if energy is None else energy
-    for start in range(0, len(reach), CHUNK):
-        part = slice(start, start + CHUNK)
-        with np.errstate(all="ignore"):
-            _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
-    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
-
-
-def _map_radii(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return `escape_radii` of a map: by the distance of its starts; none where all coordinates are angles."""
-    n = len(z) // 2
-    free = np.array([period == 0 for period in model.periods()[:n]])
-    with np.errstate(all="ignore"):
-        reach = np.abs(z[:n][free]).max(axis=0, initial=0.0)
-    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
-
-
-def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray) -> None:
-    """Set reach (orbits,) to the distances from the origin, or of turning points, to two digits, of orbits from z with
-    these energies.
-    """
-    n, orbits = moving(model), len(reach)
-    q, distances, speeds = z[:n], _distances(), slopes(model, z)
-    still: tuple[np.ndarray, ...] = ()
-    if driven(model):  # the line goes through the potential of one moment
-        still, limit = (np.tile(z[n], 2),), limit - z[-1]
-        speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
-    along, first, looks = np.empty((n, 2 * orbits)), np.empty(2 * orbits, np.int64), np.empty(2 * orbits, np.int64)
-    escape.aim(q, speeds, along, first, looks)
-
-    def potential(spacing: int, looks: int) -> np.ndarray:
-        points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
-        escape.place(q, along, distances, first, spacing, points)
-        energy[:] = least_energies(model, np.stack([*points, *(row + 0.0 * points[0] for row in still)]))
-        return energy
-
-    escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)
-    for spacing in (escape.PARTS, 1):
-        escape.halve(potential(spacing, escape.PARTS), limit, spacing, first)
-    escape.reaches(q, distances, first, reach)
-
-
-@functools.cache
-def _distances() -> np.ndarray:
-    """Return the distances that are tried, in units of an orbit's own."""
-    least, most = escape.DECADES
-    return 10.0 ** (np.arange(least * escape.FINE, most * escape.FINE + 1) / escape.FINE)

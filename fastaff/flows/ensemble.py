@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .checks import FARTHEST
+from .reaches import FARTHEST
 
 
 @dataclass

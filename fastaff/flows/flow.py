@@ -25,9 +25,10 @@ from ..models.contracts import damped, dimension, driven, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
-from .checks import energy_drift, escape_radii
+from .checks import energy_drift
 from .ensemble import Ensemble
 from .observers import Observer
+from .reaches import escape_radii
 
 BRIEF = 10_000
 """Steps of an orbit that the caller's own thread takes: at most a fraction of a second, which Ctrl-C waits for, while

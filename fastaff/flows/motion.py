@@ -14,8 +14,8 @@ from ..models.contracts import Kind, driven, kind_of
 from ..models.maps import jacobian
 from ..models.mechanics import frame_rate, kinetic_energies, seen, slopes, turns, velocities, without_time
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
-from .checks import escape_radii
 from .flow import Flow
+from .reaches import escape_radii
 
 CHUNK = 4096
 """Orbits whose samples are in memory at once."""
