@@ -45,11 +45,8 @@ CONSERVATIVE = (*NATURAL, Kind.ROTATING)
 RUNS = (*CONSERVATIVE, Kind.DRIVEN)
 """Kinds of models that run in time."""
 
-ORBITS = (*RUNS, Kind.DAMPED, Kind.FLOW)
-"""These, with friction, and dz/dt = f(z)."""
-
-EVERY = (*ORBITS, Kind.MAP)
-"""These, and maps."""
+EVERY = (*RUNS, Kind.DAMPED, Kind.MAP, Kind.FLOW)
+"""These, with friction, maps, and dz/dt = f(z)."""
 
 
 def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
