@@ -508,3 +508,22 @@ def test_commands_draw_maps(tmp_path, capsys):
     assert main(["chaos-map", *text, *where, "--time", "200", "--out", str(tmp_path / "b")]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "a.png", "b.npz", "b.png"]
     assert "36 OK" in capsys.readouterr().err
+
+
+def test_resonances_of_maps_count_the_turn():
+    c, s = (np.round(f(2 * np.pi * np.array([0.25, 0.31])), 15) for f in (np.cos, np.sin))
+    text = "x1 = c*x + s*p_x; p_x1 = c*p_x - s*x; y1 = d*y + e*p_y; p_y1 = d*p_y - e*y"
+    model = fa.mapping(text, c=c[0], s=s[0], d=c[1], e=s[1])
+    found = fa.resonances(fa.frequency_map(model, [0.3, 0.2, 0.0, 0.1], time=4000), max_order=6)
+    assert found.names == ("x", "y", "turn")
+    np.testing.assert_array_equal(found.basis[0, :, 0], [4, 0, -1])
+
+
+def test_iterates_of_maps_are_fitted_by_tori():
+    path = fa.integrate(OneTurnMap(0.28, 0.31, -0.3), [0.1, 0.1, 0.0, 0.0], time=2048, samples=2048).samples[..., 0].T
+    found = fa.analysis.fit_samples(path, 1.0)
+    assert found.verdict.name == "TORUS"
+    t = np.arange(2000, 2040)
+    np.testing.assert_allclose(found.evaluate(found.theta0[:, None] + found.nu[:, None] * t), path[:, t], atol=1e-7)
+    with pytest.raises(TypeError, match="fit_samples"):
+        fa.fit_torus(StandardMap(), [0.1, 0.2], time=100.0)

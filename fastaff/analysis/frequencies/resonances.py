@@ -19,6 +19,7 @@ from ...compile.jit import LANES
 from ...compile.threads import checked_threads
 from ...flows.flow import Report, launch
 from ...kernels.resonance import relations
+from ...schemes.catalogue import ITERATION
 from .tunes import Tunes
 
 MAX_ORDER = 50
@@ -131,11 +132,11 @@ def resonances(
     """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
     Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and
-    errors, a FrequencyMap or ActionAngles, or Tunes of up to three planes, to which the turn's own frequency, 1, is
-    added as the last; max_order: of the vectors searched, 1 to 50; tolerance >= 0, relative; errors: of the shape of
-    nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels; threads, report as in
-    `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    `.partial`.
+    errors, a FrequencyMap or ActionAngles, or Tunes or a FrequencyMap of a map of up to three planes, to which the
+    turn's own frequency, 1, is added as the last; max_order: of the vectors searched, 1 to 50; tolerance >= 0,
+    relative; errors: of the shape of nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels;
+    threads, report as in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted
+    on Ctrl-C, with `.partial`.
 
     A relation is a primitive k, its first entry that is not zero positive, with |k|_1 = sum |k_i| <= max_order and
 
@@ -155,7 +156,9 @@ def resonances(
     Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
     """
     reporter(report)
-    if isinstance(nu, Tunes):  # known modulo 1: the turn's own frequency is one of them
+    if (
+        isinstance(nu, Tunes) or getattr(nu, "scheme", None) == ITERATION
+    ):  # known modulo 1: the turn's own frequency is one of them
         row = np.ones((1, *nu.nu.shape[1:]))
         errors = np.concatenate([nu.error, 0 * row]) if errors is None else errors
         names = (*nu.names, "turn") if names is None else names

@@ -23,7 +23,7 @@ from ...flows.checks import CONSERVATIVE, checked_model, energy_drift, phase_poi
 from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, plan
-from ...models.contracts import Model, coordinate_names
+from ...models.contracts import Kind, Model, coordinate_names, kind_of
 from ...models.mechanics import energies, kinetic_energies, slopes
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
 from ..chaos.chaos_map import chaos_map
@@ -212,6 +212,11 @@ def fit_torus(
     (window).
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
+    if kind_of(body) is Kind.MAP:
+        raise TypeError(
+            f"body {type(body).__name__} is a map: fit its iterates, "
+            "fastaff.analysis.fit_samples(integrate(body, z0, time=4096, samples=4096).samples[..., 0].T, 1.0)"
+        )
     z = phase_points("z0", z0, checked_model(body, kinds=CONSERVATIVE))
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
