@@ -126,6 +126,7 @@ def test_load_refuses_other_files(tmp_path):
             "give one of --model, --formula, --hamiltonian and --map",
         ),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--C", "2"], "a formula takes --parameter C=2"),
+        (["poincare", *SURFACE, "--orbits", "2.7"], "--orbits: it must be a whole number, got '2.7'"),
         (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula, --hamiltonian or --map"),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C"], "NAME=VALUE"),
         (

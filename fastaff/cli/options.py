@@ -237,8 +237,16 @@ class Told:
 
 
 def converted(kind: Any, tokens: Any) -> Any:
-    """Return the value of an option: numbers such as 1/6 and pi/2 too."""
-    return number("it", tokens[-1].value) if float in (kind, *typing.get_args(kind)) else cyclopts.convert(kind, tokens)
+    """Return the value of an option: numbers such as 1/6 and pi/2 too, whole ones such as 1e4."""
+    kinds = (kind, *typing.get_args(kind))
+    if float in kinds:
+        return number("it", tokens[-1].value)
+    if int in kinds:
+        count = number("it", tokens[-1].value)
+        if count != math.floor(count):
+            raise ValueError(f"it must be a whole number, got {tokens[-1].value!r}")
+        return int(count)
+    return cyclopts.convert(kind, tokens)
 
 
 def given(options: Any) -> list[str]:
