@@ -693,10 +693,13 @@ def _ring(_, frame):
     raise TooLong
 
 
+OF_TEXTS = ("flow", "formula", "hamiltonian", "damped hamiltonian", "driven hamiltonian", "mapping")
+"""Callables that take a text first, by its place."""
+
+
 def call(name, given):
     """The result of a callable with these arguments."""
-    texts = ("flow", "formula", "hamiltonian", "damped hamiltonian", "driven hamiltonian", "mapping")
-    first = [given.pop("text")] if name in texts else []
+    first = [given.pop("text")] if name in OF_TEXTS else []
     return CALLS[name][0](*first, **given)
 
 

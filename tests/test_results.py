@@ -331,7 +331,7 @@ def test_files_give_the_same_back(name, tmp_path):
         assert not hasattr(again, "call")
 
 
-RETURNED = [name for name in battery.CALLS if "." not in name and name not in ("formula", "hamiltonian")]
+RETURNED = [name for name in battery.CALLS if "." not in name and name not in battery.OF_TEXTS]
 
 
 @pytest.mark.parametrize("name", RETURNED)

@@ -164,6 +164,7 @@ OTHERS = [
     *(("axes", name) for name in ("energy_grid", "energy_sample", "resonance_web")),  # always two
     *(("z0", name) for name in ("continuation", "fit_torus", "action_angles")),  # of one orbit, of a body
     *[("names", "resonances"), ("scheme", "rerun")],
+    *(("method", name) for name in ("tunes", "orbit_frequencies")),  # which keep no call: it would hold their samples
 ]
 TAKEN = [
     (name, argument)

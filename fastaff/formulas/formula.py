@@ -197,7 +197,7 @@ def checked_names(argument: str, coordinates: Any) -> tuple[str, ...]:
         raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
     names: list[str] = []
     for name in coordinates:
-        names.append(checked_name(name, argument, {*names, "self", "np"}))
+        names.append(checked_name(name, {"coordinates": "coordinate"}.get(argument, argument), {*names, "self", "np"}))
     return tuple(names)
 
 

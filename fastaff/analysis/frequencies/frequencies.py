@@ -64,7 +64,7 @@ class FrequencyMap(Result):
     leading: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
     leading_error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
     basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
-    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    t: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
     lines: Annotated[AngleLines | None, along("orbit")] = None
 
     @property

@@ -28,8 +28,9 @@ const WORDS_FOUND = new Map([
   ["if", "a condition"], ["else", "a condition"], ["and", "a logical operator"], ["or", "a logical operator"], ["not", "a logical operator"],
   ["in", "a comparison"], ["is", "a comparison"], ["await", "await"], ["yield", "yield"], ["for", "a comprehension"],
 ]);
-export const RESERVED_NAMES = new Set(("count index degrees_of_freedom coordinates angles velocity force tangent_force kinetic_energy "
-  + "potential_energy margin value slopes curvatures second higher formula domain proof potential ring mu mu_1 mu_2 masses "
+export const RESERVED_NAMES = new Set(("count index degrees_of_freedom coordinates kind angular_velocity damping_rate angles velocity force tangent_force kinetic_energy "
+  + "potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates "
+  + "potential ring period phase mu mu_1 mu_2 masses "
   + "m_1 m_2 m_3 m_4 m_5 m_6 m_7 m_8").split(" "));
 const CALLS_OF_NUMBERS = new Map(GRAMMAR_FUNCTIONS.map((name) => [name, Math[name]]));
 
