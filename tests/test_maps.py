@@ -527,3 +527,13 @@ def test_iterates_of_maps_are_fitted_by_tori():
     np.testing.assert_allclose(found.evaluate(found.theta0[:, None] + found.nu[:, None] * t), path[:, t], atol=1e-7)
     with pytest.raises(TypeError, match="fit_samples"):
         fa.fit_torus(StandardMap(), [0.1, 0.2], time=100.0)
+
+
+def test_rotation_numbers_and_islands_take_section_maps():
+    found = fa.poincare_map(HenonMap(), np.array([np.linspace(0.1, 0.6, 12), np.zeros(12)]), crossings=600)
+    np.testing.assert_array_equal(fa.rotation_number(found).rotation, fa.rotation_number(found.points).rotation)
+    body, z = fa.HenonHeiles(), np.array([[0.0, 0.1, 0.3, 0.05], [0.0, 0.2, 0.25, 0.0]]).T
+    cut = fa.poincare_map(body, z, section="x=0", crossings=60, max_time=1000.0)
+    np.testing.assert_array_equal(fa.islands(cut).kind, fa.islands(cut.points[[1, 3]]).kind)
+    with pytest.raises(ValueError, match="points must be a SectionMap of a map"):
+        fa.islands(fa.poincare_map(FroeschleMap(), [0.1, 0.2, 0.0, 0.1], crossings=50))

@@ -17,9 +17,11 @@ from ...base.numbers import an_array, fits, numbers, positive, whole
 from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
+from ...models.sections import Linear
 from ..frequencies.fundamental import SPANS
 from ..frequencies.turning import unresolved
 from .scatter import scattered
+from .section_map import SectionMap
 
 SAFETY = 5.0
 """Factor of error estimates over the differences between windows, as for frequency maps."""
@@ -105,9 +107,10 @@ class Islands(Result):
 def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
     """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
 
-    Parameters: points (2, crossings) or (2, crossings, orbits), NaN past the last; centre: (2,) or (2, orbits), a point
-    inside the invariant curves; by default each orbit's own weighted mean, which lies inside of any convex curve.
-    Returns Rotation. Raises ValueError or TypeError for wrong input; an orbit of fewer than 32 points has a status.
+    Parameters: points (2, crossings) or (2, crossings, orbits), NaN past the last, or a SectionMap of a map of one
+    degree of freedom or of a section q_i = c of two; centre: (2,) or (2, orbits), a point inside the invariant curves;
+    by default each orbit's own weighted mean, which lies inside of any convex curve. Returns Rotation. Raises
+    ValueError or TypeError for wrong input; an orbit of fewer than 32 points has a status.
 
     The angle's displacement is lifted from the circle by continuity along the curve, so every centre inside a curve
     that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. Its average
@@ -184,9 +187,23 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
     return Islands(kind, turning, p, q, centres, extents, inner, inner_error, turning.status.copy())
 
 
+def _plane(section_map: SectionMap) -> np.ndarray:
+    """Return the two free rows (2, crossings, orbits) of a map of two rows, or of a section q_i = c of four."""
+    points, normal = section_map.points, np.asarray(getattr(section_map.section, "normal", ()))
+    if len(points) == 2:
+        return points
+    if len(points) != 4 or type(section_map.section) is not Linear or np.count_nonzero(normal) != 1 or normal[2:].any():
+        raise ValueError(
+            "points must be a SectionMap of a map of one degree of freedom, or on a section q_i = c of two; elsewhere "
+            "give the two coordinates: np.array([found['beta'], found['p_beta']])"
+        )
+    other = 1 - int(np.flatnonzero(normal)[0])
+    return points[[other, 2 + other]]
+
+
 def _checked(points: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return points (orbits, crossings, 2), fresh ones, NaN from the first that is not finite, and their numbers."""
-    array = an_array("points", points)
+    array = an_array("points", _plane(points) if isinstance(points, SectionMap) else points)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"points must be an array of real numbers, got {type(points).__name__} of {array.dtype}")
     if array.ndim not in (2, 3) or array.shape[0] != 2 or array.shape[1] == 0:
