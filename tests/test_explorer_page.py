@@ -20,6 +20,12 @@ from fastaff.jobs import Job
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 APP = "const app = document.querySelector('.explorer').explorer;"
+PIXEL = """(() => {
+  const { frame, canvases } = app.section, box = canvases.front.getBoundingClientRect();
+  const { left, right, top, bottom } = frame.margins, [u0, u1, v0, v1] = frame.view;
+  return [box.left + left + (given[0] - u0)/(u1 - u0)*(frame.width - left - right),
+          box.top + top + (v1 - given[1])/(v1 - v0)*(frame.height - top - bottom)];
+})()"""
 HENON = "system=henon-heiles&crossings=60"
 
 
@@ -56,16 +62,11 @@ class Sheet:
         self.wait("app.section.surface !== null && app.pending === null")
 
     def pixel(self, u, v):
-        """Return where a point of the section is in the window."""
-        return self.get(
-            """(() => {
-              const { frame, canvases } = app.section, box = canvases.front.getBoundingClientRect();
-              const { left, right, top, bottom } = frame.margins, [u0, u1, v0, v1] = frame.view;
-              return [box.left + left + (given[0] - u0)/(u1 - u0)*(frame.width - left - right),
-                      box.top + top + (v1 - given[1])/(v1 - v0)*(frame.height - top - bottom)];
-            })()""",
-            [u, v],
-        )
+        """Return where a point of the section is in the window, once the page stands still."""
+        place = None
+        while place != (place := self.get(PIXEL, [u, v])):
+            self.page.evaluate("() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))")
+        return place
 
     def plane(self, x, y):
         """Return which point of the section is at a place of the window."""
