@@ -8,6 +8,7 @@ import functools
 import json
 import math
 import sys
+import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -20,6 +21,7 @@ from .analysis.chaos import indicators
 from .analysis.frequencies import methods
 from .analysis.tori import families, separation
 from .base.display import screen
+from .base.numbers import fits, shown
 from .base.placing import placed
 from .base.provenance import provenance
 from .base.recipe import OWN, Call, NoData, encoded, keep
@@ -30,6 +32,12 @@ from .models import angles, sections
 from .schemes import time_transformed
 
 METADATA = "metadata"
+
+FORMAT = 1
+"""Of the files that this version writes and reads."""
+
+TEXT = 2**26
+"""Bytes of the metadata of a file, at most."""
 
 
 class Saved(NamedTuple):
@@ -91,7 +99,7 @@ def save_among(
     for name, array in arrays.items():
         if array.dtype.hasobject:
             raise TypeError(f"array {name} must hold numbers, got dtype {array.dtype}")
-    metadata = {**provenance(), **facts, "result": type(result).__name__, "content": content}
+    metadata = {**provenance(), **facts, "format": FORMAT, "result": type(result).__name__, "content": content}
     if "status" in arrays:
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
     text = np.array(json.dumps(metadata, allow_nan=False))
@@ -115,8 +123,9 @@ def load(path: Any, **given: Any) -> Any:
 
     Parameters: path; given: fields that the file can't hold, functions and values of classes of your own, by name.
     Nothing in the file is executed: it names classes of the package, numbers and formulas, which are read as
-    mathematics. Raises FileNotFoundError, or ValueError for a file that `save` did not write, for a class that is no
-    result of the package, and naming what is to be given. `contents` reads a file's arrays and metadata as they are.
+    mathematics. Raises FileNotFoundError, or ValueError for a file that `save` did not write or that another version
+    wrote in a format of its own, for arrays that memory has no room for, for a class that is no result of the package,
+    and naming what is to be given. `contents` reads a file's arrays and metadata as they are.
     Source: as `save`.
     """
     arrays, metadata = contents(path)
@@ -132,21 +141,44 @@ def load(path: Any, **given: Any) -> Any:
 def contents(path: Any) -> Saved:
     """Return what is in a file of `save`, also one of a class that is not known here: arrays by name and the metadata.
 
-    Raises FileNotFoundError, or ValueError for a file that `save` did not write. Nothing in the file is executed.
-    Source: as `save`.
+    Raises FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
+    for. Nothing in the file is executed. Source: as `save`.
     """
     try:
+        _room(path)
         with np.load(path, allow_pickle=False) as file:
             if METADATA not in file:
                 raise ValueError("it has no metadata")
             metadata = json.loads(str(file[METADATA][()]))
             if not isinstance(metadata, dict):
                 raise ValueError("its metadata are no table")
+            if (written := metadata.get("format", FORMAT)) != FORMAT:
+                raise ValueError(f"it has the format {shown(written)}, this version of fastaff reads {FORMAT}")
             return Saved({name: file[name] for name in file.files if name != METADATA}, metadata)
     except FileNotFoundError:
         raise
     except Exception as problem:
         raise ValueError(f"{path} must be a file written by fastaff.files.save: {problem}") from None
+
+
+def _room(path: Any) -> None:
+    """Refuse arrays that memory has no room for, and those that say another size than there is in the file, before any
+    is made.
+    """
+    total = 0
+    with zipfile.ZipFile(path) as archive:
+        for entry in archive.infolist():
+            with archive.open(entry) as member:
+                version = np.lib.format.read_magic(member)
+                read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+                shape, _, dtype = read(member)
+                size = math.prod(shape) * dtype.itemsize
+                if size != entry.file_size - member.tell():
+                    raise ValueError(f"{entry.filename} does not hold {size} bytes")
+            if entry.filename == f"{METADATA}.npy" and size > TEXT:
+                raise ValueError(f"its metadata take {size} bytes, at most {TEXT} are read")
+            total += size
+    fits(f"{path}", total, itemsize=1)
 
 
 class Recipe(NamedTuple):

@@ -4,6 +4,7 @@ on where it was stopped, whatever stopped it.
 
 import dataclasses
 import errno
+import itertools
 import json
 import multiprocessing
 import os
@@ -25,6 +26,7 @@ import fastaff as fa
 from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units
 from fastaff.jobs import store as stores
 from fastaff.jobs.launch import BLOCK
+from fastaff.jobs.running import begin
 from fastaff.jobs.store import Store
 
 ROOT = Path(__file__).parent
@@ -131,8 +133,6 @@ def test_any_order_and_interruption(tmp_path, whole):
     job = replace(CELLS, unit=7)
     fa.run(job, tmp_path / "one")
     stores_ = tmp_path / "other"
-    from fastaff.jobs.running import begin
-
     count = begin(job, stores_).units
     for number in np.random.default_rng(1).permutation(count)[: count // 2]:
         units.compute_unit(str(stores_), int(number), 1)
@@ -159,8 +159,6 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path, whole):
 
 
 def test_a_store_without_a_finished_unit_has_empty_results(tmp_path):
-    from fastaff.jobs.running import begin
-
     begin(MODEST, tmp_path / "s")
     none = fa.jobs.JobResults.stored(tmp_path / "s")
     assert none["integrate"].status.size == 0
@@ -348,6 +346,21 @@ def test_killed_once(tmp_path, whole):
     assert len(half["integrate"].status) == len(half.place)
     assert bits(fa.resume(tmp_path / "s")) == whole("cells")
     assert chunks(tmp_path / "s") == chunks(tmp_path / "one")
+
+
+def test_what_killed_writers_left_goes(tmp_path, whole):
+    """Pieces of chunks in the store, drafts of stores beside it: the old ones."""
+    begin(replace(CELLS, unit=7), tmp_path / "s")
+    chunk = next((tmp_path / "s" / "integrate" / "z").glob("c/*/*"), tmp_path / "s" / "integrate" / "z" / "c" / "0")
+    chunk.mkdir(parents=True, exist_ok=True)
+    for folder, young in itertools.product((chunk, tmp_path), (True, False)):
+        left = folder / (f"0.{young}.partial" if folder == chunk else f".fastaff-{young}")
+        left.write_text("x")
+        os.utime(left, None if young else (0, 0))
+    assert bits(fa.resume(tmp_path / "s")) == whole("cells")
+    assert [path.name for path in chunk.glob("*.partial")] == ["0.True.partial"]
+    fa.run(MODEST, tmp_path / "t")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".fastaff-True", "s", "t"]
 
 
 def test_starts_of_ones_own_are_there_before_the_store_is(tmp_path, monkeypatch):

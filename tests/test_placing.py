@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from fastaff.base import placing
 from fastaff.base.placing import free_stem, placed
 
 
@@ -58,3 +62,53 @@ def test_permissions_are_those_of_new_files(tmp_path):
     (tmp_path / "usual").touch()
     path = placed(tmp_path / "a", ".txt", lambda path: path.write_text("x"))
     assert path.stat().st_mode == (tmp_path / "usual").stat().st_mode
+
+
+def test_what_killed_processes_left_goes_when_nobody_holds_it(tmp_path):
+    """Not what is held, what is young, what has another name and what a link leads to."""
+    long_ago = time.time() - 2 * placing.LEFT
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "good").touch()
+    folder = tmp_path / "results"
+    folder.mkdir()
+    for name in (".fastaff-left.npz", ".fastaff-young.npz", ".mine.npz"):
+        (folder / name).write_text("x")
+    (folder / ".fastaff-store").mkdir()
+    (folder / ".fastaff-store" / "chunk").touch()
+    (folder / ".fastaff-link").symlink_to(elsewhere)
+    with placing.draft(folder, ".png") as held, placing.draft(folder, of_files=True) as folder_held:
+        for path in folder.iterdir():
+            if "young" not in path.name and not path.is_symlink():
+                os.utime(path, (long_ago, long_ago))
+        os.utime(folder / ".fastaff-link", (long_ago, long_ago), follow_symlinks=False)
+        placed(folder / "a", ".npz", lambda path: path.write_text("x"))
+        kept = {".fastaff-young.npz", ".mine.npz", ".fastaff-link", "a.npz"}
+        assert set(names(folder)) == {*kept, held.name, folder_held.name}
+    assert set(names(folder)) == kept
+    assert names(elsewhere) == ["good"]
+
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from fastaff.base import placing
+from fastaff.base.placing import draft
+with draft(Path(sys.argv[1]), ".npz") as path:
+    print(path.name, flush=True)
+    time.sleep(600)
+"""
+
+
+def test_a_draft_of_another_process_stays_until_that_is_killed(tmp_path):
+    with subprocess.Popen([sys.executable, "-c", HOLD, tmp_path], stdout=subprocess.PIPE, text=True) as other:
+        try:
+            name = other.stdout.readline().strip()
+            os.utime(tmp_path / name, (0, 0))
+            placed(tmp_path / "a", ".npz", lambda path: path.write_text("x"))
+            assert names(tmp_path) == [name, "a.npz"]
+        finally:
+            other.kill()
+    assert names(tmp_path) == [name, "a.npz"]
+    placed(tmp_path / "b", ".npz", lambda path: path.write_text("x"))
+    assert names(tmp_path) == ["a.npz", "b.npz"]

@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import pickle
 import sys
+import zipfile
 from functools import cache
 from typing import NamedTuple
 
@@ -16,6 +18,7 @@ import fastaff as fa
 from fastaff import Status, files
 from fastaff.analysis.chaos.found_cases import FoundCases
 from fastaff.analysis.sections.energy_sample import edge
+from fastaff.base import numbers
 from fastaff.base.results import Result
 
 HH, BODY, X = battery.HH, battery.BODY, battery.X
@@ -338,6 +341,12 @@ RETURNED = [name for name in battery.CALLS if "." not in name and name not in ba
 def test_files_of_everything_that_functions_return(name, tmp_path):
     """Quantum results too; what is no result is refused."""
     result = battery.CALLS[name][0](**battery.base(name))
+    if not callable(result) and name != "one_variable":  # which takes the place of the function of that name
+        through = pickle.loads(pickle.dumps(result))  # as pools of processes hand it over
+        assert repr(through) == repr(result)
+        if isinstance(result, (Result, tuple, np.ndarray)):
+            same(through, result)
+        assert hasattr(through, "call") == hasattr(result, "call")
     try:
         path = files.save(tmp_path / name, result)
     except TypeError as problem:
@@ -428,6 +437,48 @@ def test_forged_files_are_refused(how, tmp_path):
     text = json.dumps(metadata).replace('"section": "deep"', f'"section": {DEEP}')
     np.savez(tmp_path / "forged.npz", **arrays, metadata=np.array(text))
     with pytest.raises(ValueError, match=r"forged.npz must (hold a result of this version|be a file written by)"):
+        files.load(tmp_path / "forged.npz")
+
+
+def test_another_format_is_not_read(tmp_path):
+    path = made("SectionMap").save(tmp_path / "cut")
+    arrays, metadata = files.contents(path)
+    for version in (2, "2", None, [1]):
+        np.savez(path, **arrays, metadata=np.array(json.dumps({**metadata, "format": version})))
+        for read in (files.load, files.contents, files.recipe):
+            with pytest.raises(ValueError, match=r"cut.npz must be .* it has the format .*, this version .* reads 1"):
+                read(path)
+    metadata.pop("format")  # as files of 0.1.0
+    np.savez(path, **arrays, metadata=np.array(json.dumps(metadata)))
+    same(files.load(path), made("SectionMap"))
+
+
+def test_files_that_are_larger_inside_are_not_read(tmp_path, monkeypatch):
+    """By compression, or by what an array says of itself, before memory is taken for them."""
+    path = made("SectionMap").save(tmp_path / "cut")
+    arrays, metadata = files.contents(path)
+    text = np.array(json.dumps(metadata))
+    np.savez_compressed(path, **arrays, more=np.zeros(2**22), metadata=text)
+    assert path.stat().st_size < 2**20
+    files.load(path)
+    with monkeypatch.context() as patch:
+        patch.setattr(numbers, "free_memory", lambda: 2**24)
+        with pytest.raises(ValueError, match=r"cut.npz must be .* asks for 32.* MiB of memory .*, 16 MiB are free"):
+            files.load(path)
+    np.savez_compressed(path, **arrays, metadata=np.array(json.dumps(metadata) + " " * 2**24))
+    with pytest.raises(ValueError, match=r"its metadata take \d+ bytes, at most 67108864 are read"):
+        files.load(path)
+    np.savez(path, **arrays, metadata=text)
+    shape = f"{arrays['counts'].shape}".encode()
+    content = path.read_bytes()
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "forged.npz", "w") as new:
+        for entry in old.infolist():
+            content = old.read(entry)
+            if entry.filename == "counts.npy":
+                assert shape in content
+                content = content.replace(shape + b", }" + 12 * b" ", b"(10000000000,), }" + (len(shape) - 2) * b" ")
+            new.writestr(entry.filename, content)
+    with pytest.raises(ValueError, match=r"forged.npz must be .* counts.npy does not hold 80000000000 bytes"):
         files.load(tmp_path / "forged.npz")
 
 

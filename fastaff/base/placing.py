@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import shutil
+import stat
 import tempfile
-from collections.abc import Callable, Iterable
+import time as clock
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # no such locks: what killed processes left stays
+    fcntl = None  # type: ignore[assignment]
+
+DRAFT = ".fastaff-"
+"""How names of what is being written begin."""
+
+LEFT = 3600.0
+"""Seconds without a change after which a draft that no process holds was left by one that was killed."""
 
 
 def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
@@ -25,6 +40,66 @@ def umask() -> int:
     return mask
 
 
+@contextlib.contextmanager
+def draft(folder: Path, ending: str = "", *, of_files: bool = False) -> Iterator[Path]:
+    """Yield a new file in a folder, or a folder in it (`of_files`), which is held by this process and removed at the
+    end unless it was moved away; what killed processes left in the folder goes first.
+    """
+    sweep(folder, f"{DRAFT}*")
+    if of_files:
+        path = Path(tempfile.mkdtemp(prefix=DRAFT, suffix=ending, dir=folder))
+    else:
+        handle, name = tempfile.mkstemp(prefix=DRAFT, suffix=ending, dir=folder)
+        os.close(handle)
+        path = Path(name)
+    held = _held(path)
+    try:
+        yield path
+    finally:
+        _removed(path)
+        if held is not None:
+            os.close(held)
+
+
+def sweep(folder: Path, pattern: str) -> None:
+    """Remove what matches a pattern in a folder and was left there: not changed for long, held by no process."""
+    for path in folder.glob(pattern):
+        with contextlib.suppress(OSError):
+            if clock.time() - path.lstat().st_mtime > LEFT and (held := _held(path)) is not None:
+                try:
+                    _removed(path)
+                finally:
+                    os.close(held)
+
+
+def _held(path: Path) -> int | None:
+    """Return a descriptor that holds a file or folder for this process; None where that cannot be, or is held."""
+    if fcntl is None:
+        return None
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
+
+
+def _removed(path: Path) -> None:
+    """Remove a file or folder; what failed may still be writing into it from other threads."""
+    for _ in range(20):
+        with contextlib.suppress(FileNotFoundError):
+            if not stat.S_ISDIR(path.lstat().st_mode):
+                return path.unlink()
+        shutil.rmtree(path, ignore_errors=True)
+        if not path.exists():
+            return
+        clock.sleep(0.02)
+
+
 def placed(
     stem: Path, ending: str, write: Callable[[Path], object], *, beside: Iterable[str] = (), force: bool = False
 ) -> Path:
@@ -37,27 +112,23 @@ def placed(
     """
     if not stem.parent.is_dir():
         raise FileNotFoundError(f"the folder {stem.parent} does not exist")
-    handle, name = tempfile.mkstemp(prefix=".fastaff-", suffix=ending, dir=stem.parent)
-    os.close(handle)
-    try:
-        write(Path(name))
-        os.chmod(name, 0o666 & ~umask())
+    with draft(stem.parent, ending) as path:
+        write(path)
+        os.chmod(path, 0o666 & ~umask())
         if not force:
-            return _moved(name, stem, ending, (ending, *beside))
+            return _moved(path, stem, ending, (ending, *beside))
         target = stem.with_name(stem.name + ending)
-        os.replace(name, target)
+        os.replace(path, target)
         return target
-    finally:
-        Path(name).unlink(missing_ok=True)
 
 
-def _moved(name: str, stem: Path, ending: str, endings: tuple[str, ...]) -> Path:
+def _moved(draft: Path, stem: Path, ending: str, endings: tuple[str, ...]) -> Path:
     """Move a file to the first free name: a link fails where another process took the name first."""
     while True:
         free = free_stem(stem, endings)
         target = free.with_name(free.name + ending)
         try:
-            os.link(name, target)
+            os.link(draft, target)
         except FileExistsError:
             continue
         except OSError:  # a file system without links
@@ -65,5 +136,5 @@ def _moved(name: str, stem: Path, ending: str, endings: tuple[str, ...]) -> Path
                 target.touch(exist_ok=False)
             except FileExistsError:
                 continue
-            os.replace(name, target)
+            os.replace(draft, target)
         return target

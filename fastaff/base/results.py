@@ -14,6 +14,7 @@ every array that they share; the few results with items first declare that in th
 
 from __future__ import annotations
 
+import copyreg
 import dataclasses
 import functools
 import html
@@ -21,6 +22,7 @@ import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import singledispatch
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self, cast
 
 import numpy as np
@@ -30,6 +32,13 @@ from .axes import Axes, declared, padded
 from .display import brief, screen, short
 from .numbers import an_array, shown
 from .provenance import provenance
+
+
+def _table(entries: dict) -> MappingProxyType:
+    return MappingProxyType(entries)
+
+
+copyreg.pickle(MappingProxyType, lambda view: (_table, (dict(view),)))  # a field of some results
 
 
 class Drawable:

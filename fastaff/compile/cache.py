@@ -7,6 +7,7 @@ Python. What does not verify is as if it was not there.
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import os
 import pickle
@@ -20,6 +21,8 @@ from typing import Any
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
+
+from ..base.placing import sweep
 
 SUFFIX = ".code"
 """Of the files of machine code."""
@@ -45,6 +48,7 @@ def read(path: Path) -> bytes | None:
 
 def write(path: Path, content: bytes) -> bool:
     """Write a file, and tell whether that went well; after the first one that did not, warn."""
+    _swept(path.parent)
     draft = path.with_name(f".{path.name}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
     try:
         try:
@@ -65,6 +69,12 @@ def write(path: Path, content: bytes) -> bool:
         )
         return False
     return True
+
+
+@functools.cache
+def _swept(folder: Path) -> None:
+    """Remove, once in a process, the drafts that killed ones left."""
+    sweep(folder, ".*.tmp")
 
 
 def _checksum(path: Path, content: bytes) -> bytes:

@@ -16,6 +16,7 @@ import numpy as np
 from ..base.interruption import Interrupted
 from ..base.names import named
 from ..base.numbers import free_memory, positive, reporter, shown
+from ..base.placing import sweep
 from ..base.provenance import provenance
 from ..base.results import columns
 from ..base.status import Status
@@ -371,6 +372,7 @@ def _finished(path: Path, own: dict[str, Any], executor: Any, threads: int | Non
     """Compute the units of a store that are waiting."""
     with alone(path):
         begun = running(path, **own)
+        sweep(path, "*/*/c/**/*.partial")  # chunks that killed processes were writing
         todo = waiting(begun.store)
         if not len(todo):
             return JobResults.stored(path, job=begun.job)

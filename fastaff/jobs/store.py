@@ -13,9 +13,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import tempfile
-import time as clock
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -23,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.placing import umask
+from ..base.placing import draft, umask
 from ..base.results import Column, columns
 from ..base.status import Status
 from ..files import opened, unpacked
@@ -148,12 +146,11 @@ class Store:
         path = self.path / "zarr.json"
         data = json.loads(path.read_text())
         data["attributes"][ATTRIBUTES] = json.dumps(self.facts)
-        handle, temporary = tempfile.mkstemp(prefix=".zarr-", dir=self.path)
-        with os.fdopen(handle, "w") as file:
-            json.dump(data, file, indent=1)
-        _on_disk([Path(temporary)])
-        os.chmod(temporary, path.stat().st_mode)
-        os.replace(temporary, path)
+        with draft(self.path) as fresh:
+            fresh.write_text(json.dumps(data, indent=1))
+            _on_disk([fresh])
+            os.chmod(fresh, path.stat().st_mode)
+            os.replace(fresh, path)
 
     def _put(self, group: str, name: str, unit: int, value: np.ndarray) -> Path:
         """Write a chunk and return its path."""
@@ -182,9 +179,8 @@ def create(
     replacing = path.exists()  # what another process puts there from now on is not replaced
     if replacing and not (overwrite and is_store(path)):
         raise FileExistsError(f"{path} exists" + ("" if not overwrite else " and is no store of fastaff"))
-    draft = Path(tempfile.mkdtemp(prefix=f".{path.name}-", dir=path.parent))
-    try:
-        root = _zarr().open_group(str(draft), mode="w", zarr_format=3)
+    with draft(path.parent, of_files=True) as fresh:
+        root = _zarr().open_group(str(fresh), mode="w", zarr_format=3)
         items = {entry.axes[-1] for result in template.values() for entry in columns(result)}
         layout = Layout(facts["orbits"], facts["unit"], items.pop())
         launch = root.create_group("launch")
@@ -201,34 +197,29 @@ def create(
         root.attrs.update({"title": "orbits of fastaff", "job": facts["job"], ATTRIBUTES: json.dumps(told)})
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # consolidated metadata are no part of the format yet; xarray reads them
-            _zarr().consolidate_metadata(str(draft), zarr_format=3)
-        os.chmod(draft, 0o777 & ~umask())
+            _zarr().consolidate_metadata(str(fresh), zarr_format=3)
+        os.chmod(fresh, 0o777 & ~umask())
         if prepared is not None:
-            prepared(Store(draft, writing=True))
+            prepared(Store(fresh, writing=True))
         if replacing:
-            old = Path(tempfile.mkdtemp(prefix=f".{path.name}-old-", dir=path.parent))
-            os.rename(path, old / "store")
-            try:
-                os.rename(draft, path)
-            except BaseException:
-                os.rename(old / "store", path)
-                os.rmdir(old)
-                raise
-            _removed(old)
+            _exchanged(fresh, path)
         else:
-            os.rename(draft, path)
-    finally:
-        _removed(draft)
+            os.rename(fresh, path)
     return Store(path, writing=True)
 
 
-def _removed(folder: Path) -> None:
-    """Remove a folder that this process made; what failed may still be writing into it from other threads."""
-    for _ in range(20):
-        shutil.rmtree(folder, ignore_errors=True)
-        if not folder.exists():
-            return
-        clock.sleep(0.02)
+def _exchanged(fresh: Path, path: Path) -> None:
+    """Move a new store to the place of an old one, which is removed, or stays if that fails."""
+    old = Path(tempfile.mkdtemp(prefix=f".{path.name}-old-", dir=path.parent))
+    os.rename(path, old / "store")
+    try:
+        os.rename(fresh, path)
+    except BaseException:
+        os.rename(old / "store", path)
+        os.rmdir(old)
+        raise
+    with draft(path.parent, of_files=True) as gone:
+        os.rename(old, gone / "old")
 
 
 def laid_out(result: Any) -> tuple[Any, list[Column]]:
