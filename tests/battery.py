@@ -277,6 +277,7 @@ CALLS = {
     "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
     "fit_samples": (fa.analysis.fit_samples, {"samples": LONG, "dt": 0.1}),
     "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
+    "fit_torus.map": (fa.fit_torus, {"body": fa.models.maps.StandardMap(0.5), "z0": [0.2, 2.1], "time": 300.0}),
     "flow": (fa.flow, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
     "formula": (fa.formula, {"text": "k*(D1**2 + D2**2)", "k": 1.0}),
     "frequency_map": (fa.frequency_map, {"body": HH, "z0": Z4, **REAL_TIME, "time": 20.0}),

@@ -303,6 +303,13 @@ def test_the_largest_exponent_against_an_independent_one():
     assert abs(found.spectrum[0, 0] - growth / (turns * period)) < 0.3 * found.spectrum[0, 0]
 
 
+def test_long_chaos_has_no_vector_that_overflows():
+    found = fa.chaos_map(duffing(0.1, 1.2), [1.15, 0.05], time=12000.0)
+    assert found.status[0] == fa.Status.OK
+    assert found.chaotic[0]
+    assert found.sali[0] < -700  # two vectors that have grown beyond the largest number
+
+
 def test_tangent_map_is_symplectic_and_knows_the_time():
     model, z0 = two_waves(), np.array([0.4, -0.3, 0.7, 0.1, 0.5, 0.2])
     found = fa.tangent_map(model, z0, time=5.0)

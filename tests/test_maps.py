@@ -525,8 +525,8 @@ def test_iterates_of_maps_are_fitted_by_tori():
     assert found.verdict.name == "TORUS"
     t = np.arange(2000, 2040)
     np.testing.assert_allclose(found.evaluate(found.theta0[:, None] + found.nu[:, None] * t), path[:, t], atol=1e-7)
-    with pytest.raises(TypeError, match="fit_samples"):
-        fa.fit_torus(StandardMap(), [0.1, 0.2], time=100.0)
+    own = fa.fit_torus(OneTurnMap(0.28, 0.31, -0.3), [0.1, 0.1, 0.0, 0.0], time=2048)
+    np.testing.assert_allclose(sorted(found.nu), sorted(own.nu), atol=1e-9)
 
 
 def test_rotation_numbers_and_islands_take_section_maps():

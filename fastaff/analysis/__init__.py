@@ -27,7 +27,7 @@ from .sections.islands import Islands, Rotation
 from .sections.section_map import SectionMap
 from .tori.action_angles import ActionAngles, EnergyOfActions
 from .tori.fit_samples import fit_samples
-from .tori.fit_torus import TorusFit, Verdict
+from .tori.torus import TorusFit, Verdict
 
 __all__ = [
     "ActionAngles",

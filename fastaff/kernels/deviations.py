@@ -193,8 +193,9 @@ def orthonormalise(n, k, lanes, z, memory):
                 first = (r if r < n else half + r - n) * LANES
                 u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
                 if b == j:
-                    for i in range(lanes):
-                        z[w + i] *= 1.0 / memory[entry + i]
+                    g = (at.metric + r) * LANES
+                    for i in range(lanes):  # what does not count, a drive's momentum, would grow as the rest shrinks
+                        z[w + i] = z[w + i] * (1.0 / memory[entry + i]) if memory[g + i] > 0.0 else 0.0
                 else:
                     for i in range(lanes):
                         z[w + i] -= memory[entry + i] * z[u + i]

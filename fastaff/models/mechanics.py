@@ -1,10 +1,6 @@
 """What a model says of phase points: velocities, forces, energies. The one place that knows a model's `Kind`.
 
-<<<<<<< HEAD
-A map has neither energy nor velocity: they are 0, so that nothing drifts.
-=======
 A map has no energy, nor has dz/dt = f(z): it is 0, as their kinetic energy is, so that nothing drifts.
->>>>>>> c213b71 (Flows: autonomous systems dz/dt = f(z) as text)
 """
 
 from __future__ import annotations

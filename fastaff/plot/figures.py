@@ -27,7 +27,7 @@ from ..analysis.sections.energy_sample import Edge, EnergySample
 from ..analysis.sections.islands import Islands, Rotation
 from ..analysis.sections.section_map import SectionMap
 from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
-from ..analysis.tori.fit_torus import TorusFit
+from ..analysis.tori.torus import TorusFit
 from ..base.results import drawn
 from ..quantum.chaos.husimi import Husimi
 from ..quantum.spectra.level_diagram import LevelDiagram

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..analysis.frequencies.naff import FrequencyLines
 from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
-from ..analysis.tori.fit_torus import TorusFit
+from ..analysis.tori.torus import TorusFit
 from .picking import carry
 from .scales import clipped
 from .style import DARK, LINES, Artists, colour_map, figure, symbol

@@ -14,7 +14,8 @@ from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.orbit_frequencies import orbit_frequencies
 from ..orbits.given_orbits import ends, given_orbits
 from .fit_signals import Unknown
-from .fit_torus import TorusFit, Verdict, fitted, nothing, resting, unsure
+from .fit_torus import fitted
+from .torus import TorusFit, Verdict, nothing, resting, unsure
 
 LEAST = 384
 """Samples that a fit needs: its first lines are looked for in two thirds of them."""

@@ -33,6 +33,11 @@ ROUNDING = 1e-13
 FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
 
 
+EARLY, LATE, STEPS = 0.47, 0.41, 1.5
+"""End of the first and start of the last part of the window that are compared; factor of the change that half the step
+makes, of which a scheme of order 2 has 3/4 left."""
+
+
 class Samples(NamedTuple):
     """Complex signals (signals, samples) of unit size at times t about the middle of the window, with weights w of sum
     1.
@@ -230,15 +235,15 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
     return Series(nu, flat, k, orders, edge, float(np.sqrt(max(misfit, 0.0))), left_out, unsettled)
 
 
-def grow(samples: Samples, nu: np.ndarray, rank: int) -> Series:
+def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int = LARGEST_ORDER) -> Series:
     """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the
-    misfit.
+    misfit, to the largest order.
     """
     orders, before = (FIRST_ORDER,) * rank, np.inf
     while True:
         series = fit(samples, nu, rank, orders, iterations=2)
         nu = series.nu
-        wanted = tuple(_enough(order, edge) for order, edge in zip(orders, series.edge, strict=True))
+        wanted = tuple(_enough(order, edge, largest) for order, edge in zip(orders, series.edge, strict=True))
         while np.prod([2.0 * order + 1 for order in wanted]) > LARGEST_BOX and wanted != orders:
             wanted = tuple(max(order, larger - 1) for order, larger in zip(orders, wanted, strict=True))
         stalled = series.misfit > 1e-7 and series.misfit > 0.7 * before
@@ -247,9 +252,29 @@ def grow(samples: Samples, nu: np.ndarray, rank: int) -> Series:
         orders, before = wanted, series.misfit
 
 
-def _enough(order: int, edge: float) -> int:
+def _enough(order: int, edge: float, largest: int) -> int:
     """Return the order at which coefficients that fall exponentially to `edge` at `order` are at rounding."""
     if edge <= ROUNDING:
         return order
     wanted = order * np.log(ROUNDING) / np.log(min(edge, 0.9))
-    return int(min(LARGEST_ORDER, np.clip(np.ceil(wanted), order + 2, 2 * order)))
+    return int(min(largest, np.clip(np.ceil(wanted), order + 2, 2 * order)))
+
+
+def errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[np.ndarray, float]:
+    """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the
+    window.
+
+    The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong
+    frequencies.
+    """
+    size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
+    ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
+    parts = [
+        fit(window(samples.t[part], samples.signals[:, part], samples.carrier), series.nu, rank, orders, iterations=3)
+        for part in ends
+    ]
+    largest = np.abs(series.nu).max(initial=1 / samples.time)
+    unsettled = max(part.unsettled for part in parts) / (samples.time / 2)
+    difference = np.maximum(np.abs(parts[0].nu - parts[1].nu), unsettled)
+    error = 3 * difference + series.unsettled / samples.time + (1e-13 + drift) * largest
+    return error, float(difference.max(initial=0.0) / largest)
