@@ -21,9 +21,10 @@ from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
 from ..formulas.section_text import section_named
-from ..models.contracts import coordinate_names, isotropic
+from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
 from ..schemes.catalogue import scheme_named
 from .parameters import parameter_values, with_parameters
+from .plane import Plane, map_reading, survived
 
 PERIODS = 20.0
 """Natural periods for each crossing after which an orbit has no more."""
@@ -118,6 +119,8 @@ class Answers:
         """Take a section of an energy surface; answer with the region that it allows."""
         self.orbits.clear()
         self.section = None
+        if kind_of(self.body) is Kind.MAP:
+            return self._show_plane(message)
         where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
         section = section_of(self.body, message["section"], message.get("constant"), int(message["direction"]))
         (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
@@ -145,6 +148,29 @@ class Answers:
                 "energy": where["energy"],
             }
         )
+        return None
+
+    def _show_plane(self, message: dict[str, Any]) -> None:
+        """Take a plane of a map."""
+        plane = Plane.of(self.body, message["section"], message.get("others"))
+        extent, width, height = plane.extent(), int(message["width"]), int(message["height"])
+        u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
+        v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
+        _, allowed = plane.lift(*(x.ravel() for x in np.meshgrid(u, v)))
+        u_name, v_name = plane.name.split(",")
+        self.section, self.names = plane, (u_name, v_name)
+        names = [u_name, v_name]
+        said = {"labels": names, "axes": names, "extent": extent, "width": width, "height": height}
+        none = {"minimum": None, "escape": None, "constant": None, "energy": None}
+        facts = {"section": plane.name, "periods": list(plane.periods), "open": bool(allowed.all())}
+        self.post({"type": "surface", **said, **none, **facts, "allowed": allowed.astype(np.uint8)})
+
+    def _lift(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return phase points over points of the section or plane, and which there are."""
+        if isinstance(self.section, Plane):
+            return self.section.lift(u, v)
+        z, found, _ = lift(self.body, self.section, **self.where, u=u, v=v)
+        return z, found
 
     def on_launch(self, message: dict[str, Any]) -> None:
         """Launch an orbit and follow it to its crossings."""
@@ -155,13 +181,16 @@ class Answers:
             point = tuple(map(float, message.get("point") or self._projected(z0[:, None])[:, 0]))
         else:
             point = tuple(map(float, message["point"]))
-            z, found, names = lift(self.body, self.section, **self.where, u=np.array(point[:1]), v=np.array(point[1:]))
+            z, found = self._lift(np.array(point[:1]), np.array(point[1:]))
             if not found[0]:
-                u, v = (f"{_label(name)} = {value:.5g}" for name, value in zip(names, point))
-                said = f"{u}, {v} is not on the energy surface"
+                u, v = (f"{_label(name)} = {value:.5g}" for name, value in zip(self.names, point))
+                where = "in the domain of the map" if isinstance(self.section, Plane) else "on the energy surface"
+                said = f"{u}, {v} is not {where}"
                 self.post({"type": "refused", "orbit": message["orbit"], "point": list(point), "message": said})
                 return
             z0 = z[:, 0]
+            if isinstance(self.section, Plane):
+                point = tuple(map(float, self.section.projected(z)[:, 0]))
         self.orbits[message["orbit"]] = Launched(z0, point, 0, 0.0)  # type: ignore[arg-type]
         self.post({"type": "launched", "orbit": message["orbit"], "point": list(point), "z0": z0})
         self._follow(message["orbit"], int(message.get("crossings") or 1000))
@@ -173,7 +202,10 @@ class Answers:
         u = u0 + (u1 - u0) * (np.arange(columns) + 0.5) / columns
         v = v0 + (v1 - v0) * (np.arange(rows) + 0.5) / rows
         first, second = (x.ravel() for x in np.meshgrid(u, v))
-        _, found, _ = lift(self.body, self.section, **self.where, u=first, v=second)
+        _, found = self._lift(first, second)
+        if isinstance(self.section, Plane):  # an angle's first period
+            z, _ = self.section.lift(first, second)
+            found &= (self.section.projected(z) == [first, second]).all(axis=0)
         for k in np.flatnonzero(found):
             point = [float(first[k]), float(second[k])]
             self.on_launch({"orbit": number, "point": point, "crossings": message.get("crossings") or 300})
@@ -192,6 +224,8 @@ class Answers:
 
     def on_motion(self, message: dict[str, Any]) -> None:
         """Send states of an orbit at equal times."""
+        if isinstance(self.section, Plane):
+            raise ValueError("a map has no motion between its iterates")
         begin, end = float(message["from"]), float(message["to"])
         z, samples = self.orbits[message["orbit"]].z0, max(2, min(int(message["samples"]), 20000))
         if begin > 0:
@@ -207,6 +241,8 @@ class Answers:
 
     def _projected(self, z: np.ndarray) -> np.ndarray:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
+        if isinstance(self.section, Plane):
+            return self.section.projected(z)
         names = list(coordinate_names(self.body))
         rows = {**dict(zip([*names, *(f"p_{name}" for name in names)], z))}
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
@@ -215,6 +251,8 @@ class Answers:
     def _follow(self, number: int, crossings: int) -> None:
         """Find the crossings of an orbit, send those that are new, and what is read of it."""
         orbit = self.orbits[number]
+        if isinstance(self.section, Plane):
+            return self._iterate(number, orbit, self.section, crossings)
         rate = float(natural_rates(self.body, orbit.z0[:, None])[0])
         run = poincare_map(
             self.body,
@@ -237,6 +275,26 @@ class Answers:
         error = float(run.energy_error[0])
         facts = {"crossings": count, "time": time, "energy_error": error, "status": status}
         self.post({"type": "reading", "orbit": number, **facts, **reading})
+        return None
+
+    def _iterate(self, number: int, orbit: Launched, plane: Plane, count: int) -> None:
+        """Find the iterates of an orbit, send those that are new, and what is read of it."""
+        run = poincare_map(self.body, orbit.z0, crossings=count)
+        chaos = chaos_map(self.body, orbit.z0, time=count, indicators=(MEGNO(), Lyapunov()))
+        kept = survived(chaos)
+        states, new = run.points[:, :kept, 0], slice(orbit.sent, kept)
+        points, times = plane.projected(states), np.arange(1.0, kept + 1)
+        sent = {"orbit": number, "first": orbit.sent, "points": np.ascontiguousarray(points[:, new].T).ravel()}
+        self.post({"type": "points", **sent, "times": times[new].copy()})
+        self.orbits[number] = orbit._replace(sent=kept, time=float(kept))
+        status = STATUS.get(Status(int(chaos.status[0])), INTERRUPTED)
+        verdict = Character(int(chaos.verdict[0]))
+        early = kept < 2 * np.pi * CALM_PERIODS and verdict == Character.REGULAR
+        said = "undecided" if early or status != "done" else verdict.name.lower()
+        facts = {"crossings": kept, "time": float(kept), "energy_error": None, "status": status, "verdict": said}
+        megno, lyapunov = _finite([chaos.megno[0], chaos.lyapunov[0]])
+        reading = map_reading(plane, orbit.z0, states, points)
+        self.post({"type": "reading", "orbit": number, **facts, "megno": megno, "lyapunov": lyapunov, **reading})
 
     def _reading(self, z0: np.ndarray, points: np.ndarray, time: float) -> dict[str, Any]:
         """Return rotation number, indicators of chaos and frequencies of an orbit."""

@@ -15,13 +15,23 @@ from ..base.placing import placed
 from ..base.provenance import provenance
 from ..flows.checks import NATURAL, checked_model
 from ..jobs.system import Surface
-from ..models.contracts import isotropic, quadratic
+from ..models.contracts import Kind, isotropic, kind_of, quadratic
+from ..models.maps import symplectic
 from ..schemes.automatic import cheapest
 from ..schemes.catalogue import Splitting, scheme_named
 from .background import Found, background_record, found
 from .page import page
 from .parameters import parameter_values
-from .setup import frames, named_body, named_systems, scheme_record, section_record, splittings, system_record
+from .setup import (
+    frames,
+    named_body,
+    named_systems,
+    plane_record,
+    scheme_record,
+    section_record,
+    splittings,
+    system_record,
+)
 
 ACCURACY = 1e-10
 """Error of the first crossings where none is asked for."""
@@ -38,19 +48,24 @@ def explore(
     scheme: Any = None,
     background: Any = None,
     points: Any = None,
+    fixed: Any = None,
     out: Any = None,
 ) -> Path:
     """Write the explorer of a system, one HTML file that needs no server, network or Python, and return its path.
 
-    Parameters: body: a Body with a doubly isotropic potential or a system of two coordinates (default: neo-Hookean; the
-    page has all named models anyway); energy; section: a value of `fastaff.models.sections` or a text such as
-    "alpha-turning", "beta=0.4", "x=0" (default: alpha-turning, or the first coordinate 0); p_eta, p_gamma: the angular
-    momenta of a body's planes; accuracy: relative error that the first crossings may have; scheme: a splitting or its
-    name (default: the one that needs the fewest forces); background: a file of a chaos or frequency map over a grid of
-    the section, or such a pair (result, EnergyGrid); points (2, orbits): section coordinates at which orbits start when
-    the page is opened; out: the file (default: fastaff-explorer.html, with a number where it exists). Returns the path.
+    Parameters: body: a Body with a doubly isotropic potential, a system of two coordinates, or a map (default:
+    neo-Hookean; the page has all named models anyway); energy; section: a value of `fastaff.models.sections` or a text
+    such as "alpha-turning", "beta=0.4", "x=0" (default: alpha-turning, or the first coordinate 0); p_eta, p_gamma: the
+    angular momenta of a body's planes; accuracy: relative error that the first crossings may have; scheme: a splitting
+    or its name (default: the one that needs the fewest forces); background: a file of a chaos or frequency map over a
+    grid of the section, or such a pair (result, EnergyGrid); points (2, orbits): section coordinates at which orbits
+    start when the page is opened; fixed: of a map, numbers at which rows outside of the plane start, by name (0), as in
+    `energy_grid`; out: the file (default: fastaff-explorer.html, with a number where it exists). Returns the path.
     Raises ValueError or TypeError for wrong input, TypeError for a model whose methods cannot be printed as JavaScript,
     naming the construct; OSError as `open` does.
+
+    A map has neither energy nor section, accuracy nor scheme: a point of the plane of its first coordinate and momentum
+    (another pair is chosen in the page) is an orbit of iterates, angles as they are in [0, period).
 
     The model's methods are printed as JavaScript from their Python source, the scheme's coefficients are the package's;
     crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later
@@ -58,7 +73,7 @@ def explore(
     Source: Henon 1982, Physica D 5, 412 (sections); the indicators and averages name theirs.
     """
     given = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma, "accuracy": accuracy}
-    setup, _ = setup_of(body, **given, scheme=scheme, background=background, points=points)
+    setup, _ = setup_of(body, **given, scheme=scheme, background=background, points=points, fixed=fixed)
     path = _path(out)
     text = page(setup)
     return placed(
@@ -77,6 +92,7 @@ def setup_of(
     scheme: Any = None,
     background: Any = None,
     points: Any = None,
+    fixed: Any = None,
 ) -> tuple[dict[str, Any], Any]:
     """Return the set-up of a page, arguments as of `explore`, and the model that it begins with."""
     under = None if background is None else found(background)
@@ -88,27 +104,37 @@ def setup_of(
             p_gamma or own.p_gamma,
         )
         section = under.plan.section if section is None else section
-    chosen = named_body("neo-hookean") if body is None else checked_model(body, kinds=NATURAL)
+    chosen = named_body("neo-hookean") if body is None else checked_model(body, kinds=(*NATURAL, Kind.MAP))
     accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
-    systems = named_systems()
-    usual = _usual(chosen, systems)
-    start: dict[str, Any] = {"energy": _energy(energy, usual), "p_eta": p_eta, "p_gamma": p_gamma}
     if not isotropic(chosen) and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
+    systems, schemes, mapping = named_systems(), splittings(), kind_of(chosen) is Kind.MAP
+    usual = _usual(chosen, systems)
+    start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
+    if mapping:
+        _timeless(energy=energy, section=section, accuracy=None if accuracy == ACCURACY else accuracy, scheme=scheme)
+        start |= plane_record(chosen, fixed, None if under is None else under.grid)
+    else:
+        if fixed is not None:
+            raise ValueError(
+                f"fixed is of maps: elsewhere the section and the energy say where orbits are; got {fixed!r}"
+            )
+        start["energy"] = _energy(energy, usual)
     if usual is None:
         systems.insert(0, system_record(chosen, "own", _title(chosen), _formula(chosen), start))
-    elif energy is None:
+    elif energy is None and not mapping:
         start.update({name: usual[name] for name in ("p_eta", "p_gamma") if not start[name]})
     start["system"] = "own" if usual is None else usual["name"]
     start["parameters"] = parameter_values(chosen)
-    cut = _section(section, chosen)
-    start |= section_record(cut, chosen)
-    _reached(chosen, cut, start)
-    start["accuracy"], start["scheme"] = accuracy, _scheme(scheme, accuracy, chosen).name
+    taken = cheapest(accuracy, True) if mapping else _scheme(scheme, accuracy, chosen)
+    if not mapping:
+        cut = _section(section, chosen)
+        start |= section_record(cut, chosen)
+        _reached(chosen, cut, start)
+    start["accuracy"], start["scheme"] = accuracy, taken.name
     start["points"] = _points(points)
-    schemes = splittings()
     if start["scheme"] not in [entry["name"] for entry in schemes]:
-        schemes.insert(0, scheme_record(_scheme(scheme, accuracy, chosen)))
+        schemes.insert(0, scheme_record(taken))
     setup = {
         "version": provenance()["fastaff"],
         "systems": systems,
@@ -118,6 +144,13 @@ def setup_of(
         "background": None if under is None else background_record(under, _of(under, start)),
     }
     return setup, chosen
+
+
+def _timeless(**given: Any) -> None:
+    """Refuse what a map does not have."""
+    for name, value in given.items():
+        if value is not None:
+            raise ValueError(f"{name} is for systems in time: a map is iterated as it is; got {value!r}")
 
 
 def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
@@ -133,6 +166,9 @@ def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
 
 def _of(under: Found, start: dict[str, Any]) -> dict[str, Any]:
     """Return the system and surface of a map: those of its job, else those of the page."""
+    if start["energy"] is None:
+        kept = {name: start[name] for name in ("system", "section", "others")}
+        return kept | {"parameters": parameter_values(under.plan.body) if under.plan else start["parameters"]}
     kept = {name: start[name] for name in ("system", "energy", "section", "constant", "p_eta", "p_gamma")}
     kept |= {"direction": start["direction"], "parameters": start["parameters"], "energy": float(under.grid.energy)}
     if under.plan is not None and under.job is not None:
@@ -190,6 +226,8 @@ def _points(points: Any) -> list[list[float]]:
 
 
 def _title(body: Any) -> str:
+    if kind_of(body) is Kind.MAP:
+        return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
     return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
 
 
@@ -197,6 +235,13 @@ def _formula(body: Any) -> str:
     """Return what people read of a model: its formula, or its class."""
     inner = getattr(body, "potential", body)
     text = getattr(inner, "formula", None)
+    if kind_of(body) is Kind.MAP:
+        said = (
+            "; ".join(part.strip() for part in text.replace("\n", ";").split(";") if part.strip())
+            if isinstance(text, str)
+            else type(inner).__name__
+        )
+        return said if symplectic(body) else f"{said} (not symplectic)"
     return f"V = {text}" if isinstance(text, str) else type(inner).__name__
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..models.angles import AreaTrace, Coordinates2
-from ..models.contracts import coordinate_names, isotropic, quadratic
+from ..models.contracts import Kind, coordinate_names, isotropic, kind_of, quadratic
 from .parameters import fields_of, numbers_in, parameter_name
 
 FUNCTIONS = {
@@ -64,11 +64,13 @@ class Refused(TypeError):
 def model_code(body: Any) -> dict[str, Any]:
     """Return a model as data that `system.js` makes the text of a worker of.
 
-    Returns kind ("body" or "plane"), n, parameters (names, in the order of `parameter_values`) and methods, each with
-    its lines and results in JavaScript. Raises TypeError for a model that the explorer has no sections of, or whose
-    methods have no source, or a construct outside of the whitelist: arithmetic, elementary functions of numpy, tuples,
-    assignments, conditions, calls of the model's own methods.
+    Returns kind ("body", "plane" or "map"), n, parameters (names, in the order of `parameter_values`) and methods, each
+    with its lines and results in JavaScript. Raises TypeError for a model that the explorer has no sections of, or
+    whose methods have no source, or a construct outside of the whitelist: arithmetic, elementary functions of numpy,
+    tuples, assignments, conditions, calls of the model's own methods.
     """
+    if kind_of(body) is Kind.MAP:
+        return _map_code(body)
     n = body.degrees_of_freedom
     kind = "body" if isotropic(body) else "plane"
     if n != (4 if kind == "body" else 2):
@@ -95,6 +97,22 @@ def model_code(body: Any) -> dict[str, Any]:
     angles = loops_of(body)
     methods["signals"] = _method(Part(angles, ()), "signals", [*q, *p], [])
     return {"kind": kind, "n": n, "parameters": names, "angles": list(angles.names), "methods": methods}
+
+
+def _map_code(model: Any) -> dict[str, Any]:
+    """Return a map as data: winds (2n,) says which rows have a period."""
+    n, own = model.degrees_of_freedom, Part(model, ())
+    rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
+    names = [name for name, _ in numbers_in(model, ())]
+    wanted: tuple[tuple[str, str, list[str]], ...] = (
+        ("iterate", "iterate", rows),
+        ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(2 * n))]),
+        ("periods", "periods", []),
+        ("margin", "margin", rows[:n]),
+    )
+    methods = {key: _method(own, name, arguments, names) for key, name, arguments in wanted}
+    angles, winds = list(coordinate_names(model)), [float(period) > 0 for period in model.periods()]
+    return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
 def loops_of(body: Any) -> Any:

@@ -9,13 +9,20 @@ import numpy as np
 
 from .. import models
 from ..analysis.chaos.streamed import symplectic_frame
+from ..analysis.sections.named_axes import checked_names
+from ..base.names import named
+from ..base.numbers import real
+from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import described
-from ..models.contracts import coordinate_names, isotropic
+from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
 from ..models.sections import Linear
 from ..schemes.catalogue import SCHEMES, Splitting
 from .javascript import model_code
 from .parameters import parameter_values
+
+NOWHERE: dict[str, Any] = {"energy": None, "p_eta": 0.0, "p_gamma": 0.0}
+"""What a map has of an energy surface."""
 
 NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
     "neo-hookean": (
@@ -54,8 +61,28 @@ NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
         "V = (x² + y²)/2 + λ (x²y − y³/3)",
         {"energy": 0.125, "p_eta": 0.0, "p_gamma": 0.0},
     ),
+    "standard-map": ("StandardMap", "Standard map", "p′ = p + K sin x, x′ = x + p′", NOWHERE),
+    "henon-map": (
+        "HenonMap",
+        "Hénon’s map",
+        "x′ = cx + s(p + x²), p′ = c(p + x²) − sx, c = cos 2πν, s = sin 2πν",
+        NOWHERE,
+    ),
+    "mcmillan-map": ("McMillanMap", "McMillan’s map", "x′ = p, p′ = −x + 2mp/(1 + p²)", NOWHERE),
+    "froeschle-map": (
+        "FroeschleMap",
+        "Froeschlé’s map",
+        "p_i′ = p_i + K_i sin x_i + b sin(x_1 + x_2), x_i′ = x_i + p_i′",
+        NOWHERE,
+    ),
+    "one-turn-map": (
+        "OneTurnMap",
+        "One-turn map, 4-D Hénon",
+        "kicks x² − y² and −2xy, those of an octupole, then turns by 2πν_x and 2πν_y",
+        NOWHERE,
+    ),
 }
-"""Class, title, formula and where to begin, of the systems that every page has."""
+"""Class, title, formula and where to begin, of the systems that every page has; a map begins anywhere."""
 
 BODY_SECTIONS = (("alpha-turning", None), ("beta-turning", None), ("alpha=c", 1.0), ("beta=c", 0.5), ("area=c", 1.0))
 
@@ -68,16 +95,18 @@ def named_body(name: str) -> Any:
 
 def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
     """Return what a page has of a system."""
-    names = list(coordinate_names(body))
-    plane = not isotropic(body)
-    sections = [(f"{q}=c", 0.0) for q in names] if plane else BODY_SECTIONS
+    names, momenta = list(coordinate_names(body)), list(momentum_names(body))
+    kind = "map" if kind_of(body) is Kind.MAP else "body" if isotropic(body) else "plane"
+    sections: Any = BODY_SECTIONS
+    if kind != "body":
+        sections = [(plane, None) for plane in planes(body)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
     return {
         "name": name,
         "title": title,
         "formula": formula,
-        "kind": "plane" if plane else "body",
+        "kind": kind,
         "coordinates": names,
-        "momenta": [f"p_{q}" for q in names],
+        "momenta": momenta,
         "parameters": [_slider(key, value) for key, value in parameter_values(body).items()],
         "code": model_code(body),
         "sections": [{"name": section, "constant": constant} for section, constant in sections],
@@ -88,10 +117,44 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
     }
 
 
-def job_record(body: Any) -> dict[str, str] | None:
+def planes(model: Any) -> list[str]:
+    """Return the planes of a map that a page has: each coordinate with its momentum."""
+    return [f"{q},{p}" for q, p in zip(coordinate_names(model), momentum_names(model), strict=True)]
+
+
+def momentum_names(model: Any) -> tuple[str, ...]:
+    """Return the names of a model's momenta: its own, or p_q of each coordinate q."""
+    return tuple(getattr(model, "momenta", [f"p_{q}" for q in coordinate_names(model)]))
+
+
+def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
+    """Return where the page of a map begins: its plane, that of a grid where there is one, and what other rows are."""
+    rows = (*coordinate_names(model), *momentum_names(model))
+    given = checked_names("fixed", () if fixed is None else fixed, "numbers")
+    others = {named("fixed", name, rows): real(f"fixed[{name!r}]", value) for name, value in given.items()}
+    plane = planes(model)[0]
+    if grid is not None:
+        plane = ",".join(grid.names)
+        if plane not in planes(model):
+            raise ValueError(
+                f"background must be over a plane of the map, {' or '.join(planes(model))}; its axes are {plane}"
+            )
+        for row, name in enumerate(rows):
+            if name not in grid.names:
+                others[name] = float(grid.z0[row, 0])
+                if (grid.z0[row] != others[name]).any():
+                    raise ValueError(f"background must be over one plane of the map: {name} is not the same everywhere")
+    for name in plane.split(","):
+        if name in others:
+            raise ValueError(f"fixed must be of rows outside of the plane {plane}, got {name}")
+    kept = {"energy": None, "section": plane, "constant": None, "direction": 1}
+    return {**kept, "others": {name: others.get(name, 0.0) for name in rows} if len(rows) > 2 else {}}
+
+
+def job_record(body: Any) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None where none do."""
     found = described(body)
-    keys = ("model", "formula", "hamiltonian", "coordinates", "domain")
+    keys = ("model", "formula", "hamiltonian", "map", "angles", "coordinates", "domain")
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
 
@@ -123,8 +186,8 @@ def scheme_record(scheme: Splitting) -> dict[str, Any]:
 
 
 def frames() -> dict[str, list[float]]:
-    """Return the tangent vectors that orbits of 2 and 4 degrees of freedom start with: the first of `chaos_map`."""
-    return {str(n): [float(x) for x in symplectic_frame(n, 1)[0]] for n in (2, 4)}
+    """Return the tangent vectors that orbits start with, by degrees of freedom: the first of `chaos_map`."""
+    return {str(n): [float(x) for x in symplectic_frame(n, 1)[0]] for n in range(1, MAX_ROWS // 2 + 1)}
 
 
 def section_record(section: Any, body: Any) -> dict[str, Any]:

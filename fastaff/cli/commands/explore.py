@@ -6,8 +6,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from ...base.names import pairs
+from ...formulas.number import number
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
+from ...models.contracts import Kind, kind_of
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 
@@ -18,6 +21,7 @@ def explore(
     options: Model = Model(),
     surface: Surface = Surface(),
     point: Annotated[list[str] | None, Parameter(group=WHERE)] = None,
+    fixed: Annotated[list[str] | None, Parameter(group=WHERE)] = None,
     accuracy: Annotated[float, Parameter(group=HOW)] = 1e-10,
     scheme: Annotated[str | None, Parameter(group=HOW)] = None,
     out: Annotated[Path | None, Parameter(group=WRITTEN)] = None,
@@ -25,7 +29,8 @@ def explore(
 ) -> int:
     """Write the explorer, one HTML file in which a click on a section launches an orbit: no server, network or Python.
 
-    The page has all named models, a box for formulas, sliders for parameters, energy and section, and links sections,
+    Of a map the click is on the plane of a coordinate and its momentum, where the orbit's iterates are. The page has
+    all named models, a box for formulas, sliders for parameters, energy and section, and links sections,
     frequencies, configuration space and the moving body.
 
     Parameters
@@ -33,7 +38,10 @@ def explore(
     data
         File or store of a chaos or frequency map on a grid, which lies under the section; its system is the page's.
     point
-        U,V: section coordinates at which an orbit starts when the page is opened; once for each.
+        U,V: section coordinates, or those of a map's plane, at which an orbit starts when the page is opened; once for
+        each.
+    fixed
+        NAME=VALUE: where a coordinate or momentum of a map outside of the plane starts; once for each. [0]
     accuracy
         Relative error that the first crossings may have. [1e-10]
     scheme
@@ -49,7 +57,8 @@ def explore(
     if data is not None and not data.exists():
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
-    section = surface.section_of(body) if body is not None else None
+    mapping = body is not None and kind_of(body) is Kind.MAP
+    section = None if body is None else surface.build(body) if mapping else surface.section_of(body)
     if out is not None and out.exists() and not force:
         raise Wrong(f"--out {out} exists; --force replaces it")
     path = fastaff.explore(
@@ -62,6 +71,7 @@ def explore(
         scheme=scheme,
         background=data,
         points=list(zip(*at)) or None,
+        fixed={name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", fixed or (), "VALUE")} or None,
         out=out,
     )
     print(path)

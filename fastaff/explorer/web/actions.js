@@ -6,7 +6,7 @@ import { innerOf } from "./frame.js";
 import { followOrbit } from "./motion.js";
 import { newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
 import { schemeTitle } from "./controls.js";
-import { showConstant, showParameters, showState, showWrong } from "./panel.js";
+import { showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
 import { OWN, firstState, hashOf, systemOf } from "./state.js";
 import { showRow } from "./table.js";
@@ -80,7 +80,7 @@ export function makeActions(app) {
     app.fills = [...(app.fills ?? []), entry].slice(-40);
     forget(remember(orbits, { launched: entry.numbers, fill: entry }));
     app.send({ type: "fill", columns: cells, rows: cells, view: [...section.frame.view], crossings: app.state.crossings, first: entry.first });
-    notice(cells + " × " + cells + " starts over the view, where the energy reaches.");
+    notice(cells + " × " + cells + " starts over the view" + (app.root.dataset.kind === "map" ? "." : ", where the energy reaches."));
   }
 
   function forget(gone) {
@@ -198,6 +198,7 @@ export function makeActions(app) {
     part("title").textContent = system.title;
     writeLabel(part("formula-shown"), system.formula ?? "");
     part("body-figure").hidden = system.kind !== "body";
+    app.root.dataset.kind = system.kind;
     dropOrbits();
     app.keepView = false;
     section.past = state.view ? [[...state.view]] : [];
@@ -212,7 +213,7 @@ export function makeActions(app) {
     app.ready = false;
     takeRegion(app.configuration, null);
     if (system.own) return app.send({ type: "parse", formula: state.formula, kind: system.kind, coordinates: system.coordinates });
-    app.send({ type: "system", system: { name: system.name, kind: system.kind, coordinates: system.coordinates, parameters: { ...state.parameters }, code: system.code }, scheme: state.scheme, accuracy: state.accuracy });
+    app.send({ type: "system", system: { name: system.name, kind: system.kind, coordinates: system.coordinates, momenta: system.momenta, parameters: { ...state.parameters }, code: system.code }, scheme: state.scheme, accuracy: state.accuracy });
     return showFoot();
   }
 
@@ -252,7 +253,8 @@ export function makeActions(app) {
     const { state } = app;
     if (!app.ready) return;
     const system = systemOf(setup, state);
-    app.send({ type: "surface", energy: state.energy, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
+    if (system.kind === "map") app.send({ type: "surface", energy: null, section: state.section, others: { ...state.others }, width: REGION_CELLS, height: REGION_CELLS });
+    else app.send({ type: "surface", energy: state.energy, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
     remembered();
     showBackgroundState();
   }
@@ -297,6 +299,10 @@ export function makeActions(app) {
         askSurface();
       });
     },
+    other(name, value) {
+      app.state.others[name] = value;
+      surfaceChanged(false);
+    },
     set(name, value) {
       app.state[name] = value;
       surfaceChanged(name === "direction" || name === "constant");
@@ -309,7 +315,10 @@ export function makeActions(app) {
       const found = systemOf(setup, app.state).sections.find((entry) => entry.name === name);
       Object.assign(app.state, { section: name, constant: found.constant });
       showConstant(app.panel, app.state);
+      const isMap = app.root.dataset.kind === "map";
+      if (isMap) showOthers(app.panel, app.state);
       app.keepView = false;
+      if (isMap) app.pending = []; // a point of one plane is none of another
       surfaceChanged(true);
     },
     integration(name, value) {
@@ -394,12 +403,15 @@ export function makeActions(app) {
 
   function showFoot() {
     const { state, speed, step: length } = app;
-    const said = [
-      "First crossings are those of fastaff in Python to 1e-9; late ones of chaotic orbits may differ with the browser's sin, exp and log.",
-      "fastaff " + setup.version,
-      schemeTitle(state.scheme) + ", accuracy " + state.accuracy + (length ? ", step " + shownNumber(length, 3) : ""),
-    ];
-    if (speed) said.push(shownNumber(Math.round(speed), 2) + " steps/s");
+    const isMap = systemOf(setup, state).kind === "map", version = "fastaff " + setup.version;
+    const said = isMap
+      ? ["Iterates of regular orbits are those of fastaff in Python to 1e-9; those of chaotic ones as long as growing rounding errors let them.", version]
+      : [
+          "First crossings are those of fastaff in Python to 1e-9; late ones of chaotic orbits may differ with the browser's sin, exp and log.",
+          version,
+          schemeTitle(state.scheme) + ", accuracy " + state.accuracy + (length ? ", step " + shownNumber(length, 3) : ""),
+        ];
+    if (speed) said.push(shownNumber(Math.round(speed), 2) + (isMap ? " iterates/s" : " steps/s"));
     part("foot").textContent = said.join(" · ");
     part("exact").textContent = said[0];
   }

@@ -16,6 +16,7 @@ import { makeBodyView } from "./view_body.js";
 import { makeConfiguration } from "./view_configuration.js";
 import { makeFrequency, orbitAt } from "./view_frequency.js";
 import { makeSection } from "./view_section.js";
+import { makeSeries } from "./view_series.js";
 
 // Start the explorer in an element that holds the markup of page.html. backend: {send(message, transfer), onmessage};
 // options: standalone (the page is its own: address, keys of the whole page).
@@ -24,7 +25,7 @@ export function startExplorer(root, setup, backend, options = {}) {
   const hash = options.standalone ? readHash(setup, location.hash) : { state: firstState(setup, setup.start?.system), wrong: [] };
   const app = {
     root, setup, part, options, backend, state: hash.state, orbits: makeOrbits(), background: makeBackground(setup.background), section: makeSection({ back: part("back"), points: part("points"), front: part("front") }),
-    configuration: makeConfiguration(part("configuration")), body: makeBodyView(part("body")), frequency: makeFrequency(part("frequency")),
+    configuration: makeConfiguration(part("configuration")), body: makeBodyView(part("body")), frequency: makeFrequency(part("frequency")), series: makeSeries(part("series")),
     theme: "light", themeChoice: "system", colours: null, pending: null, surfaceFor: null, launchedAt: new Map(), firstPoints: [], speed: null, step: null, dirty: new Set(), pointer: null, boxMode: false,
   };
   app.send = (message, transfer) => backend.send(message, transfer);
@@ -91,6 +92,10 @@ function followHands(app) {
   part("frequency-axes").addEventListener("change", () => {
     app.frequency.axes = part("frequency-axes").value;
     askFrame(app, "frequency");
+  });
+  part("series-row").addEventListener("change", () => {
+    app.series.row = Number(part("series-row").value);
+    askFrame(app, "table");
   });
   const speed = part("speed");
   const changed = () => (app.motion.speed = 10 ** Number(speed.value));

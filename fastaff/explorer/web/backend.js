@@ -24,7 +24,7 @@ export function workerBackend(setup) {
     };
     worker.onerror = (event) => answer({ type: "wrong", what: "system", message: event.message || "the worker failed" });
     worker.postMessage({
-      type: "system", system: { parameters, coordinates: code.coordinates ?? system.coordinates },
+      type: "system", system: { parameters, coordinates: code.coordinates ?? system.coordinates, momenta: code.momenta ?? system.momenta },
       accuracy: message.accuracy ?? setup.start.accuracy,
       scheme: schemeNamed(setup, message.scheme, code), frame: setup.frames[code.n],
     });

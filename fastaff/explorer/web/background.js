@@ -28,9 +28,31 @@ function shareOf(background, value) {
   return Number.isNaN(value) ? NaN : Math.min(1, Math.max(0, share));
 }
 
-// The value of the cell at (u, v), NaN where there is none.
-export function backgroundValue(background, u, v) {
+// Where an axis from low to high has a coordinate of that period, or none.
+function placeOn(x, low, high, period) {
+  if (!period || (x >= low && x < high)) return x;
+  const turned = x - period * Math.floor((x - low) / period);
+  return turned < high ? turned : NaN;
+}
+
+// The extents at which a map is seen in the first period of its axes.
+export function backgroundExtents(background, periods) {
   const [u0, u1, v0, v1] = background.extent;
+  const shifts = (low, high, period) => {
+    if (!period) return [0];
+    const found = [];
+    for (let k = Math.ceil(-high / period); low + k * period < period && found.length < 4; k++) if (high + k * period > 0) found.push(k * period);
+    return found;
+  };
+  const [first, second] = periods ?? [0, 0];
+  return shifts(u0, u1, first).flatMap((du) => shifts(v0, v1, second).map((dv) => [u0 + du, u1 + du, v0 + dv, v1 + dv]));
+}
+
+// The value of the cell at (u, v), NaN where there is none.
+export function backgroundValue(background, uGiven, vGiven, periods) {
+  const [u0, u1, v0, v1] = background.extent, [first, second] = periods ?? [0, 0];
+  const u = placeOn(uGiven, u0, u1, first), v = placeOn(vGiven, v0, v1, second);
+  if (Number.isNaN(u + v)) return NaN;
   const column = Math.floor(((u - u0) / (u1 - u0)) * background.width), row = Math.floor(((v - v0) / (v1 - v0)) * background.height);
   if (column < 0 || row < 0 || column >= background.width || row >= background.height) return NaN;
   return background.values[row * background.width + column];
@@ -42,6 +64,9 @@ export function backgroundDiffers(background, state) {
   for (const name of ["system", "energy", "section", "constant", "direction", "p_eta", "p_gamma"]) {
     const mine = of[name] ?? null, other = state[name] ?? null;
     if (name in of && mine !== other) return name.replace("_", " ") + " " + (typeof mine === "number" ? shownNumber(mine, 6) : mine);
+  }
+  for (const [name, value] of Object.entries(of.others ?? {})) {
+    if (state.others[name] !== value && !state.section.split(",").includes(name)) return name + " = " + shownNumber(value, 6);
   }
   for (const [name, value] of Object.entries(of.parameters ?? {})) {
     if (state.parameters[name] !== undefined && state.parameters[name] !== value) return name + " = " + shownNumber(value, 6);

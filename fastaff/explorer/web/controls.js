@@ -13,7 +13,7 @@ export function typedNumber(text) {
 // A row with a name, a slider and a box; `changed(value, final)` is called as it moves.
 export function makeSlider({ name, value, from, to }, changed) {
   const row = document.createElement("div");
-  row.className = "slider";
+  row.className = name.length > 4 ? "slider wide" : "slider";
   const label = document.createElement("span");
   writeLabel(label, greek(name));
   const range = document.createElement("input");
@@ -92,6 +92,7 @@ export function saysWrong(element, sentence) {
 const SECTION_NAMES = { "alpha-turning": "α turning, pα = 0", "beta-turning": "β turning, pβ = 0", "alpha=c": "α = constant", "beta=c": "β = constant", "area=c": "D₁D₂ = constant" };
 
 export function sectionTitle(name) {
+  if (name.includes(",")) return name.split(",").map(greek).join(", ");
   return SECTION_NAMES[name] ?? (name.endsWith("=c") ? greek(name.slice(0, -2)) + " = constant" : name);
 }
 

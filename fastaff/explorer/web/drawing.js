@@ -6,12 +6,13 @@ import { askMotion, tickMotion } from "./motion.js";
 import { hasRotation, nearestPoint, summaryOf } from "./orbits.js";
 import { systemOf } from "./state.js";
 import { drawTable } from "./table.js";
-import { shownNumber, shownWithError, writeLabel } from "./text.js";
+import { shownNumber, shownRotation, writeLabel } from "./text.js";
 import { drawBody } from "./view_body.js";
 import { drawConfiguration } from "./view_configuration.js";
 import { countAround } from "./view_density.js";
 import { drawFrequency } from "./view_frequency.js";
 import { drawSection, isAllowed, showsDensity } from "./view_section.js";
+import { drawSeries } from "./view_series.js";
 
 const CALM = 160; // milliseconds between two drawings of table and frequency view
 
@@ -50,6 +51,7 @@ function drawFrame(app, now) {
   if (dirty.has("table") || dirty.has("frequency")) {
     if (now - app.lastCalm > CALM) {
       app.lastCalm = now;
+      if (dirty.has("table") && scene.kind === "map") drawSeries(app.series, scene);
       if (dirty.delete("table")) {
         drawTable(app.table, app.orbits, app.theme);
         app.part("empty").hidden = app.orbits.shown.size > 0;
@@ -58,14 +60,15 @@ function drawFrame(app, now) {
       if (dirty.delete("frequency")) drawFrequency(app.frequency, scene);
     } else next.push(dirty.has("table") ? "table" : "frequency");
   }
-  if (tickMotion(motion, now) && scene.orbit) {
+  const moves = scene.kind !== "map";
+  if (moves && tickMotion(motion, now) && scene.orbit) {
     next.push("moving");
     dirty.add("configuration");
     if (scene.kind === "body") dirty.add("body");
   }
-  if (scene.orbit) askMotion(motion, scene.orbit);
+  if (moves && scene.orbit) askMotion(motion, scene.orbit);
   dirty.delete("moving");
-  if (dirty.delete("configuration")) {
+  if (dirty.delete("configuration") && moves) {
     drawConfiguration(app.configuration, scene);
     app.part("moment").textContent = scene.orbit && motion.windows.length ? "t = " + motion.time.toFixed(1) : "";
   }
@@ -91,9 +94,9 @@ function readoutAt(app, [x, y]) {
   const [u0, u1, v0, v1] = frame.view;
   const digits = Math.max(4, Math.ceil(-Math.log10((u1 - u0) / Math.max(Math.abs(u0), Math.abs(u1)))) + 3);
   const said = [surface.labels[0] + " = " + shownNumber(u, digits) + ", " + surface.labels[1] + " = " + shownNumber(v, digits)];
-  if (!isAllowed(surface, u, v)) said.push("beyond the energy");
+  if (!isAllowed(surface, u, v)) said.push(surface.periods ? "beyond the map" : "beyond the energy");
   if (background && section.wantsBackground && !backgroundDiffers(background, state)) {
-    const value = backgroundValue(background, u, v);
+    const value = backgroundValue(background, u, v, surface.periods);
     if (!Number.isNaN(value)) said.push(background.label + " " + shownNumber(value, 4) + " (map)");
   }
   if (showsDensity(section, orbits)) {
@@ -105,10 +108,10 @@ function readoutAt(app, [x, y]) {
   if (near) {
     section.hover = near;
     const { reading, mark } = near.orbit;
-    said.push("orbit " + mark + ", crossing " + (near.index + 1) + ": " + reading.verdict);
-    if (hasRotation(near.orbit)) said.push("ν = " + shownWithError(reading.rotation.value, reading.rotation.error));
+    said.push("orbit " + mark + (surface.periods ? ", iterate " : ", crossing ") + (near.index + 1) + ": " + reading.verdict);
+    if (hasRotation(near.orbit)) said.push("ν = " + shownRotation(reading.rotation));
     if (Number.isFinite(reading.megno)) said.push("MEGNO " + shownNumber(reading.megno, 3));
-    said.push("|ΔE| " + shownNumber(reading.energy_error, 2));
+    if (!surface.periods) said.push("|ΔE| " + shownNumber(reading.energy_error, 2));
   }
   return said.join(" · ");
 }

@@ -7,7 +7,8 @@ const TRIAL_SPAN = 16, TRIAL_MOMENTS = 4, MEASURABLE = 3e-12, FIRST_PHASE = 0.25
 const SHARE = 0.25, SAFETY = 0.5, HALVINGS = 3, HORIZON = 64, CHECKED = 16, SAME = 0.1;
 const LOOK_STEPS = 64, LOOK_PHASE = 0.2, LOOK_RANGE = [0.08, 0.5], LEAP = 32;
 const FARTHEST = 1e6, PATIENCE = 2000, LONGEST = 1e8, LN10 = Math.log(10), CALM_PERIODS = 200, MEGNO_LIMIT = 5;
-const SAMPLED = 4096, SAMPLE_PHASE = 0.35, KEPT_FOR_ROTATION = 1 << 15, ROUNDING_OF_ENERGY = 8*2.220446049250313e-16;
+export const SAMPLED = 4096, KEPT_FOR_ROTATION = 1 << 15;
+const SAMPLE_PHASE = 0.35, ROUNDING_OF_ENERGY = 8*2.220446049250313e-16;
 
 /** The steps of a scheme for a system with parameters P: advance moves a state in place. */
 export class Flow {
@@ -173,14 +174,13 @@ export function stepFor(system, P, scheme, surface, z0, accuracy) {
 }
 
 /** One tangent vector: MEGNO, the largest Lyapunov exponent and what they say; as chaos_map of the package. */
-class Tangent {
-  constructor(flow, motion, start) {
+export class Tangent {
+  constructor(flow, motion, start, stride = 2**Math.floor(Math.log2(clip(1/(motion.rate*flow.h), 1, 2**40)))) {
     const { n } = flow, own = motion.W.map((w) => Math.sqrt(motion.rate/w));
     this.scale = Float64Array.from([...own, ...own.map((s) => 1/s)]);
     this.u = Float64Array.from({ length: 2*n }, (_, r) => start[r]/this.scale[r]);
     this.rate = motion.rate;
-    this.stride = 2**Math.floor(Math.log2(clip(1/(motion.rate*flow.h), 1, 2**40)));
-    this.left = this.stride;
+    this.stride = this.left = stride;
     this.length = this.last = this.weighted = this.area = this.megno = 0;
     this.history = [];
     this.normalise();
@@ -203,6 +203,12 @@ class Tangent {
   look(t) {
     if (--this.left > 0 && (this.left & 7 || this.square() < LONGEST)) return;
     this.left = this.stride;
+    this.renew(t);
+  }
+
+  /** Make its length 1 again, and keep what it has grown by since it last was. */
+  renew(t) {
+    if (!(t > this.last)) return;
     const gained = this.normalise(), { last } = this;
     this.length += gained;
     this.weighted += 0.5*(last + t)*gained;

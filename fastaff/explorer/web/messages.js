@@ -11,6 +11,7 @@ import { appendPoints } from "./view_points.js";
 import { showsDensity, takeSurface } from "./view_section.js";
 import { fillList } from "./controls.js";
 import { systemOf } from "./state.js";
+import { greek } from "./text.js";
 
 const MOST = 2e7; // points kept
 const REGION_GRID = 160; // cells of the configuration region, each way
@@ -52,7 +53,8 @@ function takeSurfaceMessage(app, message) {
   if (message.energy !== state.energy) return;
   showWrong(app.panel, "energy", null);
   showWrong(app.panel, "section", null);
-  const key = [state.system, message.axes, message.labels].join();
+  const key = [state.system, message.axes].join(), isMap = systemOf(app.setup, state).kind === "map";
+  message.labels = message.labels.map(greek);
   takeSurface(section, message, app.keepView && key === app.surfaceFor);
   app.keepView = true;
   app.surfaceFor = key;
@@ -65,7 +67,8 @@ function takeSurfaceMessage(app, message) {
   const chosen = axes.some(([name]) => name === app.frequency.axes) ? app.frequency.axes : "first";
   app.frequency.axes = chosen;
   fillList(app.part("frequency-axes"), axes, chosen);
-  app.send({ type: "region", width: REGION_GRID, height: REGION_GRID });
+  if (isMap) fillList(app.part("series-row"), message.labels.map((label, k) => [String(k), label]), String(app.series.row));
+  else app.send({ type: "region", width: REGION_GRID, height: REGION_GRID });
   app.actions.launchPending();
   app.actions.showBackgroundState();
   askFrame(app, "section", "configuration", "frequency", "body", "table");

@@ -1,6 +1,6 @@
 // Saving from the page: picture, jobs, address.
 
-import { captionOf, fileOfStarts, gridOfStarts, jobText, npyOf, offerFile, pictureOf } from "./saving.js";
+import { captionOf, fileOfStarts, gridOfStarts, jobText, npyOf, offerFile, pictureOf, planeOfStarts } from "./saving.js";
 import { systemOf } from "./state.js";
 
 export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
@@ -32,7 +32,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
         return fileOfStarts(name + ".npy");
       });
     },
-    "save-grid": () => saveJob("-grid", () => gridOfStarts(section.frame.view, Number(part("grid").value))),
+    "save-grid": () => saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
     async "copy-address"() {
       const address = location.href.replace(/#.*$/, "") + "#" + addressOf();
       try {

@@ -40,11 +40,13 @@ export function showState(panel, state, system) {
   part("coordinates").value = state.coordinates;
   part("formula-hint").textContent = system.kind === "body" ? "in D1, D2, alpha, beta, r, vartheta and letters of your own" : "in the coordinates and letters of your own";
   showParameters(panel, state, system);
-  const names = system.kind === "body" ? ["energy", "p_eta", "p_gamma"] : ["energy"];
+  const names = { body: ["energy", "p_eta", "p_gamma"], plane: ["energy"], map: [] }[system.kind];
   panel.sliders = Object.fromEntries(names.map((name) => [name, makeSlider({ name: name === "energy" ? "E" : name, value: state[name], ...rangeAbout(state[name], name === "energy" ? 0 : -1.5) }, (value, final) => act.set(name, value, final))]));
   part("surface").replaceChildren(...names.map((name) => panel.sliders[name].row));
   panel.energyRange = "";
   fillList(part("section"), system.sections.map((section) => [section.name, sectionTitle(section.name)]), state.section);
+  part("section-row").hidden = system.sections.length < 2;
+  if (system.kind === "map") showOthers(panel, state);
   part("direction").value = String(state.direction);
   part("scheme").value = state.scheme;
   const accuracies = part("accuracy");
@@ -69,6 +71,15 @@ export function showParameters(panel, state, system) {
     }),
   );
   part("parameters").replaceChildren(...Object.values(panel.parameters).map((slider) => slider.row));
+}
+
+// Sliders of the rows of a map outside of the plane, at which its orbits start.
+export function showOthers(panel, state) {
+  const { part, act } = panel, plane = state.section.split(",");
+  const rows = Object.entries(state.others).filter(([name]) => !plane.includes(name));
+  const sliders = rows.map(([name, value]) => makeSlider({ name, value, ...rangeAbout(value, -1) }, (number) => act.other(name, number)));
+  part("surface").replaceChildren(...sliders.map((slider) => slider.row));
+  part("others-hint").hidden = !rows.length;
 }
 
 export function showConstant(panel, state) {

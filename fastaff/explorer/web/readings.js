@@ -36,6 +36,14 @@ export function rotationNumber(points) {
   return { value, error: ROTATION_SAFETY*uneven + unresolved(turns[0], count - 1) + 1e-14 };
 }
 
+/** The weighted mean of what an angle winds in each iterate, in turns, with an error; null of fewer than 32. */
+export function windingNumber(turns) {
+  const count = turns.length;
+  if (count < LEAST_POINTS) return null;
+  const means = averages(turns, count), [value] = means, uneven = Math.max(...means.slice(1).map((x) => Math.abs(x - value)));
+  return { value, error: ROTATION_SAFETY*uneven + unresolved(value, count) + 1e-14*Math.max(1, Math.abs(value)) };
+}
+
 /** Displacements of angles from one point to the next, lifted by continuity along the curve from behind the widest gap. */
 function displacements(theta) {
   const count = theta.length - 1, start = theta.slice(0, count), ring = start.slice().sort();

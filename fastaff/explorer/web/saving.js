@@ -14,6 +14,11 @@ export function offerFile(name, parts, type) {
 // One line that says which section of which system this is.
 export function captionOf(state, system) {
   const parts = Object.entries(state.parameters).map(([name, value]) => greek(name) + " = " + shownNumber(value, 6));
+  if (system.kind === "map") {
+    const plane = state.section.split(",");
+    for (const [name, value] of Object.entries(state.others)) if (!plane.includes(name)) parts.push(greek(name) + " = " + shownNumber(value, 6));
+    return parts.join(", ");
+  }
   parts.push("E = " + shownNumber(state.energy, 8));
   if (system.kind === "body") parts.push("p_η = " + shownNumber(state.p_eta, 6), "p_γ = " + shownNumber(state.p_gamma, 6));
   const crossed = state.section === "alpha-turning" ? "p_α = 0" : state.section === "beta-turning" ? "p_β = 0" : greek(state.section.replace("=c", "").replace("area", "D₁D₂")) + " = " + shownNumber(state.constant, 6);
@@ -50,8 +55,8 @@ const tomlKey = (name) => (/^[A-Za-z0-9_-]+$/.test(name) ? name : tomlText(name)
 
 function tomlModel(state, job) {
   const lines = ["[model]"];
-  for (const [key, value] of Object.entries(job)) lines.push(key + " = " + tomlText(String(value)));
-  const own = "formula" in job || "hamiltonian" in job;
+  for (const [key, value] of Object.entries(job)) lines.push(key + " = " + (Array.isArray(value) ? "[" + value.map(tomlText).join(", ") + "]" : tomlText(String(value))));
+  const own = "formula" in job || "hamiltonian" in job || state.energy === null;
   const letters = [];
   for (const [name, value] of Object.entries(state.parameters)) {
     if (own && name !== "mu") letters.push(tomlKey(name) + " = " + tomlNumber(value));
@@ -64,6 +69,8 @@ function tomlModel(state, job) {
 // A job as TOML. starts: lines of its table [starts]; null where no text describes the system.
 export function jobText(state, system, starts) {
   if (!system.job) return null;
+  const crossings = ["[poincare]", "crossings = " + state.crossings, ""];
+  if (system.kind === "map") return [...tomlModel(state, system.job), "", "[starts]", ...starts, "", ...crossings].join("\n");
   const section = state.section.replace("=c", "=" + String(state.constant));
   return [
     ...tomlModel(state, system.job),
@@ -81,14 +88,21 @@ export function jobText(state, system, starts) {
     "scheme = " + tomlText(state.scheme),
     "accuracy = " + String(state.accuracy),
     "",
-    "[poincare]",
-    "crossings = " + state.crossings,
-    "",
+    ...crossings,
   ].join("\n");
 }
 
 export function fileOfStarts(name) {
   return ["file = " + tomlText(name)];
+}
+
+// A grid over the view of a map's plane, over one period of angles.
+export function planeOfStarts(view, cells, state, periods) {
+  const plane = state.section.split(","), ends = view.map((end, k) => (periods[k >> 1] ? Math.min(periods[k >> 1], Math.max(0, end)) : end));
+  const axes = plane.map((name, k) => tomlText(name + "=" + ends[2 * k] + ":" + ends[2 * k + 1] + ":" + cells));
+  const others = Object.entries(state.others).filter(([name, value]) => !plane.includes(name) && value !== 0);
+  const fixed = others.map(([name, value]) => tomlText(name + "=" + value));
+  return ["axes = [" + axes.join(", ") + "]", ...(fixed.length ? ["fixed = [" + fixed.join(", ") + "]"] : [])];
 }
 
 export function gridOfStarts(view, cells) {

@@ -120,6 +120,8 @@ export class Surface {
     return (alpha*Math.sqrt(top - v*v)*this.direction - u*v)*this.direction >= 0;
   }
 
+  refusal(u, v) { return `${this.labels[0]} = ${u.toPrecision(5)}, ${this.labels[1]} = ${v.toPrecision(5)} is not on the energy surface`; }
+
   /** The state over a point of the section, or null; of several sheets the first. */
   lift(u, v) {
     const z = this.body ? this.liftBody(u, v) : this.liftPlane(u, v);

@@ -7,6 +7,7 @@ const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
 const FORMULA = /^[\w\s+\-*/().,^]{1,600}$/;
 const COORDINATES = /^[A-Za-z]\w{0,15}[ ,]+[A-Za-z]\w{0,15}$/;
 const MOST_POINTS = 400;
+const MAP_ITERATES = 2000; // of an orbit of a map: regular is said after 200 natural periods, each of 2 pi iterates
 
 export const OWN = { "your-body": "body", "your-plane": "plane" };
 
@@ -38,7 +39,10 @@ export function firstState(setup, name) {
   }
   const system = setup.systems.find((entry) => entry.name === name) ?? setup.systems[0];
   const parameters = Object.fromEntries(system.parameters.map((entry) => [entry.name, entry.value]));
-  const own = { energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
+  const isMap = system.kind === "map";
+  if (isMap) common.crossings = start.crossings ?? MAP_ITERATES;
+  const others = isMap && system.coordinates.length > 1 ? Object.fromEntries([...system.coordinates, ...system.momenta].map((row) => [row, 0])) : {};
+  const own = { others, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
   const given = start.system === system.name ? { ...start, parameters: { ...parameters, ...start.parameters } } : {};
   return { ...common, ...own, ...picked(given, Object.keys(own)), system: system.name };
 }
@@ -49,11 +53,12 @@ function picked(record, names) {
 
 // The state as text after "#".
 export function hashOf(state, startPoints, view) {
-  const parts = [["system", state.system]];
+  const parts = [["system", state.system]], isMap = state.energy === null;
   if (OWN[state.system]) parts.push(["formula", state.formula]);
   if (OWN[state.system] === "plane") parts.push(["coordinates", state.coordinates]);
   for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
-  for (const name of ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
+  if (isMap) for (const [name, value] of Object.entries(state.others)) if (!state.section.split(",").includes(name)) parts.push(["start." + name, value]);
+  for (const name of isMap ? ["section", "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
     if (state[name] !== null && state[name] !== undefined) parts.push([name, state[name]]);
   }
   if (view) parts.push(["view", view.join(":")]);
@@ -95,7 +100,14 @@ export function readHash(setup, text) {
   }
   const system = systemOf(setup, state);
   const hadConstant = given.has("constant");
-  for (const key of ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
+  if (system.kind === "map") {
+    for (const row of Object.keys(state.others)) {
+      const key = "start." + row;
+      if (given.has(key) && isNumber(given.get(key))) state.others[row] = Number(given.get(key));
+      else if (given.has(key)) wrong.push(key);
+      given.delete(key);
+    }
+  } else for (const key of ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
   read("accuracy", (value) => isNumber(value) && Number(value) >= 1e-14 && Number(value) <= 0.1, Number);
   read("crossings", (value) => /^\d{1,7}$/.test(value) && Number(value) >= 1, Number);
   read("direction", (value) => ["1", "-1", "0"].includes(value), Number);

@@ -1,6 +1,8 @@
 // The text of a system's functions, written out of its methods (`explorer/javascript.py` and `grammar.js` print them).
 // A method is lines and results in q0, q1, ..., p0, ..., d0, ... and the parameters $name.
 
+import { mapText } from "./map_text.js";
+
 const IDENTIFIER = /^[A-Za-z][A-Za-z0-9_]*$/;
 
 /** Return the text that defines `compiledSystem` in a worker. */
@@ -8,6 +10,7 @@ export function systemText(code) {
   const n = code.n, all = Array.from({ length: n }, (_, i) => i), methods = code.methods;
   for (const name of code.parameters) if (!IDENTIFIER.test(name)) throw new Error(`no name of a parameter: ${name}`);
   const constants = code.parameters.map((name, i) => `const $${name} = P[${i}];`).join(" ");
+  if (code.kind === "map") return mapText(code, constants);
   const load = (stem, array, first = 0) => all.map((i) => `let ${stem}${i} = ${array}[${first + i}];`).join(" ");
   const store = (stem, array, first = 0) => all.map((i) => `${array}[${first + i}] = ${stem}${i};`).join(" ");
   const bound = (stem, of) => `const ${all.map((i) => `${stem}${i} = ${of}${i}`).join(", ")};`;

@@ -1,6 +1,6 @@
 // The table of orbits. Only the rows in sight are elements of the page, so that thousands of orbits cost nothing.
 
-import { shownNumber, shownWithError } from "./text.js";
+import { shownNumber, shownRotation } from "./text.js";
 import { colourOf, hasRotation } from "./orbits.js";
 
 const ROW = 25; // height of a row in pixels
@@ -39,6 +39,7 @@ function spaceRow() {
 function newRow() {
   const row = document.createElement("tr");
   for (let i = 0; i < 10; i++) row.append(document.createElement("td"));
+  for (const i of [3, 7]) row.cells[i].className = "in-time";
   const mark = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   mark.setAttribute("class", "swatch");
   mark.setAttribute("viewBox", "0 0 14 11");
@@ -69,7 +70,7 @@ function fillRow(row, orbit, isChosen, theme) {
   put(row.cells[0].lastChild, String(orbit.mark));
   put(row.cells[2], String(Math.max(reading.crossings, orbit.count)));
   put(row.cells[3], shownNumber(reading.time, 5));
-  put(row.cells[4], hasRotation(orbit) ? shownWithError(reading.rotation.value, reading.rotation.error) : "–");
+  put(row.cells[4], hasRotation(orbit) ? shownRotation(reading.rotation) : "–");
   put(row.cells[5], shownNumber(reading.lyapunov, 3));
   put(row.cells[6], shownNumber(reading.megno, 3));
   put(row.cells[1], reading.verdict ?? "–");

@@ -11,9 +11,14 @@ export function makeFrequency(canvas) {
 // What the axes can be: names for people by key.
 export function frequencyAxes(labels, system) {
   const found = [["first", "ν against " + labels[0]], ["second", "ν against " + labels[1]]];
-  const count = system.kind === "body" ? 4 : 2;
-  for (let i = 0; i < count; i++) for (let k = i + 1; k < count; k++) found.push([i + ":" + k, "ω_" + (i + 1) + ", ω_" + (k + 1)]);
+  const count = { body: 4, plane: 2, map: system.coordinates.length }[system.kind], sign = letterOf(system.kind);
+  for (let i = 0; i < count; i++) for (let k = i + 1; k < count; k++) found.push([i + ":" + k, sign + "_" + (i + 1) + ", " + sign + "_" + (k + 1)]);
   return found;
+}
+
+// Frequencies of systems in time, tunes of maps.
+function letterOf(kind) {
+  return kind === "map" ? "ν" : "ω";
 }
 
 function placed(view, orbit) {
@@ -28,7 +33,7 @@ function placed(view, orbit) {
   return [values[i], values[k], frequencies.errors?.[i] ?? 0, frequencies.errors?.[k] ?? 0];
 }
 
-export function drawFrequency(view, { orbits, labels: { section: labels }, theme, colours }) {
+export function drawFrequency(view, { orbits, kind, labels: { section: labels }, theme, colours }) {
   const { frame } = view;
   const ctx = fittedContext(view.canvas, frame);
   view.places = [];
@@ -38,7 +43,7 @@ export function drawFrequency(view, { orbits, labels: { section: labels }, theme
   }
   if (!view.places.length) return sayInstead(ctx, frame, colours, "Each orbit becomes a point here.");
   const byPosition = view.axes === "first" || view.axes === "second";
-  frame.labels = byPosition ? [labels[view.axes === "first" ? 0 : 1], "rotation number ν"] : view.axes.split(":").map((i) => "ω_" + (Number(i) + 1));
+  frame.labels = byPosition ? [labels[view.axes === "first" ? 0 : 1], "rotation number ν"] : view.axes.split(":").map((i) => letterOf(kind) + "_" + (Number(i) + 1));
   const ends = [Infinity, -Infinity, Infinity, -Infinity];
   for (const { place: [u, v] } of view.places) {
     ends[0] = Math.min(ends[0], u);
@@ -47,7 +52,7 @@ export function drawFrequency(view, { orbits, labels: { section: labels }, theme
     ends[3] = Math.max(ends[3], v);
   }
   for (const i of [0, 2]) {
-    const middle = (ends[i] + ends[i + 1]) / 2, least = 1e-3 * Math.max(1e-3, Math.abs(middle));
+    const middle = (ends[i] + ends[i + 1]) / 2, least = 1e-3 * Math.max(kind === "map" && i ? 1 : 1e-3, Math.abs(middle));
     if (ends[i + 1] - ends[i] < least) [ends[i], ends[i + 1]] = [middle - least, middle + least];
   }
   frame.view = widened(ends, 0.09);

@@ -1,6 +1,6 @@
 // The section: accessible region, background map, points or their density, axes and marks, on three canvases.
 
-import { MAP_COVER, backgroundDiffers, drawColourBar } from "./background.js";
+import { MAP_COVER, backgroundDiffers, backgroundExtents, drawColourBar } from "./background.js";
 import { rgbOf } from "./colours.js";
 import { clipToInner, drawAxes, drawExtent, fittedContext, imageOf, innerOf, makeFrame, toPixel, widened } from "./frame.js";
 import { colourOf } from "./orbits.js";
@@ -63,9 +63,44 @@ export function wholeView(section) {
 }
 
 export function isAllowed(surface, u, v) {
+  if (surface.open) return inPeriod(u, surface.periods[0]) && inPeriod(v, surface.periods[1]);
   const [u0, u1, v0, v1] = surface.extent;
   const column = Math.floor(((u - u0) / (u1 - u0)) * surface.width), row = Math.floor(((v - v0) / (v1 - v0)) * surface.height);
   return column >= 0 && row >= 0 && column < surface.width && row < surface.height && surface.allowed[row * surface.width + column] !== 0;
+}
+
+const inPeriod = (x, period) => !period || (x >= 0 && x < period);
+
+// Fill what there is of the plane of a map without an edge: all, of angles one period.
+function drawOpen(ctx, frame, periods, colour) {
+  const [u0, u1, v0, v1] = frame.view, [first, second] = periods;
+  const [x0, y1] = toPixel(frame, first ? 0 : u0, second ? 0 : v0), [x1, y0] = toPixel(frame, first || u1, second || v1);
+  ctx.fillStyle = colour;
+  ctx.fillRect(x0, y0, x1 - x0, y1 - y0);
+}
+
+// Keep drawing to a rectangle of the plane.
+function clipTo(ctx, frame, [u0, u1, v0, v1]) {
+  const [x0, y1] = toPixel(frame, u0, v0), [x1, y0] = toPixel(frame, u1, v1);
+  ctx.beginPath();
+  ctx.rect(x0, y0, x1 - x0, y1 - y0);
+  ctx.clip();
+}
+
+// Draw a map under the section, of axes that have a period in their first one, each place once.
+function drawMap(ctx, frame, background, periods) {
+  const [u0, u1, v0, v1] = frame.view, [first, second] = periods ?? [0, 0];
+  ctx.save();
+  clipTo(ctx, frame, [first ? 0 : u0, first || u1, second ? 0 : v0, second || v1]);
+  ctx.globalAlpha = MAP_COVER;
+  for (const extent of backgroundExtents(background, periods)) {
+    const [a0, a1, b0, b1] = extent;
+    ctx.save();
+    clipTo(ctx, frame, [a0, first ? Math.min(a1, a0 + first) : a1, b0, second ? Math.min(b1, b0 + second) : b1]);
+    drawExtent(ctx, frame, background.image, extent, false);
+    ctx.restore();
+  }
+  ctx.restore();
 }
 
 function regionImage(section, colours) {
@@ -92,12 +127,9 @@ export function drawSection(section, { orbits, background, state, theme, colours
   clipToInner(ctx, frame);
   ctx.fillStyle = surface ? colours.forbidden : colours.plot;
   ctx.fillRect(inner.x, inner.y, inner.width, inner.height);
-  if (surface) drawExtent(ctx, frame, regionImage(section, colours), surface.extent, true);
-  if (withMap) {
-    ctx.globalAlpha = MAP_COVER;
-    drawExtent(ctx, frame, background.image, background.extent, false);
-    ctx.globalAlpha = 1;
-  }
+  if (surface?.open) drawOpen(ctx, frame, surface.periods, colours.plot);
+  else if (surface) drawExtent(ctx, frame, regionImage(section, colours), surface.extent, true);
+  if (withMap) drawMap(ctx, frame, background, surface.periods);
   if (dense) {
     aimDensity(section.density, orbits, frame.view, Math.round(inner.width * ratio), Math.round(inner.height * ratio), section.revision);
     more = countDensity(section.density);

@@ -2,6 +2,8 @@
 
 import { Orbit } from "./engine.js";
 import { landscape } from "./landscape.js";
+import { MapOrbit } from "./map_orbit.js";
+import { MapPlane } from "./map_plane.js";
 import { regionOf } from "./region.js";
 import { Surface, wrong } from "./sections.js";
 
@@ -24,7 +26,7 @@ export class Explorer {
   }
 
   on_system({ system, coordinates, scheme, accuracy, frame }) {
-    Object.assign(this, { coordinates: coordinates ?? system.coordinates, scheme, accuracy, frame });
+    Object.assign(this, { coordinates: coordinates ?? system.coordinates, momenta: system.momenta, scheme, accuracy, frame });
     this.on_parameters({ parameters: system.parameters });
     this.post({ type: "ready", names: this.coordinates, angles: this.system.angles, parameters: system.parameters });
   }
@@ -33,7 +35,7 @@ export class Explorer {
     this.P = Float64Array.from(this.system.parameters, (name) => {
       const value = parameters?.[name];
       if (!Number.isFinite(value)) throw wrong("parameter", `${name} must be a finite number, got ${value}`);
-      if (name === "mu" && !(value > 0)) throw wrong("parameter", `mu must be positive, got ${value}`);
+      if (name === "mu" && this.system.kind === "body" && !(value > 0)) throw wrong("parameter", `mu must be positive, got ${value}`);
       return value;
     });
     this.orbits.clear();
@@ -45,6 +47,7 @@ export class Explorer {
     this.orbits.clear();
     this.queue = [];
     this.surface = null;
+    if (this.system.kind === "map") return this.showPlane(new MapPlane(this.system, this.P, this, message), message);
     const surface = new Surface(this.system, this.P, this.coordinates, message), { width = 200, height = 160 } = message;
     const extent = surface.extent(), { minimum, escape } = this.landscapeOf(surface);
     if (!extent) {
@@ -57,6 +60,19 @@ export class Explorer {
       type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, minimum, escape,
       section: surface.section, constant: surface.constant, energy: surface.energy,
     }, [allowed.buffer]);
+    return undefined;
+  }
+
+  /** Tell of a plane of a map; open: its domain has no edge in the rectangle, and goes on beside it. */
+  showPlane(surface, { width = 200, height = 160 }) {
+    const extent = surface.extent(), allowed = surface.mask(extent, width, height), open = allowed.every((is) => is);
+    if (!allowed.some((is) => is)) throw wrong("section", "no point of the plane is in the domain of the map");
+    Object.assign(this, { surface, extent });
+    const { labels, axes, section, energy, constant, periods } = surface;
+    this.post({
+      type: "surface", labels, axes, extent, width, height, allowed, minimum: null, escape: null, section, constant, energy,
+      periods, open,
+    }, [allowed.buffer]);
   }
 
   /** The landscape, which is the same for all energies and sections. */
@@ -67,7 +83,7 @@ export class Explorer {
   }
 
   on_region({ width = 120, height = 120 }) {
-    const region = this.surface && regionOf(this.surface, this.extent, width, height);
+    const region = this.surface && this.system.kind !== "map" && regionOf(this.surface, this.extent, width, height);
     if (region) this.post({ type: "region", ...region });
   }
 
@@ -77,15 +93,14 @@ export class Explorer {
     if (!this.surface) throw wrong("point", "there is no section yet");
     const z = z0 ? Float64Array.from(z0) : this.surface.lift(point[0], point[1]);
     if (!z || z.length !== 2*this.system.n || !z.every(Number.isFinite)) {
-      const [u, v] = this.surface.labels;
-      const where = point ? `${u} = ${point[0].toPrecision(5)}, ${v} = ${point[1].toPrecision(5)}` : "the state";
-      this.post({ type: "refused", orbit: id, point, message: `${where} is not on the energy surface` });
+      this.post({ type: "refused", orbit: id, point, message: point ? this.surface.refusal(...point) : "the state is not on the energy surface" });
       return;
     }
-    const at = new Float64Array(2);
+    const at = new Float64Array(2), isMap = this.system.kind === "map";
     this.surface.project(z, at, 0);
-    this.orbits.set(id, new Orbit(id, point ?? [at[0], at[1]], z, this.surface, { ...this, crossings }));
-    this.post({ type: "launched", orbit: id, point: point ?? [at[0], at[1]], z0: z.slice() });
+    const place = point && !isMap ? point : [at[0], at[1]];
+    this.orbits.set(id, new (isMap ? MapOrbit : Orbit)(id, place, z, this.surface, { ...this, crossings }));
+    this.post({ type: "launched", orbit: id, point: place, z0: z.slice() });
     this.turn();
   }
 
@@ -154,7 +169,7 @@ export class Explorer {
     while (running.some((orbit) => orbit.status === "running") && now() < end) {
       for (let k = 0; k < running.length && now() < end; k++) {
         const orbit = running[this.next++ % running.length], before = orbit.steps, begun = now();
-        orbit.run(BATCH);
+        orbit.run(orbit.batch ?? BATCH);
         this.spent += now() - begun;
         this.steps += orbit.steps - before;
         this.tell(orbit);

@@ -1,0 +1,185 @@
+"""The plane of a coordinate of a map and its momentum, as map_plane.js has it: its points, how far it reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis.frequencies.frequency_map import frequency_map
+from ..analysis.sections.islands import rotation_number
+from ..base.status import Status
+from ..models.maps import jacobian
+from ..models.mechanics import inside
+from .setup import momentum_names, planes
+
+SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
+TRIED, STARTS, LOOKS, LONG, FAR, SOME = 64, 256, 200, 1000, 1e3, 1 / 16
+BENT, BENDS, QUANTILE, EDGE = 0.5, 5.0, 0.005, 0.06
+LEAST, LOCKED = 64, 12
+"""Iterates that a rotation number needs; the longest chain of islands that is looked for."""
+PLASTIC = (0.7548776662466927, 0.5698402909980532)
+
+
+class Plane(NamedTuple):
+    """Two rows of a map; start (2n,): where the others start."""
+
+    model: Any
+    name: str
+    rows: tuple[int, int]
+    start: np.ndarray
+
+    @classmethod
+    def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
+        """Return the plane of that name, such as "x,p"; ValueError where the map has none such."""
+        names, known = planes(model), [*model.coordinates, *momentum_names(model)]
+        if name not in names:
+            raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
+        index = names.index(name)
+        rows = (index, model.degrees_of_freedom + index)
+        values = [0.0 if r in rows else float((others or {}).get(entry, 0.0)) for r, entry in enumerate(known)]
+        return cls(model, name, rows, np.array(values))
+
+    @property
+    def periods(self) -> tuple[float, float]:
+        """Those of the two rows, 0 where there is none."""
+        found = self.model.periods()
+        return float(found[self.rows[0]]), float(found[self.rows[1]])
+
+    def lift(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return states (2n, points) over points, and which are in the map's domain."""
+        z = np.repeat(self.start[:, None], u.size, axis=1)
+        for row, values, period in zip(self.rows, (u, v), self.periods, strict=True):
+            z[row] = reduced(values, period)
+        return z, inside(self.model, z)
+
+    def projected(self, z: np.ndarray) -> np.ndarray:
+        """Return the coordinates (2, ...) of states (2n, ...), angles in [0, period)."""
+        return np.array([reduced(z[row], period) for row, period in zip(self.rows, self.periods, strict=True)])
+
+    def extent(self) -> list[float]:
+        """Return [u0, u1, v0, v1] to begin with: whole periods, turns, what stays bounded or where the map bends."""
+        T, S = self.periods
+        turn = 0.0 if T and S else self._turn(0) if T else self._turn(1) if S else 0.0
+        u0, u1, v0, v1 = _square(turn / 2) if (T and S) or turn else self._bounds()
+        return [0.0 if T else u0, T or u1, 0.0 if S else v0, S or v1]
+
+    def _turn(self, k: int) -> float:
+        """Return by how much the partner of the angle k changes where it winds by a turn more in each iterate."""
+        slope = float(jacobian(self.model, self.start)[self.rows[k], self.rows[1 - k]])
+        return abs(self.periods[k] / slope) if slope and np.isfinite(slope) else 0.0
+
+    def _tried(self, count: int, size: np.ndarray) -> np.ndarray:
+        """Return starts (2n, sizes * count) in squares of these half widths (sizes,)."""
+        z = np.repeat(self.start[:, None], size.size * count, axis=1)
+        for row, share, period in zip(self.rows, PLASTIC, self.periods, strict=True):
+            place = (0.5 + (np.arange(count) + 1) * share) % 1
+            z[row] = np.ravel(size[:, None] * 0 + place * period if period else size[:, None] * (2 * place - 1))
+        return z
+
+    def _stay(self, z: np.ndarray, far: np.ndarray, count: int, sees: Callable[[np.ndarray, int], None]) -> np.ndarray:
+        """Tell which starts stay within `far` for so many iterates."""
+        alive, periods = np.ones(z.shape[1], bool), np.array(self.model.periods())[:, None]
+        with np.errstate(all="ignore"):
+            for k in range(count):
+                alive &= inside(self.model, z)
+                z = np.array(np.broadcast_arrays(*self.model.iterate(*z)))
+                z = np.where(periods > 0, z - periods * np.rint(z / np.where(periods > 0, periods, 1.0)), z)
+                for row, period in zip(self.rows, self.periods, strict=True):
+                    alive &= (period > 0) | (np.abs(z[row]) < far)
+                sees(z, k)
+        return alive
+
+    def _bounds(self) -> list[float]:
+        kept = self._stay(self._tried(TRIED, SIZES), np.repeat(FAR * SIZES, TRIED), LOOKS, lambda z, k: None)
+        share = kept.reshape(SIZES.size, TRIED).mean(axis=1)
+        some = np.flatnonzero(share >= SOME)
+        if not some.size or share[some[-1] :].min() == 1.0:
+            return _square(self._bend())
+        size, seen = SIZES[some[-1]], []
+
+        def sees(z: np.ndarray, k: int) -> None:
+            if 2 * k >= LONG:
+                seen.append(self.projected(z))
+
+        stayed = self._stay(self._tried(STARTS, np.array([size])), FAR * size, LONG, sees)
+        points = np.array(seen)[:, :, stayed]
+        return [*_ends(points[:, 0]), *_ends(points[:, 1])] if stayed.any() else _square(float(size))
+
+    def _bend(self) -> float:
+        """Return a size at which the derivative of the map is another than at the start."""
+        columns = list(self.rows)
+        first = jacobian(self.model, self.start[:, None])[:, columns]
+        other = jacobian(self.model, self._tried(TRIED, SIZES))[:, columns]
+        with np.errstate(all="ignore"):
+            change = np.abs(other - first).max(axis=(0, 1)).reshape(SIZES.size, TRIED).max(axis=1)
+            bent = np.flatnonzero(~(change <= BENT * np.abs(first).max()))
+        return float(BENDS * SIZES[bent[0]]) if bent.size else 1.0
+
+
+def survived(chaos: Any) -> int:
+    """Return how many iterates the first orbit of a chaos map of a map has, the one with which it leaves not among
+    them.
+    """
+    return int(chaos.t[0]) - int(chaos.status[0] != Status.OK)
+
+
+def map_reading(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.ndarray) -> dict[str, Any]:
+    """Return rotation number and tunes of an orbit of iterates states (2n, count), points (2, count) of the plane, as
+    map_orbit.js does.
+    """
+    model, count = plane.model, states.shape[1]
+    if count < LEAST:
+        return {"rotation": None, "frequencies": None}
+    tunes = frequency_map(model, z0, time=count)
+    values, errors = ([float(x) if np.isfinite(x) else None for x in row[:, 0]] for row in (tunes.nu, tunes.error))
+    lines = {"names": list(model.coordinates), "values": values, "errors": errors}
+    at, alone = plane.rows[0], model.degrees_of_freedom == 1
+    value, error = values[at], errors[at]
+    if alone and not plane.periods[0]:
+        turning = rotation_number(points)
+        value, error = float(turning.rotation[0]), float(turning.error[0])
+    if value is None or error is None:
+        return {"rotation": None, "frequencies": lines}
+    rotation: dict[str, Any] = {"value": value, "error": error}
+    locked = [q for q in range(1, LOCKED + 1) if abs(q * value - round(q * value)) <= q * min(error, 1 / count)]
+    if alone and locked:
+        q = locked[0]
+        inner = rotation_number(_lifted(plane, z0, states, points, round(q * value), q)[:, q - 1 :: q])
+        known = bool(np.isfinite(inner.error[0]))
+        kept = {"value": float(inner.rotation[0]), "error": float(inner.error[0])} if known else None
+        rotation |= {"q": q, "inner": kept}
+    return {"rotation": rotation, "frequencies": lines}
+
+
+def _lifted(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.ndarray, p: int, q: int) -> np.ndarray:
+    """Return points (2, count), an angle without the turns that an island of a chain p/q makes."""
+    period = plane.periods[0]
+    if not period:
+        return points
+    before = np.concatenate([z0[:, None], states[:, :-1]], axis=1)
+    turns = np.cumsum(np.broadcast_to(plane.model.iterate(*before)[0], points.shape[1:]) - before[0])
+    return np.array([turns - period * p * np.arange(1, points.shape[1] + 1) / q, points[1]])
+
+
+def reduced(x: Any, period: float) -> np.ndarray:
+    """Return numbers in the first period, themselves where there is none."""
+    values = np.asarray(x, dtype=np.float64)
+    if not period > 0:
+        return values
+    rest = values - period * np.floor(values / period)
+    return np.where(rest < period, rest, 0.0)
+
+
+def _square(size: float) -> list[float]:
+    return [-size, size, -size, size]
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    """Return where all but a few of some numbers lie, with an edge around."""
+    ordered = np.sort(values.ravel())
+    skip = int(QUANTILE * ordered.size)
+    low, high = ordered[skip], ordered[ordered.size - 1 - skip]
+    edge = EDGE * (high - low) or EDGE * abs(high) or 1.0
+    return float(low - edge), float(high + edge)
