@@ -252,6 +252,46 @@ def test_windows_at_both_ends_give_tunes_and_diffusion_of_those_who_survive():
     np.testing.assert_array_equal(alone.nu, found.nu[:, [5, 7]])
 
 
+@pytest.mark.parametrize("fallback", [None, np.inf])
+def test_tunes_of_running_orbits_are_bitwise_those_of_their_samples(fallback):
+    """Also of those whose planes are fitted by lines, or that are lost."""
+    rng = np.random.default_rng(12)
+    method = fa.analysis.BirkhoffAverages(fallback=fallback)
+    for model in (OneTurnMap(*rng.uniform(0.1, 0.4, 2), -0.4, 1.0), HenonMap(rng.uniform(0.2, 0.3))):
+        z, turns = starts(model, LANES + 22, 0.6), 700
+        found = fa.frequency_map(model, z, time=turns, method=method)
+        samples = fa.integrate(model, z, time=turns, samples=turns).samples.transpose(1, 2, 0)
+        known = found.t >= 64
+        assert (found.t[known] < turns).any()
+        assert (found.t == turns).any()
+        stored = fa.tunes(np.ascontiguousarray(samples[:, known]), method=method)
+        for name in ("nu", "error", "method"):
+            np.testing.assert_array_equal(getattr(found, name)[:, known], getattr(stored, name), name)
+        np.testing.assert_array_equal(found.t[known], stored.turns)
+        assert (found.method.any() == (fallback is None)) | (model.degrees_of_freedom == 1)
+
+
+def test_maps_of_an_angle_and_a_plane_have_the_tunes_of_both():
+    rng = np.random.default_rng(13)
+    K, nu, at, unit = 0.5, rng.uniform(0.1, 0.4), rng.normal(), 10 ** rng.uniform(-2, 2)
+    text = (
+        "p_a' = p_a + K*sin(a); a' = a + p_a'; y' = b + c*(y - b) + s*u*(p_y + e*(y - b)**2);"
+        "p_y' = c*(p_y + e*(y - b)**2) - s/u*(y - b)"
+    )
+    c, s = np.cos(2 * np.pi * nu), np.sin(2 * np.pi * nu)
+    model = fa.mapping(text, periods={"a": "2*pi"}, K=K, b=at, c=c, s=s, u=unit, e=0.2 / unit)
+    assert model.coordinates == ("a", "y")
+    y, p_y, p_a = at + rng.uniform(-0.2, 0.2, 40), rng.uniform(-0.1, 0.1, 40) / unit, np.linspace(1.5, 3.0, 40)
+    found = fa.frequency_map(model, np.array([0 * y, y, p_a, p_y]), time=4000)
+    wound = fa.frequency_map(StandardMap(K), np.array([0 * y, p_a]), time=4000)
+    np.testing.assert_array_equal(found.nu[0], wound.nu[0])
+    np.testing.assert_array_equal(found.error[0], wound.error[0])
+    plane = fa.integrate(model, np.array([0 * y, y, p_a, p_y]), time=4000, samples=4000).samples[:, [1, 3]]
+    np.testing.assert_array_equal(found.nu[1], fa.tunes(plane.transpose(1, 2, 0)).nu[0])
+    few = fa.frequency_map(model, np.array([0 * y, y, p_a, p_y])[:, 3:5], time=4000, threads=1)
+    np.testing.assert_array_equal(few.nu, found.nu[:, 3:5])
+
+
 def test_what_frequency_maps_of_maps_cannot_be_asked_for():
     for more, said in (
         ({"time": 40}, "at least 64"),

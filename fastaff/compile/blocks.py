@@ -24,11 +24,12 @@ from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
 from numba.extending import lower_builtin
 
-from . import cache, jit, map_texts
+from . import cache, jit, map_sums, map_texts
 from .callees import Callee
 from .damping import shortened
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
+from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, signals, taken
 from .turning import turn
@@ -133,11 +134,21 @@ def _model_block(
     variables: int,
     damps: bool,
 ) -> Any:
-    texts = TEXTS if winding is None else map_texts.texts_of(winding)
+    texts = _texts(winding)
     helpers = {"turn": turn} if turns else {"shortened": shortened} if damps else {}
+    if kind == "angles":
+        helpers = {"angle_of": _ANGLE_OF}
     names = tuple((name, entry if JIT_DISABLED else _compiled_method(entry)) for name, entry in helpers.items())
     rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven, variables=variables, damped=damps)
     return _compiled(kind, line + texts[kind](rows), classes, names)
+
+
+def _texts(winding: tuple[bool, ...] | None) -> dict[str, Callable[[Rows], str]]:
+    """Return the texts by kind, of maps where `winding` says which of their rows have a period."""
+    if winding is None:
+        return TEXTS
+    sums = {kind: functools.partial(text, winding=winding) for kind, text in map_sums.TEXTS.items()}
+    return {**map_texts.texts_of(winding), **sums}
 
 
 def winding_of(value: Any) -> tuple[bool, ...] | None:
@@ -168,8 +179,6 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     degrees_of_freedom must be given; vectors: tangent vectors that a state carries. Raises ValueError for an unknown
     kind, TypeError for what is no such value.
     """
-    if kind not in TEXTS:
-        raise ValueError(f"kind must be one of {', '.join(map(repr, TEXTS))}, got {kind!r}")
     if not is_value(value):
         raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {value!r}")
     n = getattr(value, "degrees_of_freedom", None) if degrees_of_freedom is None else degrees_of_freedom
@@ -177,9 +186,10 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
         raise TypeError(f"degrees_of_freedom must be given for {type(value).__name__}, which has none of its own")
     line, classes = _built(value)
     winding = winding_of(value)
-    texts = TEXTS if winding is None else map_texts.texts_of(winding)
+    texts = _texts(winding)
     if kind not in texts:
-        raise ValueError(f"kind must be one of {', '.join(map(repr, texts))} for a map, got {kind!r}")
+        whose = "" if winding is None else " for a map"
+        raise ValueError(f"kind must be one of {', '.join(map(repr, texts))}{whose}, got {kind!r}")
     kinds: dict[str, Any] = {"turns": turning(value), "driven": hasattr(value, "phase"), "damped": damped(value)}
     rows = Rows(n, vectors, **kinds, variables=variables_of(value))
     return _text(kind, line + texts[kind](rows), classes)
@@ -245,6 +255,9 @@ def _text(kind: str, body: str, classes: tuple) -> str:
 
 
 _NUMBERS = itertools.count()
+
+_ANGLE_OF = inlined(getattr(angle_of, "py_func", angle_of))
+"""A call left in a loop over lanes would keep it scalar."""
 
 
 @functools.cache

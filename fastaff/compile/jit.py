@@ -224,6 +224,9 @@ SIGNATURES = {
     # (params, lanes, drifts, kicks, step, steps, z) -> steps taken: until a lane leaves the domain
     "splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     "precise_splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
+    # Of maps: drifts are the weights of iterates, see `map_sums`
+    "moments": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
+    "angles": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
     "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
     # (params, lanes, z, result)

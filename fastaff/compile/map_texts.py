@@ -22,7 +22,6 @@ def texts_of(winding: Winding) -> dict[str, Callable[[Rows], str]]:
         "check": _check,
         "inside": _inside,
         "kinetic": lambda rows: _observable(rows, winding),
-        "along": lambda rows: _along(rows, winding),
     }
 
 
@@ -126,15 +125,6 @@ def _inside(rows: Rows) -> str:
         "result[i] = 0.0 if margin > 0.0 else code\n",
         1,
     )
-
-
-def _along(rows: Rows, winding: Winding) -> str:
-    """What the rows that have a period, one after another, move in an iterate, in periods."""
-    names = _names(rows, 0)
-    wound = [r for r, winds in enumerate(winding) if winds]
-    body = _read(rows, 0) + f"{_list('z', range(len(winding)))}, = value.iterate({', '.join(names)})\n"
-    body += "".join(f"result[{k * LANES} + i] = (z{r} - {names[r]})*turns{r}\n" for k, r in enumerate(wound))
-    return _indent(_periods(winding), 1) + _loop(body, 1)
 
 
 def _observable(rows: Rows, winding: Winding) -> str:

@@ -393,6 +393,8 @@ TEXTS: dict[str, Callable[[Rows], str]] = {
 ARGUMENTS = {
     "splitting": "params, lanes, drifts, kicks, step, steps, z",
     "precise_splitting": "params, lanes, drifts, kicks, step, steps, z",
+    "moments": "params, lanes, drifts, kicks, step, steps, z",
+    "angles": "params, lanes, drifts, kicks, step, steps, z",
     "march": "params, drift, kick, step, steps, z",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",

@@ -221,6 +221,10 @@ class Flow:
             return LANES * math.ceil(portion / LANES)
         return min(LANES, math.ceil(orbits / self.threads))
 
+    def unit(self, orbits: int) -> int:
+        """Return how many orbits, at most a block, a thread takes at once where all have as many steps."""
+        return min(LANES, self._unit(orbits))
+
     def advance(
         self,
         ensemble: Ensemble,
@@ -390,7 +394,7 @@ class Flow:
             total[:], h[:] = self.steps(time), self.step
         # Orbits with equally many steps share blocks, whose lanes then end and are observed together.
         order = np.argsort(-total, kind="stable")
-        unit = self._unit(orbits) if refill else min(LANES, self._unit(orbits))
+        unit = self._unit(orbits) if refill else self.unit(orbits)
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         march = self._block("march") if solo else idle_block("march")
         splitting, derivative = (idle_block("splitting"), idle_block("derivative")) if solo else self._stepping()

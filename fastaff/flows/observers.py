@@ -22,7 +22,6 @@ from ..kernels import deviations as deviation_kernels
 from ..kernels import readings as reading_kernels
 from ..kernels import samples as sample_kernels
 from ..kernels import time_levels as level_kernels
-from ..kernels import winding as winding_kernels
 
 
 class NoNumbers(NamedTuple):
@@ -166,23 +165,6 @@ def averages(model: Any, vectors: int, time: float) -> Observer:
     """Keep weighted sums of the square of the kinetic energy over both halves of `time`."""
     kinetic = _bound("kinetic", model, model.degrees_of_freedom, vectors)
     return Observer(birkhoff.average, birkhoff.ROWS.end, _Average(time), calls=(kinetic,))
-
-
-class _Winding(NamedTuple):
-    time: float
-    begin: tuple[float, ...]
-    length: tuple[float, ...]
-
-
-def winding(model: Any, time: float, spans: tuple[tuple[float, float], ...]) -> Observer:
-    """Keep weighted sums of what the rows of a map that have a period, in their order, wind on in an iterate, over
-    spans (begin, end) of `time`: see `kernels.winding`.
-    """
-    n = model.degrees_of_freedom
-    value = _Winding(time, tuple(first for first, _ in spans), tuple(last - first for first, last in spans))
-    along = _bound("along", model, n, 0)
-    rows = sum(period > 0 for period in model.periods())
-    return Observer(winding_kernels.wind, rows * len(spans), value, (rows, len(spans)), (along,))
 
 
 def kinetic_samples(model: Any, vectors: int) -> Observer:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ..compile.jit import LANES, jit, read_now
+from ..compile.plane_loops import angle_of
 from ..compile.pointers import Calls, call_value
 
 ACCIDENTAL = 0.05
@@ -329,38 +330,6 @@ def project(unit, stop, progress, signals, window, interval, rank, nu, moments, 
                 G[i, j] = G[r + i, r + j] = direct
                 G[i, r + j] = G[r + i, j] = mirror
     progress[unit] = 1.0
-
-
-@jit
-def angle_of(x, y):
-    """Return the argument of x + i y to 3e-16, 0 of nothing, without branches: loops over it become vector
-    instructions.
-
-    atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; pi/4 is taken off above.
-    """
-    wide, high = abs(x), abs(y)
-    steep = high > wide
-    big, small = (high if steep else wide), (wide if steep else high)
-    beyond = small > 0.41421356237309503 * big
-    top, bottom = (small - big if beyond else small), (small + big if beyond else big)
-    u = top / (bottom if bottom != 0.0 else 1.0)
-    w = u * u
-    p = 0.015113765096600920006
-    p = p * w - 0.033387824501211946912
-    p = p * w + 0.044995007289840318104
-    p = p * w - 0.052173125740615909524
-    p = p * w + 0.058768340046141606564
-    p = p * w - 0.066662052599765261871
-    p = p * w + 0.0769228109993774325
-    p = p * w - 0.090909080590311910269
-    p = p * w + 0.11111111085322108759
-    p = p * w - 0.14285714285329708164
-    p = p * w + 0.19999999999997013892
-    p = p * w - 0.33333333333333324206
-    angle = (u + u * w * p) + (0.25 * math.pi if beyond else 0.0)
-    angle = 0.5 * math.pi - angle if steep else angle
-    angle = math.pi - angle if x < 0.0 else angle
-    return -angle if y < 0.0 else angle
 
 
 @jit

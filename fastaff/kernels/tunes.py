@@ -7,40 +7,17 @@ turn. Centre, shape and reference of a plane's loop follow from weighted moments
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, angle_of, weighted_sum
+from ..compile.plane_loops import COLUMNS, angle_of
 
 ORBITS = 16
 """Orbits of a unit, which are gathered at once: neighbours in memory where samples come first."""
 
 SEGMENT = 512
 """Samples of them at once."""
-
-
-class Columns(NamedTuple):
-    """Columns of what is known of a plane: its centre; the loop (a + i b)(q - centre) + i c (p - centre), 0 of a plane
-    at rest; cosine, sine and turns of the reference.
-    """
-
-    q: int = 0
-    p: int = 1
-    a: int = 2
-    b: int = 3
-    c: int = 4
-    cosine: int = 5
-    sine: int = 6
-    turn: int = 7
-    end: int = 8
-
-
-COLUMNS = Columns()
-
-MOMENTS = 9
-"""Weighted sums of a plane: of q, p; qq, qp, pp; and of the next q or p with this one, q'q, q'p, p'q, p'p."""
 
 
 @jit
@@ -117,36 +94,52 @@ def step_angles(plane, q, p, pairs, re, im, angles):
 
 
 @jit
-def add_moments(plane, q, p, begin, end, weights, x, y, product, sums, moments):
-    """Add to moments (MOMENTS,) what the pairs of samples from begin to end give, with their weights."""
-    q0, p0, size = plane[COLUMNS.q], plane[COLUMNS.p], end - begin
-    for i in range(size + 1):
-        x[i] = q[begin + i] - q0
-        y[i] = p[begin + i] - p0
-    w = weights[begin:end]
-    now, then, here, there = x[:size], x[1 : size + 1], y[:size], y[1 : size + 1]
-    moments[0] += weighted_sum(w, now, sums)
-    moments[1] += weighted_sum(w, here, sums)
-    for k, one, other in (
-        (2, now, now),
-        (3, now, here),
-        (4, here, here),
-        (5, then, now),
-        (6, then, here),
-        (7, there, now),
-        (8, there, here),
-    ):
-        for i in range(size):
-            product[i] = one[i] * other[i]
-        moments[k] += weighted_sum(w, product[:size], sums)
+def add_angles(weights, angles, pairs, sums):
+    """Add to sums (SPANS,) the first `pairs` of angles with their weights (samples, SPANS), one after another, as the
+    loops of maps do.
+    """
+    a, b, c, d, e, f = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    for i in range(pairs):
+        w, angle = weights[i], angles[i]
+        a += w[0] * angle
+        b += w[1] * angle
+        c += w[2] * angle
+        d += w[3] * angle
+        e += w[4] * angle
+        f += w[5] * angle
+    sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = a, b, c, d, e, f
 
 
-def turn_on(unit, stop, progress, chunk, until, last, planes, tables, ranges, frame, begin, end, sums, moments):
+@jit
+def add_moments(plane, q, p, begin, end, weights, moments):
+    """Add to moments (MOMENTS,) what the pairs of samples from begin to end give, with their weights, one after
+    another, as the loops of maps do.
+    """
+    q0, p0 = plane[COLUMNS.q], plane[COLUMNS.p]
+    mq, mp, qq, qp, pp, tq, tp, uq, up = moments
+    x, y = q[begin] - q0, p[begin] - p0
+    for i in range(begin, end):
+        w, xx, yy = weights[i], q[i + 1] - q0, p[i + 1] - p0
+        mq += w * x
+        mp += w * y
+        qq += w * (x * x)
+        qp += w * (x * y)
+        pp += w * (y * y)
+        tq += w * (xx * x)
+        tp += w * (xx * y)
+        uq += w * (yy * x)
+        up += w * (yy * y)
+        x, y = xx, yy
+    for k, value in enumerate((mq, mp, qq, qp, pp, tq, tp, uq, up)):
+        moments[k] = value
+
+
+def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, begin, end, sums, moments):
     """Add the steps to the samples of chunk (rows, orbits, samples), the first from last (orbits, rows), to sums
-    (orbits, n, windows) of angles and moments (orbits, n, MOMENTS); last becomes the last sample.
+    (orbits, n, SPANS) of angles and moments (orbits, n, MOMENTS); last becomes the last sample.
 
-    until (orbits,): samples of each orbit; planes (orbits, n, COLUMNS.end); tables (windows, samples): weights, not 0
-    in ranges (windows, 2) alone; frame (samples,): weights of the moments, not 0 from begin to end.
+    until (orbits,): samples of each orbit; planes (orbits, n, COLUMNS.end); tables (samples, SPANS): weights of the
+    angles, empty where none are wanted; frame (samples,): weights of the moments, not 0 from begin to end.
     """
     if read_now(stop, 0) > 0:
         return
@@ -154,7 +147,7 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, ranges, fr
     n, first = rows // 2, unit * ORBITS
     count = min(ORBITS, orbits - first)
     room = np.empty((count, rows, SEGMENT + 1))
-    re, im, angles, partial = np.empty(SEGMENT + 1), np.empty(SEGMENT + 1), np.empty(SEGMENT), np.empty(BLOCK)
+    re, im, angles = np.empty(SEGMENT + 1), np.empty(SEGMENT + 1), np.empty(SEGMENT)
     for start in range(0, samples, SEGMENT):
         size = min(SEGMENT, samples - start)
         gather(chunk, first, count, start, size, room)
@@ -170,15 +163,9 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, ranges, fr
                     q, p, plane = room[o, i], room[o, n + i], planes[orbit, i]
                     if tables.shape[0] > 0:
                         step_angles(plane, q, p, pairs, re, im, angles)
-                    for w in range(tables.shape[0]):
-                        one, other = max(ranges[w, 0] - start, 0), min(ranges[w, 1] - start, pairs)
-                        if other > one:
-                            sums[orbit, i, w] += weighted_sum(
-                                tables[w, start + one : start + other], angles[one:other], partial
-                            )
+                        add_angles(tables[start : start + size], angles, pairs, sums[orbit, i])
                     if high > low:
-                        weights = frame[start : start + size]
-                        add_moments(plane, q, p, low, high, weights, re, im, angles, partial, moments[orbit, i])
+                        add_moments(plane, q, p, low, high, frame[start : start + size], moments[orbit, i])
     progress[unit] = 1.0
 
 

@@ -18,11 +18,10 @@ from ...models.contracts import coordinate_names
 from ..orbits.given_orbits import given_orbits
 from .angle_loops import Room
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
-from .fundamental import SPANS, weight_at
 from .methods import BirkhoffAverages, NaffLines
 from .readings import CHANGED
+from .running_turns import ROWS, running_means
 from .tunes import FALLBACK, LEAST, TuneWork
-from .turning import ROUNDING, SAFETY, unresolved
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
@@ -92,9 +91,7 @@ class MapFrequencies:
 
     def run(self, report: Report | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
-        rows, orbits = self.z.shape
-        kept = 1 if self._wound_rows().all() else rows * self.length
-        portion = max(1, BUDGET // (8 * kept))
+        orbits, portion = self.z.shape[1], BUDGET // (8 * ROWS)
         for begin in range(0, orbits, portion):
             part = np.arange(begin, min(begin + portion, orbits))
             self._portion(part)
@@ -129,57 +126,49 @@ class MapFrequencies:
         self.t[part], self.status[part] = t, status
 
     def _seen(self, ensemble: Ensemble) -> tuple[_Window, np.ndarray]:
-        """Follow orbits through a window; return what it says, and how many turns (orbits,) each has of it."""
-        n, orbits = len(self.z) // 2, ensemble.z.shape[1]
-        found = _Window(
-            np.zeros((n, orbits)),
-            np.full((n, orbits), np.inf),
-            np.zeros((n, orbits), np.int8),
-            np.zeros((2, n, orbits)),
-        )
-        wound = self._wound_rows()
-        observer, columns = observers.winding(self.flow.model, float(self.length), SPANS), 1
-        parts = [(observer, columns)] if wound.any() else []
-        if not wound.all():
-            parts.append((observers.samples(2 * n), self.length * 2 * n))
-        observer, firsts, columns = observers.chain(parts)
-        memory, out = np.zeros((observer.rows, orbits)), self.room.array(orbits, columns)
-        self.flow.advance(ensemble, observer, memory, out, time=float(self.length), observations=self.length)
+        """Follow orbits through a window; return what it says, and how many turns (orbits,) each has of it.
+
+        Its samples are those after 1 to `length` turns.
+        """
+        n, orbits, wound = len(self.z) // 2, ensemble.z.shape[1], self._wound_rows()
+        start = ensemble.of(np.arange(orbits))
+        self.flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.0, observations=1)
+        (nu, error, halves), moving = running_means(self.flow, ensemble, self.length - 1)
         counts = ensemble.count - (ensemble.status != Status.OK)
-        if wound.any():
-            self._wound(memory, counts, found)
-        if not wound.all():
-            states = out[:, firsts[-1][1] :].reshape(orbits, self.length, 2 * n)
-            for orbit in np.flatnonzero(counts < self.length):
-                states[orbit, counts[orbit] :] = np.nan
-            self._turned(states.transpose(2, 0, 1), counts, found)
+        whole_ones = counts == self.length
+        error = np.where(whole_ones, error, np.inf)
+        nu, halves = np.where(whole_ones, nu, 0.0), np.where(whole_ones, halves, 0.0)
+        nu[~wound] %= 1.0
+        found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves)
+        fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
+        with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
+        again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
+        portion = max(1, BUDGET // (8 * 2 * n * self.length))
+        for begin in range(0, again.size, portion):
+            part = again[begin : begin + portion]
+            self._sampled(start.of(part), part, found, fallback)
         return found, counts.astype(np.float64)
 
-    def _turned(self, z: np.ndarray, counts: np.ndarray, found: _Window) -> None:
-        """Fill in the tunes of the planes of z (2n, orbits, turns) that oscillate."""
-        n, plain, long = len(z) // 2, np.flatnonzero(~self._wound_rows()), np.flatnonzero(counts >= LEAST)
-        if not long.size:
-            return
-        kept = z if plain.size == n else z[[*plain, *(n + plain)]]
-        kept = kept if long.size == counts.size else kept[:, long]
-        fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
+    def _sampled(self, ensemble: Ensemble, orbits: np.ndarray, found: _Window, fallback: float) -> None:
+        """Fill in the tunes of the planes that oscillate of orbits that end in the window, or need lines, by their
+        samples.
+        """
+        rows, plain = len(self.z), np.flatnonzero(~self._wound_rows())
+        out = self.room.array(orbits.size, self.length * rows)
+        observer = observers.samples(rows)
+        memory = np.zeros((observer.rows, orbits.size))
+        self.flow.advance(ensemble, observer, memory, out, time=float(self.length), observations=self.length)
+        counts = ensemble.count - (ensemble.status != Status.OK)
+        states = out.reshape(orbits.size, self.length, rows)
+        for orbit in np.flatnonzero(counts < self.length):
+            states[orbit, counts[orbit] :] = np.nan
+        z = states.transpose(2, 0, 1)
+        kept = z if plain.size == rows // 2 else z[[*plain, *(rows // 2 + plain)]]
         own = TuneWork(given_orbits("samples", kept, coordinates=None, least=LEAST), fallback, self.flow.threads, None)
         own.run()
-        where = np.ix_(plain, long)
+        where = np.ix_(plain, orbits)
         found.nu[where], found.error[where], found.method[where] = own.nu % 1.0, own.error, own.method
         found.halves[:, where[0], where[1]] = own.halves
-
-    def _wound(self, memory: np.ndarray, counts: np.ndarray, found: _Window) -> None:
-        """Fill in the rotation numbers of angles: the weighted means of what they wind on in an iterate."""
-        angles, whole_ones = np.flatnonzero(self._wound_rows()), np.flatnonzero(counts == self.length)
-        own = np.ix_(angles, whole_ones)
-        sums = memory[: angles.size * len(SPANS)].reshape(angles.size, len(SPANS), -1)[:, :, whole_ones]
-        place = (np.arange(self.length) + 0.5) / self.length
-        weights = [weight_at(2 * (place - first) / (last - first) - 1).sum() for first, last in SPANS]
-        means = np.array([sums[:, s] / weight for s, weight in enumerate(weights)])
-        found.nu[own], found.halves[:, own[0], own[1]] = means[0], means[1:3]
-        spread = SAFETY * np.abs(means[1:] - means[0]).max(axis=0)
-        found.error[own] = spread + unresolved(means[0], self.length) + ROUNDING * np.maximum(np.abs(means[0]), 1.0)
 
     def result(self) -> FrequencyMap:
         """Assemble the map."""

@@ -15,9 +15,9 @@ from ...base.numbers import reporter
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
+from ...compile.plane_loops import COLUMNS
 from ...compile.threads import checked_threads
 from ...flows.flow import Report
-from ...kernels.tunes import COLUMNS
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .frequencies import MANY_TURNS, FrequencyKind
 from .fundamental import LINE_ORDER, line_rates

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.sums import total
+from ...compile.plane_loops import COLUMNS, MOMENTS
 from ...flows.flow import launch
 from ...kernels import tunes as kernels
-from ...kernels.tunes import COLUMNS, MOMENTS
 from .fundamental import SPANS, damping, weight_at
 
 PIECE = 65536
@@ -34,6 +34,16 @@ class Window(NamedTuple):
     begin: int
     length: int
     frame: tuple[int, int]
+
+    def weights(self, at: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the weights (spans, samples) of SPANS, and those of the frame (samples,), of steps from number `at`
+        on.
+        """
+        step = np.arange(at, at + samples)
+        place = (step - self.begin + 0.5) / self.length
+        tables = np.array([weight_at(2 * (place - x0) / (x1 - x0) - 1) for x0, x1 in SPANS])
+        begin, length = self.frame
+        return tables, weight_at(2 * (step - begin + 0.5) / length - 1)
 
 
 class Means(NamedTuple):
@@ -83,18 +93,13 @@ class Turning:
         the window: their angles, or what its frame learns of them.
         """
         orbits, samples = chunk.shape[1:]
-        place = (np.arange(at, at + samples) - window.begin + 0.5) / window.length
-        rows = [weight_at(2 * (place - x0) / (x1 - x0) - 1) for x0, x1 in SPANS if angles]
-        tables = np.array(rows).reshape(len(rows), samples)
-        ranges = np.array([_within(row) for row in tables], np.int64).reshape(len(rows), 2)
-        begin, length = window.frame
-        weights, (low, high) = np.zeros(samples), (0, 0)
-        if frame and begin < at + samples and at < begin + length:
-            weights = weight_at(2 * (np.arange(at, at + samples) - begin + 0.5) / length - 1)
-            low, high = _within(weights)
-        self.weights[: len(rows)] += tables.sum(axis=1)
+        tables, weights = window.weights(at, samples)
+        tables, weights = tables if angles else tables[:, :0], weights if frame else np.zeros(samples)
+        low, high = _within(weights)
+        self.weights[:-1] += tables.sum(axis=1)
         self.weights[-1] += weights.sum()
-        arguments = (chunk, until, self.last, self.planes, tables, ranges, weights, low, high, self.sums, self.moments)
+        table = np.ascontiguousarray(tables.T)
+        arguments = (chunk, until, self.last, self.planes, table, weights, low, high, self.sums, self.moments)
         run_orbits(kernels.turn_on, orbits, arguments, threads)
 
     def learn(self, known: np.ndarray, threads: int) -> None:

@@ -1,0 +1,90 @@
+"""Weighted mean angles of the planes and coordinates of maps, added up while their orbits run: no samples are kept."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compile.blocks import winding_of
+from ...compile.map_sums import Angles, angles_of, moments_of
+from ...compile.plane_loops import COLUMNS, MOMENTS, SPANS
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow
+from ...flows.map_sums import extended, summed
+from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved
+
+ROWS = 64
+"""Numbers that are kept of an orbit, about, in sums."""
+
+
+class RunningMeans(NamedTuple):
+    """What the steps of orbits say of all n angles; moving (n, orbits): whether a plane does."""
+
+    means: Means
+    moving: np.ndarray
+
+
+def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
+    """Advance orbits of a map by so many steps and return what these say: the same numbers as those of their samples.
+
+    Orbits that end before, as `ensemble` then says, have means that say nothing. There are two runs where there are
+    planes that do not wind: the first finds where they are.
+    """
+    n, orbits = flow.model.degrees_of_freedom, ensemble.z.shape[1]
+    own = angles_of(winding_of(flow.model) or ())
+    planes = [*own.planes, *(n + r for r in own.planes)]
+    turning, window = Turning(ensemble.z[planes]), Window(0, steps, (0, steps))
+    if planes:
+        _learn(flow, ensemble, turning, window)
+    run = extended(ensemble, _started(own, turning, ensemble.z[planes]))
+    for at in range(0, steps, PIECE):
+        tables, _ = window.weights(at, min(PIECE, steps - at))
+        turning.weights[:-1] += tables.sum(axis=1)
+        summed(flow, "angles", run, tables.T)
+    ensemble.z[:] = run.z[: 2 * n]
+    for name in ("status", "count", "time", "kinetic"):
+        getattr(ensemble, name)[:] = getattr(run, name)
+    sums = run.z[own.step(0) : own.plane(0)].reshape(own.angles, 1 + SPANS, orbits)[:, 1:]
+    nu, error, halves = np.zeros((n, orbits)), np.full((n, orbits), np.inf), np.zeros((2, n, orbits))
+    moving = np.ones((n, orbits), bool)
+    if own.wound:
+        wound, first = [*own.wound], sums[: len(own.wound)] / turning.weights[:-1, None]
+        nu[wound], halves[:, wound] = first[:, 0], first[:, 1:3].swapaxes(0, 1)
+        spread = SAFETY * np.abs(first[:, 1:] - first[:, :1]).max(axis=1)
+        error[wound] = spread + unresolved(nu[wound], steps) + ROUNDING * np.maximum(np.abs(nu[wound]), 1.0)
+    if planes:
+        turning.sums = sums[len(own.wound) :].transpose(2, 0, 1)
+        found, plain = turning.means(steps), [*own.planes]
+        nu[plain], error[plain], halves[:, plain] = found
+        moving[plain] = (turning.planes[:, :, COLUMNS.a] != 0).T
+    return RunningMeans(Means(nu, error, halves), moving)
+
+
+def _learn(flow: Flow, ensemble: Ensemble, turning: Turning, window: Window) -> None:
+    """Find centre, shape and reference of the planes of orbits by a run that leaves these where they are."""
+    own = moments_of(winding_of(flow.model) or ())
+    rows = np.zeros((own.end - own.size, ensemble.z.shape[1]))
+    for k, r in enumerate(own.planes):
+        at = own.plane(k) - own.size
+        rows[at : at + 2] = ensemble.z[[r, own.size // 2 + r]]
+    run = extended(ensemble, rows)
+    for at in range(0, window.length, PIECE):
+        _, weights = window.weights(at, min(PIECE, window.length - at))
+        turning.weights[-1] += weights.sum()
+        summed(flow, "moments", run, weights)
+    kept = run.z[own.plane(0) :].reshape(len(own.planes), 4 + MOMENTS, -1)
+    turning.moments = np.ascontiguousarray(kept[:, 4:].transpose(2, 0, 1))
+    turning.learn(run.status == 0, flow.threads)
+
+
+def _started(own: Angles, turning: Turning, points: np.ndarray) -> np.ndarray:
+    """Return the rows of angles at the beginning, where the planes are at points (2 planes, orbits)."""
+    rows, count = np.zeros((own.end - own.size, points.shape[1])), len(own.planes)
+    for k in range(count):
+        at, plane = own.plane(k) - own.size, turning.planes[:, k].T
+        rows[at : at + COLUMNS.end] = plane
+        x, y = points[k] - plane[COLUMNS.q], points[count + k] - plane[COLUMNS.p]
+        rows[at + COLUMNS.end] = plane[COLUMNS.a] * x
+        rows[at + COLUMNS.end + 1] = plane[COLUMNS.b] * x + plane[COLUMNS.c] * y
+    return rows

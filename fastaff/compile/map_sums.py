@@ -1,0 +1,141 @@
+"""Texts of block functions of maps that add up weighted sums along their iterates: moments and angles of loops.
+
+They are splittings whose states have more rows behind those of the map, named in `Moments` and `Angles`; the weights of
+the iterates come as the table that drifts have elsewhere. What is summed of an orbit has the same bits in any company.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .jit import LANES
+from .map_texts import Winding, _image, _names, _periods, _read, _stored
+from .plane_loops import COLUMNS, MOMENTS, SPANS
+from .texts import Rows, _at, _indent, _list, _loop
+
+
+class Moments(NamedTuple):
+    """Rows of a state (2n rows of the map first) that are kept of the moments: iterates so far, then for each of the
+    planes that do not wind the origin, the last point from there, and the MOMENTS.
+    """
+
+    size: int
+    planes: tuple[int, ...]
+
+    @property
+    def iterates(self) -> int:
+        """The row of the iterates so far."""
+        return self.size
+
+    def plane(self, k: int) -> int:
+        """The first row of plane number k: origin (2), last point (2), then its moments."""
+        return self.size + 1 + k * (4 + MOMENTS)
+
+    @property
+    def end(self) -> int:
+        """The number of all rows."""
+        return self.plane(len(self.planes))
+
+
+class Angles(NamedTuple):
+    """Rows of a state (2n rows of the map first) that are kept of angles: iterates so far; for each of the angles,
+    those of the coordinates that wind, then those of the other planes, the last step and its sums over SPANS; for each
+    of these planes the COLUMNS of its loop and its last value there.
+    """
+
+    size: int
+    wound: tuple[int, ...]
+    planes: tuple[int, ...]
+
+    @property
+    def iterates(self) -> int:
+        """The row of the iterates so far."""
+        return self.size
+
+    @property
+    def angles(self) -> int:
+        """The number of angles."""
+        return len(self.wound) + len(self.planes)
+
+    def step(self, k: int) -> int:
+        """The row of the last step of angle number k, before those of its sums."""
+        return self.size + 1 + k * (1 + SPANS)
+
+    def plane(self, k: int) -> int:
+        """The first row of plane number k: COLUMNS, then its last value (2)."""
+        return self.step(self.angles) + k * (COLUMNS.end + 2)
+
+    @property
+    def end(self) -> int:
+        """The number of all rows."""
+        return self.plane(len(self.planes))
+
+
+def moments_of(winding: Winding) -> Moments:
+    """Return the rows of the moments of a map of which these rows (2n,) have a period."""
+    n = len(winding) // 2
+    return Moments(2 * n, tuple(r for r in range(n) if not winding[r]))
+
+
+def angles_of(winding: Winding) -> Angles:
+    """Return the rows of the angles of a map of which these rows (2n,) have a period."""
+    n = len(winding) // 2
+    return Angles(2 * n, tuple(r for r in range(n) if winding[r]), tuple(r for r in range(n) if not winding[r]))
+
+
+def moments(rows: Rows, winding: Winding) -> str:
+    """Iterates that add up the MOMENTS of planes, with the weight drifts[k] of iterate k."""
+    own, n = moments_of(winding), rows.n
+    body = "w = drifts[before + taken]\n"
+    for k, r in enumerate(own.planes):
+        at = own.plane(k)
+        first, second = _at(at + 2), _at(at + 3)
+        text = f"x, y = {first}, {second}\nxx, yy = {_at(r)} - {_at(at)}, {_at(n + r)} - {_at(at + 1)}\n"
+        products = ("x", "y", "(x*x)", "(x*y)", "(y*y)", "(xx*x)", "(xx*y)", "(yy*x)", "(yy*y)")
+        text += "".join(f"{_at(at + 4 + j)} += w*{product}\n" for j, product in enumerate(products))
+        body += _loop(text + f"{first} = xx\n{second} = yy\n", 0)
+    return _summed(rows, winding, own.iterates, "", body)
+
+
+def angles(rows: Rows, winding: Winding) -> str:
+    """Iterates that add up the steps of angles over SPANS, with the weights drifts[k*SPANS + s] of iterate k."""
+    own, n = angles_of(winding), rows.n
+    names, moved, body = _names(rows, 0), "", ""
+    for k, r in enumerate(own.wound):
+        moved += f"{_at(own.step(k))} = (z{r} - {names[r]})*turns{r}\n"
+    for k, r in enumerate(own.planes):
+        at = own.plane(k)
+        q, p, a, b, c, cosine, sine, _ = (_at(at + column) for column in range(COLUMNS.end))
+        last, other = _at(at + COLUMNS.end), _at(at + COLUMNS.end + 1)
+        body += _loop(
+            f"x = {_at(r)} - {q}\nre, im = {a}*x, {b}*x + {c}*({_at(n + r)} - {p})\n"
+            f"x, y = re*{last} + im*{other}, im*{last} - re*{other}\n"
+            f"{_at(own.step(len(own.wound) + k))} = angle_of(x*{cosine} + y*{sine}, y*{cosine} - x*{sine})\n"
+            f"{last} = re\n{other} = im\n",
+            0,
+        )
+    for s in range(SPANS):
+        text = "".join(f"{_at(own.step(k) + 1 + s)} += w*{_at(own.step(k))}\n" for k in range(own.angles))
+        body += f"w = drifts[{SPANS}*(before + taken) + {s}]\nif w != 0.0:\n{_loop(text, 1)}"
+    return _summed(rows, winding, own.iterates, moved, body)
+
+
+def _summed(rows: Rows, winding: Winding, count: int, moved: str, body: str) -> str:
+    """Text of so many iterates, after each of which the body runs; ends early as `map_texts` has it, after the sums of
+    the iterate with which a lane leaves the domain.
+    """
+    image = _image(rows, winding).split("\n", 1)
+    iterate = _read(rows, 0) + f"{image[0]}\n{moved}{image[1]}" + _stored(rows, 0, "z")
+    iterate += f"outside += 0 if value.margin({_list('z', range(rows.n))}) > 0.0 else 1\n"
+    return (
+        _indent(_periods(winding), 1)
+        + f"    taken = 0\n    before = int(z[{count * LANES}])\n    while taken < steps:\n        outside = 0\n"
+        + _loop(iterate, 2)
+        + _indent(body, 2)
+        + "        taken += 1\n        if outside > 0:\n            break\n"
+        + _loop(f"{_at(count)} = before + taken\n", 1)
+        + "    return taken\n"
+    )
+
+
+TEXTS = {"moments": moments, "angles": angles}
