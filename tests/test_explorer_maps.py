@@ -208,6 +208,15 @@ def test_islands_turn_about_their_own_centre():
         rotation = of(heard, "reading")[-1]["rotation"]
         assert rotation["q"] == q
         assert abs(rotation["inner"]["value"]) == pytest.approx(turns, abs=1e-6)
+    # Beside another angle: those of two standard maps that are not coupled.
+    both = FroeschleMap(K, 0.3, 0.0)
+    others = {"x_2": 2.0, "p_2": 0.7}
+    (heard,) = explored(
+        [(model_code(both), [told(both), plane_of(both, 0, others), launch_message(1, starts[0][0], 3000)])]
+    )
+    rotation = of(heard, "reading")[-1]["rotation"]
+    assert rotation["q"] == 1
+    assert abs(rotation["inner"]["value"]) == pytest.approx(starts[0][2], abs=1e-6)
     # A chain of a map without angles: 1/5 of Henon's.
     henon, z0 = HenonMap(0.2114), [0.62, 0.0]
     (heard,) = explored([(model_code(henon), [told(henon), plane_of(henon), launch_message(1, z0, 3000)])])
@@ -427,3 +436,138 @@ def test_the_package_names_what_a_map_lacks():
         "a map has no motion between its",
     ]
     assert [m["orbit"] for m in of(heard, "launched")] == [3, *range(10, 19)]
+
+
+TYPED = [
+    ("p1 = p + K*sin(x); x1 = x + p1", "x=2*pi", {"K": 0.7}),
+    ("k = p + x**2; x' = x*cos(2*pi*nu) + k*sin(2*pi*nu)\np' = k*cos(2*pi*nu) - x*sin(2*pi*nu)", "", {"nu": 0.21}),
+    ("x' = p; p' = -x + 2*m*p/(1 + p**2)", "", {"m": 1.5}),
+    (
+        "b1 = b*sin(x_1 + x_2); p_1' = p_1 + a*sin(x_1) + b1; p_2' = p_2 + c*sin(x_2) + b1; x_1' = x_1 + p_1'; x_2' = x_2 + p_2'",
+        "x_1 = 2*pi; x_2 = 2*pi",
+        {"a": 0.4, "b": 0.02, "c": 0.3},
+    ),
+    ("t1 = t + E; E1 = E + h*sin(2*pi*t1/T)*exp(-E**2/50)", "t=T", {"h": 0.2, "T": 2.5}),
+    ("u1 = 1 + w - a*u**2; w1 = b*u", "", {"a": 1.4, "b": 0.3}),
+]
+"""Texts of maps, their angles, their parameters."""
+
+
+def typed_periods(angles):
+    return dict(part.replace(" ", "").split("=") for part in angles.split(";") if part) or None
+
+
+@needs_node
+def test_typed_maps_are_the_packages():
+    """Statements, pairs of rows, derivatives and periods as the page reads them, against `mapping`."""
+    texts = TYPED
+    asked = [{"kind": "map", "formula": text, "angles": angles, "parameters": own} for text, angles, own in texts]
+    codes = compute(f"{json.dumps(asked)}.map(formulaCode)", "formula_code.js")
+    tasks, cases = [], []
+    for (text, angles, own), code in zip(texts, codes, strict=True):
+        model = fa.mapping(text, periods=typed_periods(angles), **own)
+        assert (tuple(code["coordinates"]), tuple(code["momenta"])) == (model.coordinates, model.momenta)
+        assert sorted(code["parameters"]) == sorted(own)
+        n = model.degrees_of_freedom
+        z0 = RNG.uniform(0.02, 0.1, 2 * n) + np.array(model.periods()) / 2
+        names = (*model.coordinates, *model.momenta)
+        others = {name: z0[r] for r, name in enumerate(names) if r % n}
+        tasks.append((code, [told(model), plane_of(model, 0, others), launch_message(1, z0[[0, n]], 304)]))
+        cases.append((model, z0))
+    for heard, (model, z0) in zip(explored(tasks), cases, strict=True):
+        assert not of(heard, "wrong"), heard
+        _, points = crossings(heard)
+        n, result = model.degrees_of_freedom, fa.poincare_map(model, z0, crossings=304)
+        rows, count = [0, n], 304 if model.symplectic else 40
+        exact = reduced(result.points[:, :, 0], model)[rows]
+        assert apart(points[:, :count], exact[:, :count], model, rows) < (1e-9 if model.symplectic else 1e-6)
+        if model.symplectic:
+            chaos = fa.chaos_map(model, z0, time=304, indicators=(fa.MEGNO(), fa.Lyapunov()))
+            last = of(heard, "reading")[-1]
+            assert last["megno"] == pytest.approx(chaos.megno[0], rel=1e-5, abs=1e-7)
+            assert last["lyapunov"] == pytest.approx(chaos.lyapunov[0], rel=1e-5, abs=1e-7)
+
+
+@needs_node
+def test_texts_that_are_no_maps_are_refused_by_both():
+    """What the page refuses the package refuses, and the other way round."""
+    texts = [
+        "x1 = x",
+        "x1 = y; y1 = x; z1 = x",
+        "x + 1",
+        "x1 = ; p1 = 2",
+        "x1 = p1; p1 = x",
+        "x1 = p; x1 = x; p1 = x",
+        "x = p; p1 = x; x1 = p",
+        "x1 = sin(p; p1 = x",
+    ]
+    texts += [
+        "x1 = sqrt(-1 - x**2); p1 = p",
+        "x1 = x[0]; p1 = p",
+        "x1 = p; p1 = fetch(x)",
+        "count1 = p; p1 = 2*count",
+        "x1 = kind*p; p1 = x",
+        "x1 = iterate*p; p1 = x",
+        "x1 = symplectic*p; p1 = x",
+        "x1 = p\np1 = -x",
+        "a = 2; x1 = a*p; p1 = -x/a",
+    ]
+    texts += [
+        "",
+        ";",
+        "x1 = x + p1; p1 = p",
+        "x' = p; p' = -x",
+        "x' = p'; p' = -x",
+        "sin1 = p; p1 = x",
+        "x1 = constructor(p); p1 = x",
+        "x1 == p; p1 = x",
+    ]
+    found = compute(
+        f"""{json.dumps(texts)}.map((formula) => {{
+          try {{ return formulaCode({{ kind: "map", formula, angles: "" }}).parameters; }} catch (problem) {{ return problem.message; }}
+        }})""",
+        "formula_code.js",
+    )
+    refused = 0
+    for text, answer in zip(texts, found, strict=True):
+        try:
+            fa.mapping(text, **dict.fromkeys(answer if isinstance(answer, list) else (), 1.0))
+            said = None
+        except ValueError as problem:
+            said = str(problem)
+        assert (said is not None) == isinstance(answer, str), (text, said, answer)
+        refused += said is not None
+    assert 12 < refused < len(texts)
+    wrong = compute(
+        """["y=1", "x", "x=-1", "x=p"].map((angles) => {
+          try { return formulaCode({ kind: "map", formula: "x1 = p; p1 = -x", angles }).winds; } catch (problem) { return problem.message; }
+        })""",
+        "formula_code.js",
+    )
+    assert [isinstance(entry, str) for entry in wrong] == [
+        True,
+        True,
+        False,
+        True,
+    ]  # a period below 0 is named with the plane
+
+
+def test_the_package_takes_typed_maps():
+    heard = answered(
+        StandardMap(), [{"type": "parse", "kind": "map", "formula": "p1 = p + K*sin(x); x1 = x + p1", "angles": "x=T"}]
+    )
+    assert (heard[-1]["names"], heard[-1]["message"]) == (["K", "T"], None)
+    system = {
+        "kind": "map",
+        "formula": "p1 = p + K*sin(x); x1 = x + p1",
+        "angles": "x=T",
+        "parameters": {"K": 0.4, "T": 2 * np.pi},
+    }
+    heard = answered(
+        StandardMap(),
+        [{"type": "system", "system": system}, {"type": "surface", "section": "x,p", "width": 4, "height": 4}],
+    )
+    assert heard[-1]["type"] == "surface"
+    assert heard[-1]["periods"] == [2 * np.pi, 0.0]
+    heard = answered(StandardMap(), [{"type": "parse", "kind": "map", "formula": "p1 = p +", "angles": ""}])
+    assert heard[-1]["message"] is not None

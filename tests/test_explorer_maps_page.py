@@ -121,6 +121,44 @@ def test_other_rows_start_where_they_are_told_to(sheet):
     np.testing.assert_array_equal(sheet.orbits()[0].points, one.points)
 
 
+def test_a_map_of_ones_own(sheet, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sheet.state("system=your-map&crossings=200")
+    assert sheet.text("title") == "Your map"
+    sheet.page.locator("[data-part=formula]").fill("k = p + K*sin(w*x); x' = x + k; p' =")
+    sheet.wait("!app.part('wrong-formula').hidden")
+    assert "name = formula" in sheet.text("wrong-formula")
+    sheet.page.locator("[data-part=formula]").fill("k = p + K*sin(w*x); x' = x + k; p' = k")
+    sheet.page.locator("[data-part=angles]").fill("x=2*pi/w")
+    sheet.wait("app.section.surface !== null && app.part('wrong-formula').hidden && 'w' in app.state.parameters")
+    sheet.number("w", "2")
+    sheet.wait("app.section.surface?.periods[0] < 3.2 && app.pending === null")
+    sheet.do("whole")
+    sheet.click(1.7, 0.1)
+    sheet.done(1)
+    (one,) = sheet.orbits()
+    sheet.wait("location.hash.includes('points=')")
+    text = sheet.get("location.hash")
+    model = fa.mapping("k = p + K*sin(w*x); x' = x + k; p' = k", periods={"x": "2*pi/w"}, K=0.9, w=2.0)
+    away = np.abs(one.points - iterates(model, one.z0, 200))
+    assert np.minimum(away, np.pi - away).max() < 1e-9
+    files = saved(sheet, "save-job", tmp_path, 2)
+    cut = fa.run(Job.read(next(path for path in files if path.suffix == ".toml")), "own.zarr")["poincare"]
+    np.testing.assert_allclose(cut["p"][:, 0], one.points[1], atol=1e-9)
+    # Four variables have two planes.
+    sheet.page.locator("[data-part=formula]").fill("a1 = a + u1; b1 = b + v1; u1 = u + K*sin(w*a); v1 = v + K*sin(w*b)")
+    sheet.wait("!app.part('wrong-formula').hidden")
+    assert "no value yet" in sheet.text("wrong-formula")
+    sheet.page.locator("[data-part=angles]").fill("")
+    sheet.page.locator("[data-part=formula]").fill("u1 = u + K*sin(w*a); v1 = v + K*sin(w*b); a1 = a + u1; b1 = b + v1")
+    sheet.wait("app.section.surface !== null && app.state.section === 'u,a'")
+    assert sheet.page.locator("[data-part=section] option").count() == 2
+    sheet.state(text)
+    sheet.done(1)
+    assert sheet.orbits()[0].z0 == one.z0
+    np.testing.assert_array_equal(sheet.orbits()[0].points, one.points)
+
+
 def test_a_saved_job_gives_the_same_iterates(sheet, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sheet.state("system=froeschle-map&parameter.K_1=0.3&crossings=50&start.x_2=3&points=3:0.2,2.9:-0.1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ from ..flows.checks import NATURAL, checked_model
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
+from ..formulas.mapping import mapping
 from ..formulas.section_text import section_named
 from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
 from ..schemes.catalogue import scheme_named
@@ -334,6 +336,10 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any]) -> Any:
         if not isotropic(made):
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
+    if given["kind"] == "map":
+        angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
+        periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in angles)}
+        return mapping(text, periods=periods, **parameters)
     return checked_model(hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters), kinds=NATURAL)
 
 

@@ -68,7 +68,7 @@ NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
         "x′ = cx + s(p + x²), p′ = c(p + x²) − sx, c = cos 2πν, s = sin 2πν",
         NOWHERE,
     ),
-    "mcmillan-map": ("McMillanMap", "McMillan’s map", "x′ = p, p′ = −x + 2mp/(1 + p²)", NOWHERE),
+    "mcmillan-map": ("McMillanMap", "McMillan’s map", "x′ = p, p′ = −x + 2m p/(1 + p²)", NOWHERE),
     "froeschle-map": (
         "FroeschleMap",
         "Froeschlé’s map",

@@ -8,7 +8,7 @@ import { newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
 import { schemeTitle } from "./controls.js";
 import { showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
-import { OWN, firstState, hashOf, systemOf } from "./state.js";
+import { OWN, firstState, hashOf, othersOf, systemOf } from "./state.js";
 import { showRow } from "./table.js";
 import { shownNumber, writeLabel } from "./text.js";
 import { takeRegion } from "./view_configuration.js";
@@ -212,7 +212,7 @@ export function makeActions(app) {
     const system = systemOf(setup, state);
     app.ready = false;
     takeRegion(app.configuration, null);
-    if (system.own) return app.send({ type: "parse", formula: state.formula, kind: system.kind, coordinates: system.coordinates });
+    if (system.own) return app.send({ type: "parse", formula: state.formula, kind: system.kind, coordinates: system.coordinates, angles: state.angles });
     app.send({ type: "system", system: { name: system.name, kind: system.kind, coordinates: system.coordinates, momenta: system.momenta, parameters: { ...state.parameters }, code: system.code }, scheme: state.scheme, accuracy: state.accuracy });
     return showFoot();
   }
@@ -227,8 +227,14 @@ export function makeActions(app) {
     state.parameters = parameters;
     const system = systemOf(setup, state);
     if (!same) showParameters(app.panel, state, system);
+    if (system.kind === "map" && !(system.sections.some((section) => section.name === state.section) && Object.keys(othersOf(system)).join() === Object.keys(state.others).join())) {
+      Object.assign(state, { section: system.sections[0].name, others: othersOf(system) });
+      app.pending = [];
+      app.keepView = false;
+      showState(app.panel, state, system);
+    }
     writeLabel(part("formula-shown"), system.formula);
-    app.send({ type: "system", system: { kind: system.kind, formula: state.formula, coordinates: system.coordinates, parameters: { ...parameters } }, scheme: state.scheme, accuracy: state.accuracy });
+    app.send({ type: "system", system: { kind: system.kind, formula: state.formula, coordinates: system.coordinates, momenta: system.momenta, angles: state.angles, parameters: { ...parameters } }, scheme: state.scheme, accuracy: state.accuracy });
     showFoot();
   }
 
@@ -284,8 +290,8 @@ export function makeActions(app) {
   const panel = {
     state: () => app.state,
     system: (name) => useState(firstState(setup, name)),
-    formula(text, coordinates) {
-      Object.assign(app.state, { formula: text, coordinates: coordinates || "x y" });
+    formula(text, coordinates, angles) {
+      Object.assign(app.state, { formula: text, coordinates: coordinates || "x y", angles });
       if (OWN[app.state.system] === "plane" && !/^[A-Za-z]\w*[ ,]+[A-Za-z]\w*$/.test(app.state.coordinates)) {
         return showWrong(app.panel, "formula", "Coordinates must be two names, such as x y.");
       }

@@ -2,6 +2,7 @@
 
 import { Expressions } from "./derivatives.js";
 import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula, valueOf } from "./grammar.js";
+import { mapCode, readMap } from "./map_formula.js";
 
 export const BODY_VARIABLES = ["D1", "D2", "alpha", "beta", "r", "vartheta", "rho", "x", "y", "z", "u", "a1", "a2", "b1", "b2"];
 const TURNED = ["x", "y", "z", "u", "a1", "a2", "b1", "b2"], TRIALS = 24, SAME_VALUE = 1e-9, ON_AXIS = 2**-34;
@@ -10,7 +11,8 @@ const GAUSS = [[0.2386191860831969, 0.467913934572691], [0.6612093864662645, 0.3
 function refused(message) { return Object.assign(new Error(message), { what: "formula" }); }
 
 /** What a formula is: {names: its parameters}; throws the sentence that says why it is none. */
-export function readFormula({ formula, kind, coordinates = "x y" }) {
+export function readFormula({ formula, kind, coordinates = "x y", angles = "" }) {
+  if (kind === "map") return readMap({ formula, angles });
   const variables = kind === "body" ? BODY_VARIABLES : planeCoordinates(coordinates);
   return { variables, names: parametersOf(formula, variables, new Set([...RESERVED_NAMES, ...variables])) };
 }
@@ -24,7 +26,8 @@ function planeCoordinates(coordinates) {
 }
 
 /** The record of a system, as Python's model_code, of a formula with values of its parameters (1 where there is none). */
-export function formulaCode({ formula, kind, coordinates, parameters = {} }) {
+export function formulaCode({ formula, kind, coordinates, angles = "", parameters = {} }) {
+  if (kind === "map") return mapCode({ formula, angles, parameters });
   const { variables, names } = readFormula({ formula, kind, coordinates });
   const program = parseFormula(formula, variables, names);
   const values = new Map(names.map((name) => [name, Object.hasOwn(parameters, name) ? parameters[name] : 1]));

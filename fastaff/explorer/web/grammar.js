@@ -29,7 +29,7 @@ const WORDS_FOUND = new Map([
   ["in", "a comparison"], ["is", "a comparison"], ["await", "await"], ["yield", "yield"], ["for", "a comprehension"],
 ]);
 export const RESERVED_NAMES = new Set(("count index degrees_of_freedom coordinates kind angular_velocity damping_rate angles velocity force tangent_force kinetic_energy "
-  + "potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates "
+  + "potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates iterate tangent_iterate symplectic momenta periods "
   + "potential ring period phase mu mu_1 mu_2 masses "
   + "m_1 m_2 m_3 m_4 m_5 m_6 m_7 m_8").split(" "));
 const CALLS_OF_NUMBERS = new Map(GRAMMAR_FUNCTIONS.map((name) => [name, Math[name]]));

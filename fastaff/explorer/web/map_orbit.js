@@ -88,14 +88,15 @@ export class MapOrbit {
       return value === null ? null : { value, error: this.frequencies.errors[index] };
     }
     const whole = k < 0 ? rotationNumber(this.points.view(0, 2*kept)) : windingNumber(this.turns[k].view(0, kept));
-    if (!whole || !alone) return whole;
-    const q = lockedPeriod(whole, kept);
-    return q ? { ...whole, q, inner: rotationNumber(this.visits(q, kept, Math.round(q*whole.value))) } : whole;
+    const q = whole ? lockedPeriod(whole, kept) : 0;
+    if (!q) return whole;
+    const visits = this.visits(q, kept, Math.round(q*whole.value), this.turns[k]);
+    return { ...whole, q, inner: alone ? rotationNumber(visits) : tuneOf(visits) };
   }
 
   /** The iterates q, 2q, ... of the plane, an angle without the turns that the island makes. */
-  visits(q, kept, p) {
-    const found = new Float64Array(2*Math.floor(kept/q)), [period] = this.plane.periods, turns = this.turns[0];
+  visits(q, kept, p, turns) {
+    const found = new Float64Array(2*Math.floor(kept/q)), [period] = this.plane.periods;
     let lifted = 0;
     for (let j = 0; j < kept; j++) {
       if (period) lifted += turns.array[j];
@@ -127,6 +128,14 @@ export class MapOrbit {
   }
 
   motionBetween() { throw wrong("orbit", "a map has no motion between its iterates"); }
+}
+
+/** The tune of points u, v, u, v, ... with an error, null where they are few. */
+function tuneOf(points) {
+  const count = Math.min(points.length/2, SAMPLED), signal = new Float64Array(4*count);
+  for (let s = 0; s < count; s++) { signal[4*s] = points[2*s]; signal[4*s + 2] = points[2*s + 1]; }
+  const found = fundamentalFrequencies(signal, 4, 1, ["own"]), value = found?.values[0] ?? null;
+  return value === null ? null : { value, error: found.errors[0] };
 }
 
 /** The period up to which a rotation number is that of a chain of islands, 0 where it is none. */

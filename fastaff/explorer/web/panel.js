@@ -8,14 +8,14 @@ const WAIT = 140; // milliseconds after the last sign of a formula before it is 
 export function makePanel(part, setup, act) {
   const panel = { part, setup, act, sliders: {}, parameters: {}, constant: null, energyRange: "" };
   const choices = setup.systems.map((system) => [system.name, system.title]);
-  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: two coordinates"]], "");
+  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: two coordinates"], ["your-map", "Your formula: a map"]], "");
   fillList(part("scheme"), setup.schemes.map((scheme) => [scheme.name, schemeTitle(scheme.name)]), "");
   part("system").addEventListener("change", () => act.system(part("system").value));
   let timer = null;
-  for (const name of ["formula", "coordinates"]) {
+  for (const name of ["formula", "coordinates", "angles"]) {
     part(name).addEventListener("input", () => {
       clearTimeout(timer);
-      timer = setTimeout(() => act.formula(part("formula").value.trim(), part("coordinates").value.trim()), WAIT);
+      timer = setTimeout(() => act.formula(part("formula").value.trim(), part("coordinates").value.trim(), part("angles").value.trim()), WAIT);
     });
   }
   part("section").addEventListener("change", () => act.section(part("section").value));
@@ -30,6 +30,12 @@ export function makePanel(part, setup, act) {
   return panel;
 }
 
+const HINTS = {
+  body: "in D1, D2, alpha, beta, r, vartheta and letters of your own",
+  plane: "in the coordinates and letters of your own",
+  map: "x1 or x' is the image of x; letters of your own. Angles, with their periods, are drawn in one period.",
+};
+
 // Show a state; the controls of its system are made anew.
 export function showState(panel, state, system) {
   const { part, act } = panel;
@@ -38,7 +44,8 @@ export function showState(panel, state, system) {
   part("coordinates-row").hidden = system.kind !== "plane";
   if (system.own && part("formula").value.trim() !== state.formula) part("formula").value = state.formula;
   part("coordinates").value = state.coordinates;
-  part("formula-hint").textContent = system.kind === "body" ? "in D1, D2, alpha, beta, r, vartheta and letters of your own" : "in the coordinates and letters of your own";
+  if (part("angles").value.trim() !== state.angles) part("angles").value = state.angles;
+  part("formula-hint").textContent = HINTS[system.kind];
   showParameters(panel, state, system);
   const names = { body: ["energy", "p_eta", "p_gamma"], plane: ["energy"], map: [] }[system.kind];
   panel.sliders = Object.fromEntries(names.map((name) => [name, makeSlider({ name: name === "energy" ? "E" : name, value: state[name], ...rangeAbout(state[name], name === "energy" ? 0 : -1.5) }, (value, final) => act.set(name, value, final))]));

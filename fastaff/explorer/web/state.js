@@ -1,26 +1,54 @@
 // What the page shows, as one record of numbers, names and formulas; and the same as the part of an address after "#".
 
+import { readMap } from "./map_formula.js";
 import { shownFormula } from "./text.js";
 
 const NUMBER = /^[+-]?(\d{1,17}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?$/;
 const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
 const FORMULA = /^[\w\s+\-*/().,^]{1,600}$/;
+const MAP_TEXT = /^[\w\s+\-*/().,^=;']{1,600}$/;
+const ANGLES = /^[\w\s+\-*/().,=;]{0,200}$/;
 const COORDINATES = /^[A-Za-z]\w{0,15}[ ,]+[A-Za-z]\w{0,15}$/;
 const MOST_POINTS = 400;
 const MAP_ITERATES = 2000; // of an orbit of a map: regular is said after 200 natural periods, each of 2 pi iterates
 
-export const OWN = { "your-body": "body", "your-plane": "plane" };
+export const OWN = { "your-body": "body", "your-plane": "plane", "your-map": "map" };
 
 const OWN_SECTIONS = {
   body: [{ name: "alpha-turning", constant: null }, { name: "beta-turning", constant: null }, { name: "alpha=c", constant: 1.5 }, { name: "beta=c", constant: 0.3 }, { name: "area=c", constant: 1 }],
 };
 
-export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)" };
+export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", map: "p1 = p + K*sin(x); x1 = x + p1" };
+
+// Coordinates and momenta of a typed map; x and p of what is none.
+const lastRead = { text: null, found: null };
+function rowsOf(formula) {
+  if (lastRead.text !== formula) {
+    lastRead.text = formula;
+    try {
+      lastRead.found = readMap({ formula });
+    } catch {
+      lastRead.found = { coordinates: ["x"], momenta: ["p"] };
+    }
+  }
+  return lastRead.found;
+}
+
+// Where the rows of a map start beside the plane.
+export function othersOf({ coordinates, momenta }) {
+  return coordinates.length > 1 ? Object.fromEntries([...coordinates, ...momenta].map((row) => [row, 0])) : {};
+}
 
 // The system of a state: that of the set-up, or one made of the user's formula.
 export function systemOf(setup, state) {
   const kind = OWN[state.system];
   if (!kind) return setup.systems.find((system) => system.name === state.system);
+  if (kind === "map") {
+    const { coordinates, momenta } = rowsOf(state.formula), sections = coordinates.map((name, i) => ({ name: name + "," + momenta[i], constant: null }));
+    const angles = state.angles.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean);
+    const job = { map: state.formula, ...(angles.length ? { angles } : {}) };
+    return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, own: true, coordinates, momenta, parameters: [], sections, job };
+  }
   const names = state.coordinates.split(/[ ,]+/);
   const sections = kind === "body" ? OWN_SECTIONS.body : names.map((name) => ({ name: name + "=c", constant: 0 }));
   const job = kind === "body" ? { formula: state.formula } : { hamiltonian: state.formula, coordinates: names.join(" ") };
@@ -30,8 +58,12 @@ export function systemOf(setup, state) {
 // The state that a system begins with.
 export function firstState(setup, name) {
   const start = setup.start ?? {};
-  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
+  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", angles: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
   const kind = OWN[name];
+  if (kind === "map") {
+    const own = { energy: null, p_eta: 0, p_gamma: 0, section: "x,p", constant: null, others: {}, view: null, points: [] };
+    return { ...common, ...own, crossings: start.crossings ?? MAP_ITERATES, system: name, formula: OWN_FORMULAS.map, angles: "x=2*pi", parameters: { K: 0.9 } };
+  }
   if (kind) {
     const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
     const surface = kind === "body" ? { energy: 1.5, p_eta: 0.3, p_gamma: 0.2, section: "alpha-turning", constant: null } : { energy: 0.125, p_eta: 0, p_gamma: 0, section: "x=c", constant: 0 };
@@ -41,7 +73,7 @@ export function firstState(setup, name) {
   const parameters = Object.fromEntries(system.parameters.map((entry) => [entry.name, entry.value]));
   const isMap = system.kind === "map";
   if (isMap) common.crossings = start.crossings ?? MAP_ITERATES;
-  const others = isMap && system.coordinates.length > 1 ? Object.fromEntries([...system.coordinates, ...system.momenta].map((row) => [row, 0])) : {};
+  const others = isMap ? othersOf(system) : {};
   const own = { others, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
   const given = start.system === system.name ? { ...start, parameters: { ...parameters, ...start.parameters } } : {};
   return { ...common, ...own, ...picked(given, Object.keys(own)), system: system.name };
@@ -55,6 +87,7 @@ function picked(record, names) {
 export function hashOf(state, startPoints, view) {
   const parts = [["system", state.system]], isMap = state.energy === null;
   if (OWN[state.system]) parts.push(["formula", state.formula]);
+  if (OWN[state.system] === "map" && state.angles) parts.push(["angles", state.angles]);
   if (OWN[state.system] === "plane") parts.push(["coordinates", state.coordinates]);
   for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
   if (isMap) for (const [name, value] of Object.entries(state.others)) if (!state.section.split(",").includes(name)) parts.push(["start." + name, value]);
@@ -94,13 +127,17 @@ export function readHash(setup, text) {
   given.delete("system");
   const isNumber = (value) => NUMBER.test(value) && Number.isFinite(Number(value));
   if (OWN[state.system]) {
-    read("formula", (value) => FORMULA.test(value), String);
+    const isMap = OWN[state.system] === "map";
+    if (isMap && given.has("formula")) state.angles = "";
+    if (isMap) read("angles", (value) => ANGLES.test(value), String);
+    read("formula", (value) => (isMap ? MAP_TEXT : FORMULA).test(value), String);
     read("coordinates", (value) => COORDINATES.test(value), String);
     if (given.size && [...given.keys()].some((key) => key.startsWith("parameter."))) state.parameters = {};
   }
   const system = systemOf(setup, state);
   const hadConstant = given.has("constant");
   if (system.kind === "map") {
+    if (system.own) Object.assign(state, { others: othersOf(system), section: system.sections[0].name });
     for (const row of Object.keys(state.others)) {
       const key = "start." + row;
       if (given.has(key) && isNumber(given.get(key))) state.others[row] = Number(given.get(key));

@@ -1,0 +1,111 @@
+// A typed map as a system: statements name = formula, as formulas/map_source.py reads them, with the exact derivative.
+
+import { Expressions } from "./derivatives.js";
+import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula } from "./grammar.js";
+
+const IMAGE = "_image", EXAMPLE = "'p1 = p + K*sin(x); x1 = x + p1'", MOST_ROWS = 16, MAP_TRIALS = 400;
+
+function noMap(message) { return Object.assign(new Error(message), { what: "formula" }); }
+
+const shownName = (name) => name.replace(IMAGE, "'");
+
+/** What a text says: {variables, coordinates, momenta, names: its parameters, lines, periods}; throws why it is no map. */
+export function readMap({ formula, angles = "" }) {
+  if (formula.length > 4000) throw noMap(`formula must have at most 4000 characters, got ${formula.length}`);
+  const suffix = formula.includes("'") ? IMAGE : "1";
+  const pieces = formula.replace(/([A-Za-z]\w*)'/g, `$1${IMAGE}`).split(/[;\n]/).map((piece) => piece.trim()).filter(Boolean);
+  const sides = pieces.map((piece) => {
+    const at = piece.indexOf("="), left = piece.slice(0, at).trim(), right = piece.slice(at + 1).trim();
+    if (at < 0 || !right || !/^[A-Za-z_]\w*$/.test(left)) throw noMap(`formula must be statements name = formula, such as ${EXAMPLE}; got '${shownName(piece)}'`);
+    return [left, right];
+  });
+  const lefts = sides.map(([left]) => left), isImage = (left) => left.endsWith(suffix) && left.length > suffix.length;
+  const variables = lefts.filter(isImage).map((left) => left.slice(0, -suffix.length));
+  if (!variables.length) throw noMap(`formula must give the image of each variable, x1 = ... or x' = ..., such as ${EXAMPLE}`);
+  if (variables.length % 2 || variables.length > MOST_ROWS) {
+    throw noMap(`formula must give the images of 2, 4, ... or ${MOST_ROWS} variables, coordinates and momenta; got those of ${variables.join(", ")}`);
+  }
+  const known = new Set(), taken = new Set(["self", "np"]), names = [], texts = [];
+  for (const name of variables) { checkedName(name, "variable", new Set([...taken, ...known])); known.add(name); }
+  for (const [left, right] of sides) {
+    if (known.has(left)) throw noMap(`formula: ${shownName(left)} = ... gives a value to what is a variable, or has a value already: the image of x is x1 or x'`);
+    if (!isImage(left)) checkedName(left, "name", new Set([...taken, ...known]));
+    for (const name of parametersOf(right, [...known], new Set([...RESERVED_NAMES, ...taken]))) {
+      if (lefts.includes(name)) throw noMap(`formula: ${shownName(name)} has no value yet where ${shownName(left)} takes it`);
+      if (!names.includes(name)) names.push(name);
+    }
+    texts.push({ left, right, known: [...known] });
+    known.add(left);
+  }
+  const { coordinates, momenta } = pairsOf(variables), periods = periodsOf(angles, [...coordinates, ...momenta], names);
+  const lines = texts.map((line) => ({ left: line.left, program: parseFormula(line.right, line.known, names) }));
+  return { variables, coordinates, momenta, names, lines, suffix, periods };
+}
+
+/** The period of each row of a text such as x=2*pi, null where it has none; its letters join the parameters. */
+function periodsOf(text, rows, names) {
+  const found = new Map();
+  for (const piece of text.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean)) {
+    const at = piece.indexOf("="), name = piece.slice(0, at).trim(), value = piece.slice(at + 1).trim();
+    if (at < 0 || !rows.includes(name) || !value) throw noMap(`formula: angles must be NAME=PERIOD of ${rows.join(", ")}, such as ${rows[0]}=2*pi; got '${piece}'`);
+    for (const one of parametersOf(value, [])) {
+      if (rows.includes(one)) throw noMap(`formula: the period of ${name} must be one of letters and numbers, got ${one}`);
+      if (!names.includes(one)) names.push(one);
+    }
+    found.set(name, value);
+  }
+  return rows.map((name) => (found.has(name) ? parseFormula(found.get(name), [], names) : null));
+}
+
+/** Coordinates and momenta: by names p_x or px beside x, q1 with p1, x with p; else the first half are coordinates. */
+function pairsOf(variables) {
+  const known = new Set(variables), half = variables.length/2;
+  if (variables.length === 2 && known.has("p")) return { coordinates: variables.filter((name) => name !== "p"), momenta: ["p"] };
+  const partner = (name) => [`p_${name}`, `p${name}`].find((other) => known.has(other) && other !== name);
+  const coordinates = variables.filter(partner), momenta = coordinates.map(partner);
+  if (coordinates.length === half && new Set([...coordinates, ...momenta]).size === variables.length) return { coordinates, momenta };
+  const numbered = new Map(variables.filter((name) => name[0] === "p" && name.length > 1).map((name) => [name.slice(1), name]));
+  const others = variables.filter((name) => name[0] !== "p");
+  if (numbered.size === others.length && others.length === half && others.every((name) => numbered.has(name.slice(1)))) {
+    return { coordinates: others, momenta: others.map((name) => numbered.get(name.slice(1))) };
+  }
+  return { coordinates: variables.slice(0, half), momenta: variables.slice(half) };
+}
+
+/** The record of a typed map, as Python's model_code. */
+export function mapCode({ formula, angles = "", parameters = {} }) {
+  const read = readMap({ formula, angles }), { coordinates, momenta, names, lines, suffix, periods } = read;
+  const graph = new Expressions(), rows = [...coordinates, ...momenta], n = coordinates.length;
+  const values = new Map(names.map((name) => [name, graph.name(name)]));
+  rows.forEach((name) => values.set(name, graph.name(`.${name}`)));
+  for (const { left, program } of lines) values.set(left, graph.of(program, values, GRAMMAR_CONSTANTS));
+  const images = rows.map((name) => values.get(name + suffix)), changes = rows.map((_, r) => graph.name(` d${r}`));
+  const slopes = images.map((part) => rows.map((name, r) => graph.product(graph.slope(part, `.${name}`), changes[r])).reduce((a, b) => graph.sum(a, b)));
+  const zero = graph.number(0), spans = periods.map((program) => (program ? graph.of(program, values, GRAMMAR_CONSTANTS) : zero));
+  const texts = new Map(names.map((name) => [name, `$${name}`]));
+  rows.forEach((name, r) => texts.set(`.${name}`, r < n ? `q${r}` : `p${r - n}`).set(` d${r}`, `d${r}`));
+  checkTried(graph, images, rows, new Map(names.map((name) => [name, Object.hasOwn(parameters, name) ? parameters[name] : 1])));
+  const print = (roots) => graph.printed(roots, texts, "k$");
+  const methods = {
+    iterate: print(images), tangent: print(slopes), periods: print(spans),
+    margin: { lines: [], results: [`(1 + 0*(${coordinates.map((_, i) => `q${i}`).join(" + ")}))`] },
+  };
+  return { kind: "map", n, parameters: names, angles: coordinates, winds: periods.map(Boolean), coordinates, momenta, methods };
+}
+
+/** Refuse a map that has a finite image nowhere around the origin. */
+function checkTried(graph, images, rows, values) {
+  const parts = graph.below(images);
+  let seed = 12345;
+  const random = () => { seed = seed*48271 % 2147483647; return seed/2147483647; };
+  for (let k = 0; k < MAP_TRIALS; k++) {
+    const point = new Map(rows.map((name) => [`.${name}`, 3*random() - 1.5])), done = new Map();
+    for (const part of parts) {
+      const [a, b] = part.entries, at = (entry) => done.get(entry);
+      done.set(part, part.kind === "number" ? a : part.kind === "name" ? point.get(a) ?? values.get(a) : part.kind === "sum" ? at(a) + at(b)
+        : part.kind === "product" ? at(a)*at(b) : part.kind === "call" ? Math[a](at(b)) : at(a)**at(b));
+    }
+    if (images.every((part) => Number.isFinite(done.get(part)))) return;
+  }
+  throw noMap(`formula: the map has a finite real image at none of ${MAP_TRIALS} points with |z| < 1.5`);
+}
