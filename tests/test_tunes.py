@@ -219,6 +219,34 @@ def test_a_plane_at_rest_and_changing_tunes():
     assert not found.regular[0]
 
 
+def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeypatch):
+    """Two planes with a kick that is bounded, and random tunes: a sea, and islands whose bits stay what they were."""
+    from fastaff.analysis.frequencies import tunes as module
+
+    rng = np.random.default_rng(16)
+    text = (
+        "a = p_x - K*x/(1 + x**2 + 2*y**2); b = p_y - 3*K*y/(1 + x**2 + 2*y**2)**2;"
+        "x1 = c*x + s*a; p_x1 = c*a - s*x; y1 = d*y + e*b; p_y1 = d*b - e*y"
+    )
+    turn = 2 * np.pi * (0.25 + 0.08 * rng.uniform(-1, 1, 2))
+    model = fa.mapping(text, K=0.6, c=np.cos(turn[0]), s=np.sin(turn[0]), d=np.cos(turn[1]), e=np.sin(turn[1]))
+    z = np.concatenate([rng.uniform(-1.5, 1.5, (4, 40)), rng.uniform(-0.1, 0.1, (4, 20))], axis=1)
+    samples = fa.integrate(model, z, time=1024, samples=1024).samples.transpose(1, 2, 0)
+    verdict = fa.chaos_map(model, z, time=8192).verdict
+    spared = fa.tunes(samples)
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_restless", lambda f, halves, length: np.zeros(len(f), bool))
+        fitted = fa.tunes(samples)
+    calm = verdict == 0
+    assert 10 < calm.sum() < 50
+    same(spared.take(np.flatnonzero(calm)), fitted.take(np.flatnonzero(calm)))
+    off = (spared.nu != fitted.nu).any(axis=0)
+    assert off.any()
+    assert (spared.kind[off] == FrequencyKind.IRREGULAR).all()
+    assert (spared.method[:, ~calm].sum(axis=0) == 0).mean() > 0.7
+    assert (fa.tunes(samples, method=NaffLines()).method[:, calm] == 1).all()
+
+
 # --- the accumulator -------------------------------------------------------------------------------------------------
 
 

@@ -218,7 +218,7 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
     lines = min(m + MORE_LINES, n // 4 - LINE_ORDER)
     result.drifting[short] = result.rest[short] > NOT_FEW
     short = short[~result.drifting[short]]
-    result.drifting[short] = _drifts(loops[short], result.leading[short], moving[short], h)
+    result.drifting[short] = drifts(loops[short], result.leading[short], moving[short], h)
     short = short[~result.drifting[short]]
     if short.size and lines > m + LINES:
         again = _lattice(loops[short], np.ascontiguousarray(x[short]), h, time, moving[short], lines, threads)
@@ -230,7 +230,7 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
     return result._replace(dual=dual, offset=offset, drift=step)
 
 
-def _drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
+def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
     """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest
     of both halves.
     """
@@ -374,17 +374,25 @@ def values(
     return f
 
 
+def lines_of(f: np.ndarray, interval: float, lines: int = 8) -> FrequencyLines:
+    """Return the strongest lines of signals f (signals, samples), of their first samples as a Fourier transform likes
+    to have them.
+    """
+    samples = fast_length(f.shape[1])
+    return found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
+
+
 def line_rates(
-    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, lines: int = 8
+    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, found: FrequencyLines | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its
     uncertainty.
 
     It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error
     bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
-    up, with inf for it.
+    up, with inf for it. found: what `lines_of` says, where that is known.
     """
-    line, uncertainty = _line_by(f, interval, nu, lines)
+    line, uncertainty = _line_by(f, interval, nu, lines_of(f, interval) if found is None else found)
     rates = np.full((5, len(f)), np.nan)
     rates[0] = line.nu
     left = np.flatnonzero(uncertainty < useless)
@@ -397,11 +405,11 @@ def line_rates(
     return rates, np.where(uncertainty < useless, uncertainty, np.inf)
 
 
-def line_changes(f: np.ndarray, interval: float, nu: np.ndarray, lines: int = 8) -> np.ndarray:
+def line_changes(f: np.ndarray, interval: float, nu: np.ndarray) -> np.ndarray:
     """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
     is lost.
     """
-    line, _ = _line_by(f, interval, nu, lines)
+    line, _ = _line_by(f, interval, nu, lines_of(f, interval))
     every = np.arange(len(f))
     change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
     return np.where(np.isfinite(change), change, np.inf)
@@ -425,10 +433,9 @@ class _Line(NamedTuple):
         return followed_line(self.f[signals], self.interval, LINE_ORDER, first, first + n, found, self.which[signals])
 
 
-def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, lines: int) -> tuple[_Line, np.ndarray]:
-    """Return the strongest line within three bins of nu (signals,) in f (signals, samples), and its error bar."""
+def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, found: FrequencyLines) -> tuple[_Line, np.ndarray]:
+    """Return the strongest line found in f (signals, samples) within three bins of nu (signals,), and its error bar."""
     samples = fast_length(f.shape[1])
-    found = found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
     near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
     which = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)
     some, rows = near.any(axis=1), np.arange(len(f))

@@ -20,10 +20,10 @@ from ...compile.threads import checked_threads
 from ...flows.flow import Report
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .frequencies import MANY_TURNS, FrequencyKind
-from .fundamental import LINE_ORDER, line_rates
+from .fundamental import LINE_ORDER, drifts, line_rates, lines_of
 from .integer_lattice import box
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
-from .naff import found_lines
+from .naff import FrequencyLines, found_lines
 from .readings import CHANGED, SAME
 from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window
 
@@ -219,13 +219,17 @@ class TuneWork:
             known, rough = turning.planes[orbits, planes], means.nu[planes, orbits]
             x, y = z[planes, orbits] - known[:, :1], z[n + planes, orbits] - known[:, 1:2]
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
+            f = a * x + 1j * (b * x + c * y)
+            if not always and not (kept := ~_restless(f, means.halves[:, planes, orbits], length)).all():
+                planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
-            f = (a * x + 1j * (b * x + c * y)) * np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near = steady[planes, orbits]
-            centre = np.where(near, 0.0, _own_lines(f, rough, planes, np.where(steady, means.nu, np.nan)[:, orbits].T))
+            f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
+            near, lines = steady[planes, orbits], lines_of(f, 1.0)
+            others = np.where(steady, means.nu, np.nan)[:, orbits].T
+            centre = np.where(near, 0.0, _own_lines(f, lines, rough, planes, others))
             worst = np.full(len(f), np.inf) if always else means.error[planes, orbits] / SAFETY
             worst = np.where(near, worst, np.inf)  # what is no line at all says nothing of one
-            found, uncertainty = line_rates(f, 1.0, centre, worst)
+            found, uncertainty = line_rates(f, 1.0, centre, worst, lines)
             good = np.isfinite(uncertainty)
             i, o = planes[good], orbits[good]
             means.nu[i, o] = rough[good] + found[0, good]
@@ -240,27 +244,40 @@ class TuneWork:
         return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status)
 
 
-def _own_lines(f: np.ndarray, rough: np.ndarray, planes: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the strongest line of each signal f (signals, samples) that is no integer combination of the tunes of the
-    other planes, others (signals, n) with NaN where there is none; the strongest of all where there is no such line.
+def _restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
+    """Tell which loops f (signals, samples) belong to chaotic orbits: their mean turns change from half to half (2,
+    signals), and so does their strongest line.
+    """
+    result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
+    some = np.ascontiguousarray(f[result][:, None])
+    leading = np.abs(found_lines(some, 1.0, 1, LINE_ORDER).nu[:, :, 0])
+    result[result] = drifts(some, leading, np.ones(leading.shape, bool), 1.0)
+    return result
+
+
+def _own_lines(
+    f: np.ndarray, lines: FrequencyLines, rough: np.ndarray, planes: np.ndarray, others: np.ndarray
+) -> np.ndarray:
+    """Return the strongest of the `lines` of each signal f (signals, samples) that is no integer combination of the
+    tunes of the other planes, others (signals, n) with NaN where there is none; the strongest of all where there is no
+    such line.
 
     f turns by `rough` (signals,) less than the plane does.
     """
     if f.shape[1] < LONG:
         return found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0]
-    found = found_lines(f, 1.0, OWN_LINES, LINE_ORDER)
+    nu, size = lines.nu[:, :OWN_LINES], np.abs(lines.amplitude[:, :OWN_LINES])
     others = others.copy()
     others[np.arange(len(f)), planes] = np.nan
     k = box([COMBINED] * others.shape[1])
     k = k[np.abs(k).sum(axis=1) <= COMBINED]
     with np.errstate(invalid="ignore"):
         combined = np.where(k != 0, k * others[:, None, :], 0.0).sum(axis=2)
-        apart = found.nu[:, :, None] + rough[:, None, None] - combined[:, None, :]
+        apart = nu[:, :, None] + rough[:, None, None] - combined[:, None, :]
         foreign = (np.abs(apart - np.rint(apart)) * f.shape[1] < SHARP).any(axis=2)
-    size = np.abs(found.amplitude)
     own = np.where(foreign | (size < WEAK * size[:, :1]), 0.0, size)
     best = np.where(own.any(axis=1), own.argmax(axis=1), 0)
-    return found.nu[np.arange(len(f)), best]
+    return nu[np.arange(len(f)), best]
 
 
 def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
