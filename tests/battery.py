@@ -307,6 +307,10 @@ CALLS = {
         fa.periodic_orbits,
         {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED},
     ),
+    "periodic_orbits.flow": (
+        fa.periodic_orbits,
+        {"model": SPIRAL, "z0": np.ones((3, 2)), "section": "y=0", "max_time": 20.0, "iterations": 3, "threads": 1},
+    ),
     "poincare_map": (fa.poincare_map, {"body": HH, "z0": Z4, "section": X, "crossings": 2, "max_time": 30.0, **FIXED}),
     "polynomial_count": (fa.quantum.polynomial_count, {"levels": LEVELS}),
     "projected_packet": (

@@ -20,7 +20,7 @@ from .orbits.tangent_map import TangentMap
 from .periodic.bifurcations import Bifurcation, Event
 from .periodic.continuation import Branch
 from .periodic.find_periodic_orbits import periodic_guesses
-from .periodic.periodic_orbits import PeriodicOrbits, Stability
+from .periodic.found_orbits import PeriodicOrbits, Stability
 from .sections.energy_grid import EnergyGrid, NotReached
 from .sections.energy_sample import EnergySample
 from .sections.islands import Islands, Rotation

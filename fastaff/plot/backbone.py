@@ -10,7 +10,7 @@ import numpy as np
 
 from ..analysis.periodic.bifurcations import Bifurcation, Event
 from ..analysis.periodic.continuation import Branch
-from ..analysis.periodic.periodic_orbits import Stability
+from ..analysis.periodic.found_orbits import Stability
 from ..base.status import Status
 from .parameters import parameter_label
 from .picking import carry

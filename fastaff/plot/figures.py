@@ -21,7 +21,7 @@ from ..analysis.orbits.integrate import Orbits
 from ..analysis.orbits.tangent_map import TangentMap
 from ..analysis.periodic.bifurcations import Bifurcation
 from ..analysis.periodic.continuation import Branch
-from ..analysis.periodic.periodic_orbits import PeriodicOrbits
+from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge, EnergySample
 from ..analysis.sections.islands import Islands, Rotation

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.periodic.periodic_orbits import PeriodicOrbits, Stability
+from ..analysis.periodic.found_orbits import PeriodicOrbits, Stability
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.coordinates import in_chart
@@ -23,6 +23,9 @@ STYLES = {
     Stability.HYPERBOLIC: {"marker": "X", "mfc": "#d55e00", "mec": "white", "ms": 8.5, "mew": 0.9},
     Stability.INVERSE_HYPERBOLIC: {"marker": "D", "mfc": "#56b4e9", "mec": "black", "ms": 5.5, "mew": 0.9},
     Stability.COMPLEX: {"marker": "P", "mfc": "black", "mec": "white", "ms": 8.5, "mew": 0.9},
+    Stability.ATTRACTING: {"marker": "v", "mfc": "#009e73", "mec": "black", "ms": 7.0, "mew": 0.9},
+    Stability.SADDLE: {"marker": "d", "mfc": "#cc79a7", "mec": "black", "ms": 7.0, "mew": 0.9},
+    Stability.REPELLING: {"marker": "^", "mfc": "#f0e442", "mec": "black", "ms": 7.0, "mew": 0.9},
 }
 """The colours of Okabe & Ito 2008 (Color Universal Design), each with a shape of its own."""
 

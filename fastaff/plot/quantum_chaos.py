@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.periodic.periodic_orbits import PeriodicOrbits
+from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge
 from ..charts import ALPHA_BETA

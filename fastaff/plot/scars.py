@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.orbits.integrate import integrate
-from ..analysis.periodic.periodic_orbits import PeriodicOrbits
+from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..base.status import Status
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..models.contracts import Model

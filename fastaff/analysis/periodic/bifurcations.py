@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.results import Result
-from .periodic_orbits import PeriodicOrbits
+from .found_orbits import PeriodicOrbits
 
 VANISHING, NEAR = 1e-5, 1e-10
 """Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z

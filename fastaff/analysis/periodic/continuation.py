@@ -23,10 +23,11 @@ from ...models.contracts import Kind, Model, Section, driven, kind_of
 from ...models.mechanics import energies
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations, residue_products
-from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, packed, periodic_orbits
+from .found_orbits import PeriodicOrbits, no_orbits, packed
+from .own_units import Scale, orbit_scale
+from .periodic_orbits import WAIT, periodic_orbits
 from .return_map import (
     Returns,
-    Scale,
     checked_return,
     closing_goal,
     closing_matrix,
@@ -34,7 +35,6 @@ from .return_map import (
     finer_by,
     least_change,
     onto,
-    orbit_scale,
     scheme_error,
     section_returns,
     step_goal,
@@ -140,6 +140,11 @@ def continuation(
     scheme = checked_return(first_model, section, scheme)
     if parameter is None and kind_of(first_model) is Kind.MAP:
         raise ValueError("parameter must be a number for a map, which has no energy to follow; got None")
+    if kind_of(first_model) is Kind.FLOW:
+        raise TypeError(
+            f"model {type(first_model).__name__} is dz/dt = f(z), whose orbits have no residues to follow: "
+            "periodic_orbits finds them at each value"
+        )
     if parameter is None and driven(first_model):
         raise ValueError("parameter must be given for a driven system, which has no energy to follow")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
@@ -412,6 +417,7 @@ class _Family:
         energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
         return packed(
             self.at(point.u[-1], point.step),
+            self.section,
             self.section,
             point.u[:-1, None],
             energy,

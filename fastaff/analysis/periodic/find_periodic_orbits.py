@@ -13,11 +13,12 @@ from ...base.short_forms import starts_of, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section, driven
+from ...models.contracts import Model, Section, dimension, driven
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
-from .periodic_orbits import WAIT, PeriodicOrbits, no_orbits, periodic_orbits
+from .found_orbits import PeriodicOrbits, no_orbits
+from .periodic_orbits import WAIT, periodic_orbits
 from .return_map import checked_guesses, checked_return
 
 
@@ -42,7 +43,8 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     flat = points.reshape(-1, rows)
     size = np.fmax.reduce(flat, axis=0) - np.fmin.reduce(flat, axis=0)
     # The section's own direction tells nothing: its row varies by rounding, beside rows of its kind.
-    kind = np.repeat(np.fmax.reduce(size.reshape(2, -1), axis=1), rows // 2)
+    halves = (size,) if rows % 2 else np.split(size, 2)
+    kind = np.concatenate([np.full(len(half), np.fmax.reduce(half)) for half in halves])
     scale = np.where(size > np.maximum(1e-12 * kind, 1e-13 * np.fmax.reduce(np.abs(flat), axis=0)), size, np.inf)
     away = np.linalg.norm((points[:, period:] - points[:, :-period]) / scale, axis=2)
     # The best crossings of each orbit stand for it: along a regular orbit the displacement repeats itself.
@@ -102,8 +104,8 @@ def find_periodic_orbits(
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
     given = isinstance(z0, SectionMap)
-    if given and len(z0.points) != 2 * model.degrees_of_freedom:
-        raise ValueError(f"z0 must be a SectionMap of {2 * model.degrees_of_freedom} rows, got one of {len(z0.points)}")
+    if given and len(z0.points) != dimension(model):
+        raise ValueError(f"z0 must be a SectionMap of {dimension(model)} rows, got one of {len(z0.points)}")
     starts = z0.points[:, 0, z0.counts > 0] if given else z0
     flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, None, rtol, atol, threads=threads))
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
@@ -115,7 +117,7 @@ def find_periodic_orbits(
             return z0
         return poincare_map(
             model,
-            z,
+            z[: dimension(model)],
             section=section,
             crossings=count,
             max_time=None if section is None or driven(model) else wait * count,

@@ -19,15 +19,16 @@ from ...flows import observers
 from ...flows.checks import CONSERVATIVE, checked_section, checked_tangent_model
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
-from ...flows.motion import inverse_masses, motion
+from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...kernels import crossings as kernels
-from ...models.contracts import Kind, driven, kind_of, moving
+from ...models.contracts import Kind, dimension, driven, kind_of, moving
 from ...models.maps import symplectic
 from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
 from ...models.sections import Stroboscopic
-from ...schemes.catalogue import ITERATION, KAHAN_LI8
+from ...schemes.catalogue import ITERATION, KAHAN_LI8, VERNER9
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
+from .own_units import Scale
 
 STEP_ERROR = 1e-13
 """What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
@@ -55,7 +56,12 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
         raise ValueError(f"model {type(model).__name__} is not symplectic: its periodic orbits have no residues")
     if mapping and energy is not None:
         raise ValueError(f"energy is for systems in time: a map has none; got {energy!r}")
-    if model.degrees_of_freedom < 2 and not mapping:
+    if kind_of(model) is Kind.FLOW:
+        if energy is not None:
+            raise ValueError(f"energy must be left out of dz/dt = f(z), which has none, got {energy!r}")
+        if dimension(model) < 2:
+            raise ValueError(f"model {type(model).__name__} must have two variables or more to return, it has one")
+    elif model.degrees_of_freedom < 2 and not mapping:
         raise ValueError(
             f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
         )
@@ -85,7 +91,12 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
 
 def checked_return(model: Any, section: Any, scheme: Any) -> Any:
     """Check a model with its section, which a map has not; return the scheme."""
-    checked_tangent_model(model, "model", (*CONSERVATIVE, Kind.DRIVEN, Kind.MAP))
+    if kind_of(model) is Kind.DAMPED:
+        raise TypeError(
+            f"model {type(model).__name__} has friction and no drive: it loses energy as long as it moves, so nothing "
+            "returns; with a drive, write both as equations, fa.flow"
+        )
+    checked_tangent_model(model, "model", (*CONSERVATIVE, Kind.DRIVEN, Kind.MAP, Kind.FLOW))
     if kind_of(model) is not Kind.MAP:
         checked_section(section, model)
         if driven(model) and not isinstance(section, Stroboscopic):
@@ -93,7 +104,7 @@ def checked_return(model: Any, section: Any, scheme: Any) -> Any:
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
                 f"the map over its period; got {section!r}"
             )
-        return KAHAN_LI8 if scheme is None else scheme
+        return (VERNER9 if kind_of(model) is Kind.FLOW else KAHAN_LI8) if scheme is None else scheme
     if section is not None:
         raise ValueError(f"section is for systems in time: the returns of a map are its images; got {section!r}")
     return ITERATION if scheme is None else scheme
@@ -214,61 +225,16 @@ def _images(flow: Flow, z: np.ndarray, live: np.ndarray, found: Returns) -> Retu
     return found
 
 
-class Scale(NamedTuple):
-    """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular
-    frequency; energy.
-    """
-
-    rows: np.ndarray
-    rate: np.ndarray
-    energy: np.ndarray
-
-    def of(self, which: Any) -> Scale:
-        """Return those of some of the orbits."""
-        return Scale(*(entry[..., which] for entry in self))
-
-    def matrix(self, monodromy: np.ndarray) -> np.ndarray:
-        """Return monodromy matrices (orbits, 2n, 2n) in these units."""
-        with np.errstate(all="ignore"):
-            return monodromy * self.rows.T[:, None, :] / self.rows.T[:, :, None]
-
-    def norm(self, change: np.ndarray) -> np.ndarray:
-        """Return the lengths of changes (orbits, 2n) of phase points."""
-        with np.errstate(all="ignore"):
-            return np.linalg.norm(change / self.rows.T, axis=1)
-
-    def rounding(self, z: np.ndarray) -> np.ndarray:
-        """Return that of phase points z (2n, orbits): large where the origin is far."""
-        with np.errstate(all="ignore"):
-            return 4e-16 * (1 + np.linalg.norm(z / self.rows, axis=0))
-
-
-def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
-    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the
-    energy, that counts.
-    """
-    found = motion(model, z, threads)
-    if kind_of(model) is Kind.MAP:
-        return Scale(np.concatenate([found.position, found.momentum]), found.rate, found.kinetic)
-    W = np.einsum("iij->ij", inverse_masses(model, z))
-    with np.errstate(all="ignore"):
-        K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
-        if driven(model):
-            K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do
-        rows = np.stack([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)])
-        if driven(model):
-            rows[0, -1], rows[1, -1] = model.period, K
-        return Scale(rows.reshape(-1, *K.shape), found.rate, K)
-
-
 def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dz/dt (orbits, 2n) of Hamilton's equations at z (2n, orbits)."""
     return slopes(model, z).T
 
 
 def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle."""
+    """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 of what has no energy."""
     n, field = model.degrees_of_freedom, vector_field(model, z)
+    if kind_of(model) is Kind.FLOW:
+        return np.zeros(field.shape)
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
 
 
@@ -314,6 +280,7 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
             near = (np.abs(short) <= 4e-15 * size).all(axis=1)
             rows = rows * D.T[:, None]
             length = np.linalg.norm(rows, axis=2)
+            length = np.where(length > 0, length, 1.0)
             change = D * least_change(rows / length[:, :, None], short / length).T
             z = np.where(near, z, z - change)
             if (near | ~np.isfinite(z).all(axis=0)).all():
@@ -336,7 +303,7 @@ def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
     """Return the derivative (orbits, 2n - 2, 2n - 2) of the section map within the energy surface at fixed points z
-    (2n, orbits).
+    (2n, orbits); of dz/dt = f(z) of d variables (orbits, d - 1, d - 1), within the section.
 
     In a basis of the plane of both that is orthonormal in the orbits' own units; the flow takes each image back to the
     section.
@@ -344,17 +311,21 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     D = scale.rows.T
     if section is None:  # of a map
         return scale.matrix(monodromy)
+    d, flows = dimension(model), kind_of(model) is Kind.FLOW
+    kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):
         field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
         along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
-    reduced = np.full((len(monodromy), len(z) - 2, len(z) - 2), np.nan)
+    reduced = np.full((len(monodromy), kept, kept), np.nan)
     good = np.isfinite(own).all(axis=(1, 2))
     if good.any():
-        normals = np.stack([row / np.linalg.norm(row, axis=1)[:, None] for row in (along[good], up[good])], axis=1)
+        surfaces = (along[good],) if flows else (along[good], up[good])
+        normals = np.stack([row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in surfaces], axis=1)
         _, _, rows = np.linalg.svd(normals, full_matrices=True)
-        basis, M, f, s = rows[:, 2:], own[good], field[good], along[good]
-        delay = (s[:, None] @ M) / (s * f).sum(axis=1)[:, None, None]
-        reduced[good] = basis @ (M - f[:, :, None] * delay) @ basis.transpose(0, 2, 1)
+        basis, M, f, s = rows[:, -kept:], own[good, :d, :d], field[good, :d], along[good, :d]
+        with np.errstate(all="ignore"):  # at an equilibrium on the section
+            delay = (s[:, None] @ M) / (s * f).sum(axis=1)[:, None, None]
+            reduced[good] = basis @ (M - f[:, :, None] * delay) @ basis.transpose(0, 2, 1)
     return reduced
 
 
@@ -383,7 +354,8 @@ def closing_matrix(
             return matrix
         matrix[:, :rows, rows] = vector_field(model, end.T) / D / scale.rate[:, None]
         for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
-            matrix[:, rows + row, :rows] = gradient * D / np.linalg.norm(gradient * D, axis=1)[:, None]
+            length = np.linalg.norm(gradient * D, axis=1)[:, None]
+            matrix[:, rows + row, :rows] = gradient * D / np.where(length > 0, length, 1.0)
     return matrix
 
 
