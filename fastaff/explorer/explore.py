@@ -14,9 +14,11 @@ from ..base.numbers import numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance
 from ..flows.checks import NATURAL, checked_model
+from ..formulas.section_text import section_named
 from ..jobs.system import Surface
-from ..models.contracts import Kind, isotropic, kind_of, quadratic
+from ..models.contracts import Kind, driven, isotropic, kind_of, quadratic
 from ..models.maps import symplectic
+from ..models.sections import Stroboscopic
 from ..schemes.automatic import cheapest
 from ..schemes.catalogue import Splitting, scheme_named
 from .background import Found, background_record, found
@@ -27,6 +29,7 @@ from .setup import (
     named_body,
     named_systems,
     plane_record,
+    planes,
     scheme_record,
     section_record,
     splittings,
@@ -53,9 +56,10 @@ def explore(
 ) -> Path:
     """Write the explorer of a system, one HTML file that needs no server, network or Python, and return its path.
 
-    Parameters: body: a Body with a doubly isotropic potential, a system of two coordinates, or a map (default:
-    neo-Hookean; the page has all named models anyway); energy; section: a value of `fastaff.models.sections` or a text
-    such as "alpha-turning", "beta=0.4", "x=0" (default: alpha-turning, or the first coordinate 0); p_eta, p_gamma: the
+    Parameters: body: a Body with a doubly isotropic potential, a system of two coordinates, a driven one of one
+    coordinate, or a map (default: neo-Hookean; the page has all named models anyway); energy; section: a value of
+    `fastaff.models.sections` or a text such as "alpha-turning", "beta=0.4", "x=0", of a driven system "t=0" (default:
+    alpha-turning, the first coordinate 0, or t = 0); p_eta, p_gamma: the
     angular momenta of a body's planes; accuracy: relative error that the first crossings may have; scheme: a splitting
     or its name (default: the one that needs the fewest forces); background: a file of a chaos or frequency map over a
     grid of the section, or such a pair (result, EnergyGrid); points (2, orbits): section coordinates at which orbits
@@ -65,7 +69,9 @@ def explore(
     naming the construct; OSError as `open` does.
 
     A map has neither energy nor section, accuracy nor scheme: a point of the plane of its first coordinate and momentum
-    (another pair is chosen in the page) is an orbit of iterates, angles as they are in [0, period).
+    (another pair is chosen in the page) is an orbit of iterates, angles as they are in [0, period). So is one of the
+    states of a driven system once a period; it has no energy either, and its x is an angle where the force is the same
+    2 pi farther on.
 
     The model's methods are printed as JavaScript from their Python source, the scheme's coefficients are the package's;
     crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later
@@ -104,7 +110,7 @@ def setup_of(
             p_gamma or own.p_gamma,
         )
         section = under.plan.section if section is None else section
-    chosen = named_body("neo-hookean") if body is None else checked_model(body, kinds=(*NATURAL, Kind.MAP))
+    chosen = named_body("neo-hookean") if body is None else checked_model(body, kinds=(*NATURAL, Kind.MAP, Kind.DRIVEN))
     accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if not isotropic(chosen) and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
@@ -114,6 +120,8 @@ def setup_of(
     if mapping:
         _timeless(energy=energy, section=section, accuracy=None if accuracy == ACCURACY else accuracy, scheme=scheme)
         start |= plane_record(chosen, fixed, None if under is None else under.grid)
+    elif driven(chosen):
+        start |= _strobed(chosen, section, energy=energy, fixed=fixed, background=background)
     else:
         if fixed is not None:
             raise ValueError(
@@ -122,12 +130,12 @@ def setup_of(
         start["energy"] = _energy(energy, usual)
     if usual is None:
         systems.insert(0, system_record(chosen, "own", _title(chosen), _formula(chosen), start))
-    elif energy is None and not mapping:
+    elif energy is None and start["energy"] is not None:
         start.update({name: usual[name] for name in ("p_eta", "p_gamma") if not start[name]})
     start["system"] = "own" if usual is None else usual["name"]
     start["parameters"] = parameter_values(chosen)
     taken = cheapest(accuracy, True) if mapping else _scheme(scheme, accuracy, chosen)
-    if not mapping:
+    if not mapping and not driven(chosen):
         cut = _section(section, chosen)
         start |= section_record(cut, chosen)
         _reached(chosen, cut, start)
@@ -144,6 +152,20 @@ def setup_of(
         "background": None if under is None else background_record(under, _of(under, start)),
     }
     return setup, chosen
+
+
+def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
+    """Return where the page of a driven system begins: its states once a period, at a phase."""
+    for name, value in given.items():
+        if value is not None:
+            raise ValueError(
+                f"{name} does not go with a driven system, whose states once a period are shown; got {value!r}"
+            )
+    cut = section_named(section, body) if isinstance(section, str) else Stroboscopic() if section is None else section
+    if not isinstance(cut, Stroboscopic):
+        raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {section!r}")
+    kept: dict[str, Any] = {"energy": None, "section": planes(body)[0], "constant": None, "direction": 1, "others": {}}
+    return {**kept, "phase": float(body.phase(real("section.phase", cut.phase)))}
 
 
 def _timeless(**given: Any) -> None:
@@ -226,6 +248,8 @@ def _points(points: Any) -> list[list[float]]:
 
 
 def _title(body: Any) -> str:
+    if driven(body):
+        return "Driven system"
     if kind_of(body) is Kind.MAP:
         return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
     return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
@@ -235,6 +259,8 @@ def _formula(body: Any) -> str:
     """Return what people read of a model: its formula, or its class."""
     inner = getattr(body, "potential", body)
     text = getattr(inner, "formula", None)
+    if driven(body) and isinstance(text, str):
+        return f"V = {text}, period {body.period:.6g}"
     if kind_of(body) is Kind.MAP:
         said = (
             "; ".join(part.strip() for part in text.replace("\n", ";").split(";") if part.strip())

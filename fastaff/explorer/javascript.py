@@ -17,8 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..models.angles import AreaTrace, Coordinates2
-from ..models.contracts import Kind, coordinate_names, isotropic, kind_of, quadratic
+from ..models.angles import Coordinates2
+from ..models.contracts import Kind, coordinate_names, driven, isotropic, kind_of, quadratic
+from .loops import loops_of, turns_around
 from .parameters import fields_of, numbers_in, parameter_name
 
 FUNCTIONS = {
@@ -72,7 +73,11 @@ def model_code(body: Any) -> dict[str, Any]:
     if kind_of(body) is Kind.MAP:
         return _map_code(body)
     n = body.degrees_of_freedom
-    kind = "body" if isotropic(body) else "plane"
+    kind = "body" if isotropic(body) else "driven" if driven(body) else "plane"
+    if kind == "driven" and n != 2:
+        raise Refused(
+            f"body must have one coordinate beside its time to be explored; {type(body).__name__} has {n - 1}"
+        )
     if n != (4 if kind == "body" else 2):
         raise Refused(
             "body must be one with a doubly isotropic potential, or a system of two coordinates, to be explored; "
@@ -94,6 +99,12 @@ def model_code(body: Any) -> dict[str, Any]:
         wanted.append(("tangent", own, "tangent_force", [*q, *d]))
     names = [name for name, _ in numbers_in(body, ())]
     methods = {key: _method(part, name, arguments, names) for key, part, name, arguments in wanted}
+    if kind == "driven":
+        own_period = {"lines": [], "results": ["$period"]}
+        methods["period"] = own_period if "period" in fields_of(body) else _method(own, "period", [], names)
+        methods["signals"] = _method(Part(Coordinates2(), ()), "signals", [*q, *p], [])
+        winds = [turns_around(body), False]
+        return {"kind": kind, "n": n, "parameters": names, "angles": ["x"], "winds": winds, "methods": methods}
     angles = loops_of(body)
     methods["signals"] = _method(Part(angles, ()), "signals", [*q, *p], [])
     return {"kind": kind, "n": n, "parameters": names, "angles": list(angles.names), "methods": methods}
@@ -113,14 +124,6 @@ def _map_code(model: Any) -> dict[str, Any]:
     methods = {key: _method(own, name, arguments, names) for key, name, arguments in wanted}
     angles, winds = list(coordinate_names(model)), [float(period) > 0 for period in model.periods()]
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
-
-
-def loops_of(body: Any) -> Any:
-    """Return the angles whose loops give frequencies: the model's own where these need time alone, else plain ones."""
-    angles = getattr(body, "angles", None)
-    if angles is not None and hasattr(angles, "signals") and not any(angles.clocks):
-        return angles
-    return AreaTrace() if isotropic(body) else Coordinates2()
 
 
 def _method(part: Part, name: str, arguments: list[str], parameters: list[str]) -> dict[str, Any]:

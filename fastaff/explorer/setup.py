@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -15,7 +16,7 @@ from ..base.numbers import real
 from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import described
-from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
+from ..models.contracts import Kind, coordinate_names, driven, isotropic, kind_of, moving
 from ..models.sections import Linear
 from ..schemes.catalogue import SCHEMES, Splitting
 from .javascript import model_code
@@ -95,8 +96,8 @@ def named_body(name: str) -> Any:
 
 def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
     """Return what a page has of a system."""
-    names, momenta = list(coordinate_names(body)), list(momentum_names(body))
-    kind = "map" if kind_of(body) is Kind.MAP else "body" if isotropic(body) else "plane"
+    names, momenta = (list(rows(body)[: moving(body)]) for rows in (coordinate_names, momentum_names))
+    kind = "map" if kind_of(body) in (Kind.MAP, Kind.DRIVEN) else "body" if isotropic(body) else "plane"
     sections: Any = BODY_SECTIONS
     if kind != "body":
         sections = [(plane, None) for plane in planes(body)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
@@ -113,13 +114,16 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
         "energy": start["energy"],
         "p_eta": start["p_eta"],
         "p_gamma": start["p_gamma"],
+        "driven": driven(body),
+        "phase": start.get("phase"),
         "job": job_record(body),
     }
 
 
 def planes(model: Any) -> list[str]:
     """Return the planes of a map that a page has: each coordinate with its momentum."""
-    return [f"{q},{p}" for q, p in zip(coordinate_names(model), momentum_names(model), strict=True)]
+    rows = zip(coordinate_names(model), momentum_names(model), strict=True)
+    return [f"{q},{p}" for q, p in itertools.islice(rows, moving(model))]
 
 
 def momentum_names(model: Any) -> tuple[str, ...]:
@@ -154,7 +158,7 @@ def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
 def job_record(body: Any) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None where none do."""
     found = described(body)
-    keys = ("model", "formula", "hamiltonian", "map", "angles", "coordinates", "domain")
+    keys = ("model", "formula", "hamiltonian", "map", "angles", "coordinates", "domain", "period")
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
 

@@ -8,6 +8,7 @@ import anywidget
 import numpy as np
 import traitlets
 
+from ..models.contracts import driven
 from .answers import Answers
 from .explore import setup_of
 from .page import script, web_text
@@ -30,6 +31,10 @@ class ExplorerWidget(anywidget.AnyWidget):
 
     def __init__(self, body: Any = None, **options: Any):
         setup, chosen = setup_of(body, **options)
+        if driven(chosen):
+            raise TypeError(
+                "body must have no drive in a notebook's explorer: fastaff.explore writes a page of one that has"
+            )
         super().__init__(setup=setup, markup=web_text("page.html"))
         systems = {name: named_body(name) for name in NAMED} | {setup["start"]["system"]: chosen}
         self.answers = Answers(systems, self._post)

@@ -199,6 +199,7 @@ export function makeActions(app) {
     writeLabel(part("formula-shown"), system.formula ?? "");
     part("body-figure").hidden = system.kind !== "body";
     app.root.dataset.kind = system.kind;
+    app.root.toggleAttribute("data-driven", Boolean(system.driven));
     dropOrbits();
     app.keepView = false;
     section.past = state.view ? [[...state.view]] : [];
@@ -259,7 +260,7 @@ export function makeActions(app) {
     const { state } = app;
     if (!app.ready) return;
     const system = systemOf(setup, state);
-    if (system.kind === "map") app.send({ type: "surface", energy: null, section: state.section, others: { ...state.others }, width: REGION_CELLS, height: REGION_CELLS });
+    if (system.kind === "map") app.send({ type: "surface", energy: null, section: state.section, others: { ...state.others }, phase: state.phase ?? 0, width: REGION_CELLS, height: REGION_CELLS });
     else app.send({ type: "surface", energy: state.energy, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
     remembered();
     showBackgroundState();
@@ -411,7 +412,8 @@ export function makeActions(app) {
     const { state, speed, step: length } = app;
     const isMap = systemOf(setup, state).kind === "map", version = "fastaff " + setup.version;
     const said = isMap
-      ? ["Iterates of regular orbits are those of fastaff in Python to 1e-9; those of chaotic ones as long as growing rounding errors let them.", version]
+      ? ["Iterates of regular orbits are those of fastaff in Python to 1e-9; those of chaotic ones as long as growing rounding errors let them.", version,
+          ...(state.phase === null || state.phase === undefined ? [] : ["an iterate is a period of the drive, " + schemeTitle(state.scheme) + ", accuracy " + state.accuracy])]
       : [
           "First crossings are those of fastaff in Python to 1e-9; late ones of chaotic orbits may differ with the browser's sin, exp and log.",
           version,

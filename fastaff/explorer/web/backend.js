@@ -26,7 +26,7 @@ export function workerBackend(setup) {
     worker.postMessage({
       type: "system", system: { parameters, coordinates: code.coordinates ?? system.coordinates, momenta: code.momenta ?? system.momenta },
       accuracy: message.accuracy ?? setup.start.accuracy,
-      scheme: schemeNamed(setup, message.scheme, code), frame: setup.frames[code.n],
+      scheme: schemeNamed(setup, message.scheme, code), frame: setup.frames[code.kind === "driven" ? code.n - 1 : code.n],
     });
   }
 

@@ -9,8 +9,9 @@ const RENEWED = 8, ITERATES = 2048, REMOTEST = 1e150, LEAVING = 1e6, LOCKED = 12
 
 /** An orbit of iterates, followed slice by slice; its time is their number. */
 export class MapOrbit {
-  constructor(id, point, z0, plane, { system, P, frame, crossings }) {
-    Object.assign(this, { id, point, z0, plane, system, P, wanted: crossings, batch: ITERATES });
+  constructor(id, point, z0, plane, { P, frame, crossings }) {
+    const system = plane.system.suited?.(z0) ?? plane.system;
+    Object.assign(this, { id, point, z0, plane, system, P, wanted: crossings, batch: Math.ceil(ITERATES/(system.steps ?? 1)) });
     this.z = Float64Array.from(z0);
     this.motion = motionOfMap(system, P, plane.rowPeriods, z0);
     this.tangent = new Tangent({ n: system.n, h: 1 }, this.motion, frame, RENEWED);

@@ -47,6 +47,10 @@ export class MapPlane {
 
   /** The rectangle [u0, u1, v0, v1] to begin with: whole periods, and what stays bounded or where the map is no straight one. */
   extent() {
+    if (this.system.home) {
+      const [T] = this.periods, [size, reach] = this.system.home();
+      return [T ? 0 : -size, T || size, -reach, reach];
+    }
     const [T, S] = this.periods, turn = T && S ? 0 : T ? this.turn(0) : S ? this.turn(1) : 0;
     const [u0, u1, v0, v1] = (T && S) || turn ? square(turn/2) : this.bounds();
     return [T ? 0 : u0, T || u1, S ? 0 : v0, S || v1];

@@ -25,14 +25,15 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
       offerFile(stem(system) + ".png", [blob], "image/png");
     },
     "save-job"() {
-      const states = [...orbits.shown.values()].filter((orbit) => orbit.z0).map((orbit) => orbit.z0);
+      const isDriven = app.root.hasAttribute("data-driven"), whole = (z) => (isDriven ? [z[0], app.state.phase, z[1], 0] : z);
+      const states = [...orbits.shown.values()].filter((orbit) => orbit.z0).map((orbit) => whole(orbit.z0));
       if (!states.length) return notice("There are no orbits to save: launch some, or save a grid over the view.", true);
       return saveJob("", (name) => {
         offerFile(name + ".npy", [npyOf(states)], "application/octet-stream");
         return fileOfStarts(name + ".npy");
       });
     },
-    "save-grid": () => saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
+    "save-grid": () => app.root.hasAttribute("data-driven") ? notice("A driven system has no grid of starts yet: fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
     async "copy-address"() {
       const address = location.href.replace(/#.*$/, "") + "#" + addressOf();
       try {

@@ -17,6 +17,7 @@ export function captionOf(state, system) {
   if (system.kind === "map") {
     const plane = state.section.split(",");
     for (const [name, value] of Object.entries(state.others)) if (!plane.includes(name)) parts.push(greek(name) + " = " + shownNumber(value, 6));
+    if (system.driven) parts.push("stroboscopic at t = " + shownNumber(state.phase, 6));
     return parts.join(", ");
   }
   parts.push("E = " + shownNumber(state.energy, 8));
@@ -53,12 +54,14 @@ const tomlText = (text) => JSON.stringify(text).replaceAll("\u007f", "\\u007f");
 const tomlNumber = (value) => (Number.isInteger(value) && Math.abs(value) < 1e15 ? value.toFixed(1) : String(value).replace("e+", "e"));
 const tomlKey = (name) => (/^[A-Za-z0-9_-]+$/.test(name) ? name : tomlText(name));
 
-function tomlModel(state, job) {
+function tomlModel(state, given) {
+  const { period } = state.parameters, job = "period" in given && period !== undefined ? { ...given, period } : given;
   const lines = ["[model]"];
   for (const [key, value] of Object.entries(job)) lines.push(key + " = " + (Array.isArray(value) ? "[" + value.map(tomlText).join(", ") + "]" : tomlText(String(value))));
   const own = "formula" in job || "hamiltonian" in job || state.energy === null;
   const letters = [];
   for (const [name, value] of Object.entries(state.parameters)) {
+    if (name === "period" && "period" in job) continue;
     if (own && name !== "mu") letters.push(tomlKey(name) + " = " + tomlNumber(value));
     else lines.push(tomlKey(name) + " = " + tomlNumber(value));
   }
@@ -70,6 +73,8 @@ function tomlModel(state, job) {
 export function jobText(state, system, starts) {
   if (!system.job) return null;
   const crossings = ["[poincare]", "crossings = " + state.crossings, ""];
+  const run = ["[run]", "scheme = " + tomlText(state.scheme), "accuracy = " + String(state.accuracy), ""];
+  if (system.driven) return [...tomlModel(state, system.job), "", "[surface]", "section = " + tomlText("t=" + state.phase), "", "[starts]", ...starts, "", ...run, ...crossings].join("\n");
   if (system.kind === "map") return [...tomlModel(state, system.job), "", "[starts]", ...starts, "", ...crossings].join("\n");
   const section = state.section.replace("=c", "=" + String(state.constant));
   return [
@@ -84,10 +89,7 @@ export function jobText(state, system, starts) {
     "[starts]",
     ...starts,
     "",
-    "[run]",
-    "scheme = " + tomlText(state.scheme),
-    "accuracy = " + String(state.accuracy),
-    "",
+    ...run,
     ...crossings,
   ].join("\n");
 }

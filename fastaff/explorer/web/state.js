@@ -74,7 +74,7 @@ export function firstState(setup, name) {
   const isMap = system.kind === "map";
   if (isMap) common.crossings = start.crossings ?? MAP_ITERATES;
   const others = isMap ? othersOf(system) : {};
-  const own = { others, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
+  const own = { others, phase: system.phase ?? null, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
   const given = start.system === system.name ? { ...start, parameters: { ...parameters, ...start.parameters } } : {};
   return { ...common, ...own, ...picked(given, Object.keys(own)), system: system.name };
 }
@@ -82,6 +82,8 @@ export function firstState(setup, name) {
 function picked(record, names) {
   return Object.fromEntries(names.filter((name) => record[name] !== undefined).map((name) => [name, record[name]]));
 }
+
+const isNumeric = (value) => typeof value === "number";
 
 // The state as text after "#".
 export function hashOf(state, startPoints, view) {
@@ -91,7 +93,7 @@ export function hashOf(state, startPoints, view) {
   if (OWN[state.system] === "plane") parts.push(["coordinates", state.coordinates]);
   for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
   if (isMap) for (const [name, value] of Object.entries(state.others)) if (!state.section.split(",").includes(name)) parts.push(["start." + name, value]);
-  for (const name of isMap ? ["section", "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
+  for (const name of isMap ? ["section", ...(isNumeric(state.phase) ? ["scheme", "accuracy"] : []), "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
     if (state[name] !== null && state[name] !== undefined) parts.push([name, state[name]]);
   }
   if (view) parts.push(["view", view.join(":")]);

@@ -17,6 +17,9 @@ export function systemText(code) {
   const body = (name) => methods[name].lines.join("\n      ");
   const added = (name, target) => methods[name].results.map((r, i) => `${target}${i} += c*${r};`).join(" ");
   const drift = (of, target) => `{ ${bound("p", of)} ${body("velocity")} ${added("velocity", target)} }`;
+  // The time goes on alike beside a driven orbit: a tangent vector has none of it.
+  const still = methods.velocity.results.map((r, i) => (code.kind === "driven" && i === n - 1 ? "0" : r));
+  const slide = `{ ${bound("p", "w")} ${body("velocity")} ${still.map((r, i) => `v${i} += c*${r};`).join(" ")} }`;
   const kick = `{ ${bound("q", "x")} ${body("force")} ${added("force", "y")} }`;
   const pull = methods.tangent &&
     `{ ${bound("q", "x")} ${bound("d", "v")} ${body("tangent")} ${added("tangent", "w")} }`;
@@ -63,10 +66,11 @@ export function systemText(code) {
   if (pull) {
     parts.push(march("marchTangent", "z, u",
       `${load("x", "z")} ${load("y", "z", n)} ${load("v", "u")} ${load("w", "u", n)}`,
-      `${drift("y", "x")} ${drift("w", "v")}`, `${pull} ${kick}`,
+      `${drift("y", "x")} ${slide}`, `${pull} ${kick}`,
       `${store("x", "z")} ${store("y", "z", n)} ${store("v", "u")} ${store("w", "u", n)}`));
     parts.push(numbers("tangent", "tangent", `${q} ${all.map((i) => `const d${i} = z[${n + i}];`).join(" ")}`));
   }
+  if (code.kind === "driven") parts.push(number("period", "z", "", "period"), `winds: ${JSON.stringify(code.winds)}`);
   if (code.kind === "body") parts.push(number("V", "A, B", "", "V"), number("inside", "A, B", "", "inside"));
   return `const compiledSystem = {${parts.join(",\n")}\n};\n`;
 }

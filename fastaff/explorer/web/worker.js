@@ -1,6 +1,7 @@
 // The worker of one system: messages in, orbits followed in turns of a few milliseconds, messages out.
 
 import { Orbit } from "./engine.js";
+import { Strobed } from "./driven.js";
 import { landscape } from "./landscape.js";
 import { MapOrbit } from "./map_orbit.js";
 import { MapPlane } from "./map_plane.js";
@@ -47,7 +48,8 @@ export class Explorer {
     this.orbits.clear();
     this.queue = [];
     this.surface = null;
-    if (this.system.kind === "map") return this.showPlane(new MapPlane(this.system, this.P, this, message), message);
+    const map = this.mapAt(message.phase ?? 0);
+    if (map) return this.showPlane(new MapPlane(map, this.P, this, message), message);
     const surface = new Surface(this.system, this.P, this.coordinates, message), { width = 200, height = 160 } = message;
     const extent = surface.extent(), { minimum, escape } = this.landscapeOf(surface);
     if (!extent) {
@@ -61,6 +63,15 @@ export class Explorer {
       section: surface.section, constant: surface.constant, energy: surface.energy,
     }, [allowed.buffer]);
     return undefined;
+  }
+
+  /** The system as a map, of a driven one that of its states once a period; null where it is none. */
+  mapAt(phase) {
+    if (this.system.kind !== "driven") return this.system.kind === "map" ? this.system : null;
+    if (!Number.isFinite(phase)) throw wrong("section", `the phase must be a finite number, got ${phase}`);
+    const map = new Strobed(this.system, this.P, this.scheme, this.accuracy, phase);
+    if (!(Number.isFinite(map.period) && map.period > 0)) throw wrong("parameter", `the period must be positive, got ${map.period}`);
+    return map;
   }
 
   /** Tell of a plane of a map; open: its domain has no edge in the rectangle, and goes on beside it. */
@@ -83,7 +94,7 @@ export class Explorer {
   }
 
   on_region({ width = 120, height = 120 }) {
-    const region = this.surface && this.system.kind !== "map" && regionOf(this.surface, this.extent, width, height);
+    const region = this.surface && !(this.surface instanceof MapPlane) && regionOf(this.surface, this.extent, width, height);
     if (region) this.post({ type: "region", ...region });
   }
 
@@ -92,11 +103,11 @@ export class Explorer {
   launch(id, point, z0, crossings) {
     if (!this.surface) throw wrong("point", "there is no section yet");
     const z = z0 ? Float64Array.from(z0) : this.surface.lift(point[0], point[1]);
-    if (!z || z.length !== 2*this.system.n || !z.every(Number.isFinite)) {
+    if (!z || z.length !== 2*this.surface.system.n || !z.every(Number.isFinite)) {
       this.post({ type: "refused", orbit: id, point, message: point ? this.surface.refusal(...point) : "the state is not on the energy surface" });
       return;
     }
-    const at = new Float64Array(2), isMap = this.system.kind === "map";
+    const at = new Float64Array(2), isMap = this.surface instanceof MapPlane;
     this.surface.project(z, at, 0);
     const place = point && !isMap ? point : [at[0], at[1]];
     this.orbits.set(id, new (isMap ? MapOrbit : Orbit)(id, place, z, this.surface, { ...this, crossings }));

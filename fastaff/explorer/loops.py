@@ -1,0 +1,26 @@
+"""What turns in a model that a page has: the loops that give frequencies, and coordinates that are angles."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..models.angles import AreaTrace, Coordinates2
+from ..models.contracts import isotropic
+
+
+def loops_of(body: Any) -> Any:
+    """Return the angles whose loops give frequencies: the model's own where these need time alone, else plain ones."""
+    angles = getattr(body, "angles", None)
+    if angles is not None and hasattr(angles, "signals") and not any(angles.clocks):
+        return angles
+    return AreaTrace() if isotropic(body) else Coordinates2()
+
+
+def turns_around(body: Any) -> bool:
+    """Tell whether the force of a driven system of one coordinate is that of an angle: the same 2 pi farther on."""
+    x, t = np.linspace(-2.9, 2.7, 29), body.period * np.linspace(0, 1, 29) ** 2
+    with np.errstate(all="ignore"):
+        here, there = (np.broadcast_to(body.force(x + turn, t)[0], x.shape) for turn in (0.0, 2 * np.pi))
+        return bool(np.ptp(here) > 0 and np.abs(here - there).max() <= 1e-12 * np.abs(here).max())
