@@ -292,6 +292,55 @@ def test_maps_of_an_angle_and_a_plane_have_the_tunes_of_both():
     np.testing.assert_array_equal(few.nu, found.nu[:, 3:5])
 
 
+def test_lines_of_maps_have_the_amplitudes_and_phases_of_conjugated_rotations():
+    """x = u + e y^2 with u and y on circles about places of their own: lines at +-nu_x and +-2 nu_y, in any unit."""
+    rng = np.random.default_rng(14)
+    text = (
+        "u = x - a - e*y**2; v = c*u + s*b*p_x; p_x1 = c*p_x - s/b*u; y1 = d*y + f*p_y; p_y1 = d*p_y - f*y;"
+        "x1 = a + v + e*y1**2"
+    )
+    for _ in range(3):
+        nu, (r, w), (phi, psi) = np.array([0.21, 0.34]) + rng.uniform(-0.02, 0.02, 2), *rng.uniform(0.3, 3.0, (2, 2))
+        unit, at, e = 10 ** rng.uniform(-3, 3), rng.normal(), 0.2 * r / w**2
+        c, s, d, f = (g(2 * np.pi * x) for x in nu for g in (np.cos, np.sin))
+        order = {"coordinates": "x, y", "momenta": "p_x, p_y"}
+        model = fa.mapping(text, **order, a=at, b=unit, c=c, s=s, d=d, f=f, e=e)
+        y = w * np.cos(psi)
+        z = [at + r * np.cos(phi) + e * y * y, y, -r * np.sin(phi) / unit, -w * np.sin(psi)]
+        found = fa.frequency_map(model, np.array([z, z]).T, time=3000, lines=5).lines
+        small = e * w * w / 4
+        kappa = np.sqrt(1 + (2 * small / r) ** 2)  # of Q, that has both, over that of P, in units b
+        double = small * np.exp(2j * psi)
+        truth = {nu[0]: r / 2 * (1 + kappa) * np.exp(1j * phi), 2 * nu[1] - 1: double, 1 - 2 * nu[1]: np.conj(double)}
+        for line, amplitude in truth.items():
+            k = np.abs(found.nu[0, :, 0] - line).argmin()
+            assert found.nu[0, k, 0] == pytest.approx(line, abs=1e-10)
+            assert abs(found.amplitude[0, k, 0] - amplitude) < 1e-5 * r
+        assert found.nu[1, 0, 0] == pytest.approx(nu[1], abs=1e-12)
+        assert found.amplitude[1, 0, 0] == pytest.approx(w * np.exp(1j * psi), abs=1e-7 * w)
+        np.testing.assert_array_equal(found.nu[..., 0], found.nu[..., 1])
+        assert found.names == ("x", "y")
+
+
+def test_lines_of_an_angle_that_winds_are_what_is_left_of_it():
+    """Of a weak standard map x = theta + A sin theta, A = -K/(4 sin^2(pi nu)), to the second order in K."""
+    K, p = 0.004, 2 * np.pi * np.array([0.153, 0.381, 0.617, 2.271])
+    found = fa.frequency_map(StandardMap(K), np.array([np.zeros(4), p]), time=2000, lines=4)
+    nu = found.nu[0] - np.rint(found.nu[0])
+    size = [np.zeros(4, complex), np.zeros(4, complex)]
+    for i, sign in enumerate((1, -1)):
+        k = np.abs(found.lines.nu[0] - sign * nu).argmin(axis=0)
+        np.testing.assert_allclose(found.lines.nu[0][k, range(4)], sign * nu, atol=1e-9)
+        size[i] = found.lines.amplitude[0][k, range(4)]
+    np.testing.assert_allclose(np.abs(size[0] + np.conj(size[1])), K / (4 * np.sin(np.pi * nu) ** 2), rtol=0.02)
+    lost = fa.frequency_map(OneTurnMap(octupole=-0.4, aperture=1.0), starts(OneTurnMap(), 60, 0.6), time=700, lines=2)
+    brief = lost.t < 64
+    assert 0 < brief.sum() < 60
+    assert (lost.lines.error[..., brief] == np.inf).all()
+    assert np.isfinite(lost.lines.error[..., ~brief]).any()
+    assert (fa.frequency_map(StandardMap(K), [0.0, 1.0], time=100).lines) is None
+
+
 def test_what_frequency_maps_of_maps_cannot_be_asked_for():
     for more, said in (
         ({"time": 40}, "at least 64"),

@@ -91,7 +91,9 @@ def frequency_map(
     instead of the halves, and nu is that of the first: what lies between is iterated at full speed and not kept. A
     particle that is lost keeps its status, `t` the turn, and what it had shown before. The steps of the angles are
     added up while the map runs, twice where there are planes, to the bits of `tunes` of the samples, which are kept of
-    orbits alone that are lost or need lines: some 12 ns a turn of four coordinates, 2 to 3 of the standard map.
+    orbits alone that are lost or need lines: some 12 ns a turn of four coordinates, 2 to 3 of the standard map. With
+    `lines` the strongest ones of each coordinate's signal in the first window, modulo 1, in (-1/2, 1/2]: of one that
+    winds what is left of it without its mean turn.
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
     at every step, or at every 2nd to 12th where a third of a radian of its fastest motion allows. The lines of the
     loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are generators;
@@ -119,10 +121,8 @@ def frequency_map(
     checked_model(body, kinds=(*RUNS, Kind.MAP))
     lines = None if lines is None else whole("lines", lines, 1)
     if kind_of(body) is Kind.MAP:
-        if lines is not None:
-            raise ValueError(f"lines is for systems in time: naff finds those of a map's iterates; got {lines}")
         return map_frequencies(
-            body, z0, options, time=time, method=checked_method(method), window=window, angles=angles
+            body, z0, options, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
         )
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")

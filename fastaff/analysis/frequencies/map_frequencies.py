@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,8 +16,9 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, no_memory
 from ...flows.options import Options, plan
 from ...models.contracts import coordinate_names
-from ..orbits.given_orbits import given_orbits
-from .angle_loops import Room
+from ..orbits.given_orbits import given_orbits, lengths
+from .angle_lines import LineTable
+from .angle_loops import Layout, Plain, Room, Signals
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
 from .readings import CHANGED
@@ -52,6 +54,7 @@ def map_frequencies(
     method: BirkhoffAverages | NaffLines,
     window: int | None,
     angles: Any,
+    lines: int | None,
 ) -> FrequencyMap:
     """Return the frequency map of a map, see `frequency_map`."""
     flow, z, _ = plan(body, z0, options, time=time)
@@ -63,7 +66,7 @@ def map_frequencies(
     if turns < LEAST:
         raise ValueError(f"time must be at least {LEAST} iterates, got {time!r}")
     fits("time", len(z), turns if window is None else int(window))
-    work = MapFrequencies(flow, z, turns, window, method)
+    work = MapFrequencies(flow, z, turns, window, method, lines)
     with keeping("frequency_map", work.result):
         work.run(options.report)
     return work.result()
@@ -79,11 +82,20 @@ def map_frequencies_of(flow: Flow, z: np.ndarray, turns: int) -> FrequencyMap:
 class MapFrequencies:
     """A frequency map of a map in the making; arrays over angles and orbits hold what is known so far."""
 
-    def __init__(self, flow: Flow, z: np.ndarray, turns: int, window: int | None, method: BirkhoffAverages | NaffLines):
+    def __init__(
+        self,
+        flow: Flow,
+        z: np.ndarray,
+        turns: int,
+        window: int | None,
+        method: BirkhoffAverages | NaffLines,
+        lines: int | None = None,
+    ):
         self.flow, self.z, self.turns, self.length, self.kept = flow, z, turns, window or turns, window is not None
         self.chosen, self.room = method, Room()
         n, orbits = len(z) // 2, z.shape[1]
         self.names = coordinate_names(flow.model)
+        self.lines = None if lines is None else LineTable(self.names, lines, orbits)
         self.nu, self.error = np.zeros((n, orbits)), np.full((n, orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, orbits)), np.zeros((n, orbits), np.int8)
         self.later = np.zeros((n, orbits), bool)
@@ -101,7 +113,11 @@ class MapFrequencies:
     def _portion(self, part: np.ndarray) -> None:
         """Find the frequencies of these orbits."""
         ensemble = self.flow.ensemble(self.z[:, part].copy())
+        start = ensemble.of(np.arange(part.size))
         first, counts = self._seen(ensemble)
+        if self.lines is not None:
+            for own in self._portions(np.flatnonzero(counts >= LEAST)):
+                self._lined(start.of(own), part[own], first.nu[:, own], self.lines)
         self.nu[:, part], self.error[:, part], self.method[:, part], self.halves[:, :, part] = first
         self.later[:, part] = np.isfinite(first.error) if not self.kept else False
         t, status = counts, ensemble.status.copy()
@@ -143,25 +159,52 @@ class MapFrequencies:
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
         again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
-        portion = max(1, BUDGET // (8 * 2 * n * self.length))
-        for begin in range(0, again.size, portion):
-            part = again[begin : begin + portion]
+        for part in self._portions(again):
             self._sampled(start.of(part), part, found, fallback)
         return found, counts.astype(np.float64)
+
+    def _portions(self, orbits: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield so many of some orbits at a time as there is memory for samples of."""
+        portion = max(1, BUDGET // (8 * len(self.z) * self.length))
+        for begin in range(0, orbits.size, portion):
+            yield orbits[begin : begin + portion]
+
+    def _states(self, ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
+        """Return the states (orbits, length, 2n) after 1 to `length` turns, which the next call overwrites, NaN behind
+        an orbit's end, and their numbers (orbits,).
+        """
+        rows, orbits = ensemble.z.shape
+        out, observer = self.room.array(orbits, self.length * rows), observers.samples(rows)
+        memory = np.zeros((observer.rows, orbits))
+        self.flow.advance(ensemble, observer, memory, out, time=float(self.length), observations=self.length)
+        counts = ensemble.count - (ensemble.status != Status.OK)
+        states = out.reshape(orbits, self.length, rows)
+        for orbit in np.flatnonzero(counts < self.length):
+            states[orbit, counts[orbit] :] = np.nan
+        return states, counts
+
+    def _lined(self, ensemble: Ensemble, orbits: np.ndarray, nu: np.ndarray, table: LineTable) -> None:
+        """Fill in the lines of orbits with those rotation numbers nu (n, orbits)."""
+        n = len(nu)
+        states, counts = self._states(ensemble)
+        for length, own in lengths(counts, self.length, LEAST):
+            s = np.empty((own.size, 2 * n, length + 1))
+            for r, period in enumerate(self.flow.model.periods()):
+                row = states[own, : length + 1, r]
+                if period > 0:  # what is left of an angle that winds without its mean turn
+                    turned = np.diff(row) / period - (nu[r, own, None] if r < n else 0.0)
+                    turned = np.pad(turned - np.rint(turned), ((0, 0), (1, 0)))
+                    row = row[:, :1] + period * np.cumsum(turned, axis=1)
+                s[:, 2 * (r % n) + r // n] = row
+            ends = np.zeros((own.size, 2 * n))
+            table.adopt(orbits[own], Layout(Plain(self.names), n), Signals(s, ends, ends, ends[:, 0]), 1.0, 1.0)
 
     def _sampled(self, ensemble: Ensemble, orbits: np.ndarray, found: _Window, fallback: float) -> None:
         """Fill in the tunes of the planes that oscillate of orbits that end in the window, or need lines, by their
         samples.
         """
         rows, plain = len(self.z), np.flatnonzero(~self._wound_rows())
-        out = self.room.array(orbits.size, self.length * rows)
-        observer = observers.samples(rows)
-        memory = np.zeros((observer.rows, orbits.size))
-        self.flow.advance(ensemble, observer, memory, out, time=float(self.length), observations=self.length)
-        counts = ensemble.count - (ensemble.status != Status.OK)
-        states = out.reshape(orbits.size, self.length, rows)
-        for orbit in np.flatnonzero(counts < self.length):
-            states[orbit, counts[orbit] :] = np.nan
+        states, _ = self._states(ensemble)
         z = states.transpose(2, 0, 1)
         kept = z if plain.size == rows // 2 else z[[*plain, *(rows // 2 + plain)]]
         own = TuneWork(given_orbits("samples", kept, coordinates=None, least=LEAST), fallback, self.flow.threads, None)
@@ -211,6 +254,7 @@ class MapFrequencies:
             self.error.copy(),
             basis,
             self.t,
+            None if self.lines is None else self.lines.result(),
         )
 
     def _wound_rows(self) -> np.ndarray:
