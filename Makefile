@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
-.PHONY: demo test test-ci bounds docs bench bench-peers bench-compare gate peers lint clean
+.PHONY: demo test test-ci bounds faults lowest newest docs bench bench-peers bench-compare gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -27,6 +27,34 @@ test-ci: $(VENV)/.dev  ## the slow ones too
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
+
+FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py
+
+faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1600 kills, damaged caches: some hours
+	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)
+
+# What these versions depend on may warn of their use of it.
+OTHERS := tests/test_results.py tests/test_cli_jobs.py tests/test_job_store.py tests/test_plot.py tests/test_formula.py
+
+ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow" \
+	-W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning $(OTHERS)
+
+lowest: $(VENV)/.lowest  ## some tests with the lowest versions that pyproject.toml allows
+	$(VENV)/lowest/bin/python $(ELSEWHERE)
+
+newest: NEWEST = $(shell $(PYTHON) .ci/newest.py)
+
+newest: $(VENV)/.dev  ## the same with the newest Python of this machine
+	@test -n "$(NEWEST)" || echo "there is no newer Python here"
+	test -z "$(NEWEST)" || test -d $(VENV)/newest || $(NEWEST) -m venv $(VENV)/newest
+	test -z "$(NEWEST)" || $(VENV)/newest/bin/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	test -z "$(NEWEST)" || $(VENV)/newest/bin/python $(ELSEWHERE)
+
+$(VENV)/.lowest: pyproject.toml $(VENV)/.dev
+	$(PYTHON) -m venv $(VENV)/lowest
+	$(PYTHON) .ci/lowest.py > $(VENV)/lowest/versions.txt
+	$(VENV)/lowest/bin/python -m pip install --quiet --disable-pip-version-check -c $(VENV)/lowest/versions.txt -e ".[test]"
+	touch $@
 
 docs: $(VENV)/.dev  ## the site, all its code run: docs/_build/html/index.html; any warning is an error
 	$(BIN)/python -m sphinx -b html -E -W --keep-going -q -j $(DOCS_JOBS) docs docs/_build/html

@@ -708,19 +708,22 @@ def call(name, given):
     return CALLS[name][0](*first, **given)
 
 
-def outcome(name, argument, value):
-    """Call with one argument replaced; return "accepted", "refused", or what is wrong in words.
+def outcome(name, *replaced):
+    """Call with arguments replaced, each by the name of a value; return "accepted", "refused", or what is wrong in
+    words.
 
-    A refusal names the argument, or another one of the call that it does not go with.
+    A refusal names one of these arguments, or another one of the call that it does not go with.
     """
-    given = base(name)
-    names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), argument})
-    given[argument] = VALUES[value] if value in VALUES else like(given[argument])[value]
-    own = argument in FUNCTIONS and callable(given[argument])
+    given, wanted = base(name), [argument for argument, _ in replaced]
+    names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), *wanted})
+    for argument, value in replaced:
+        given[argument] = VALUES[value] if value in VALUES else like(given[argument])[value]
+    own = any(argument in FUNCTIONS and callable(given[argument]) for argument in wanted)
+    long = any(argument in LONG for argument in wanted)
     timed = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
     before = signal.signal(signal.SIGPROF, _ring) if timed else None
     if timed:
-        signal.setitimer(signal.ITIMER_PROF, 0.5 if argument in LONG else SECONDS)
+        signal.setitimer(signal.ITIMER_PROF, 0.5 if long else SECONDS)
     began = time.process_time()
     try:
         with warnings.catch_warnings(), np.errstate(**np.geterr()):  # the clock may ring in another's that then stays
@@ -729,11 +732,11 @@ def outcome(name, argument, value):
         return "accepted"
     except TooLong:
         took = time.process_time() - began
-        return "accepted" if argument in LONG and took < SECONDS else f"took more than {SECONDS:g} s"
+        return "accepted" if long and took < SECONDS else f"took more than {SECONDS:g} s"
     except (TypeError, ValueError) as problem:
         text = str(problem)
         if not re.search(rf"(?<![a-zA-Z])({names})(?![a-rt-zA-Z])", text) and not own:
-            return f"{type(problem).__name__} without the name {argument!r}: {text[:200]}"
+            return f"{type(problem).__name__} without the name {' or '.join(map(repr, wanted))}: {text[:200]}"
         return "refused" if len(text) < 3000 else f"a message of {len(text)} characters"
     except Exception as problem:
         return "refused" if own else f"{type(problem).__name__}: {str(problem)[:200]}"

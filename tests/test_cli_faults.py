@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from thorough import TIMES
 
 from fastaff import files
 from fastaff.cli.main import COMMANDS, main
@@ -166,5 +167,4 @@ def test_no_line_of_words_leads_to_a_traceback(idle, tmp_path, monkeypatch, caps
 
 @pytest.mark.slow
 def test_no_line_of_many_leads_to_a_traceback(idle, tmp_path, monkeypatch, capsys):
-    """A thousand; FASTAFF_LINES=10000 for more."""
-    no_traceback(2, int(os.environ.get("FASTAFF_LINES", "1000")), tmp_path, monkeypatch, capsys)
+    no_traceback(2, 1000 * TIMES, tmp_path, monkeypatch, capsys)

@@ -9,6 +9,7 @@ from collections import defaultdict
 import battery
 import numpy as np
 import pytest
+from thorough import TIMES
 
 import fastaff as fa
 from fastaff.base import numbers
@@ -18,8 +19,10 @@ pytestmark = pytest.mark.filterwarnings("ignore:(?s).*battery.TooLong:pytest.Pyt
 
 EACH = 16
 """Inputs of each callable in the default suite: 2000 in all."""
-MANY = 90
-"""The same in the slow one: 11,000 in all, others than those."""
+MANY = 90 * TIMES
+"""The same in the slow one: 13,000 in all, others than those; all there are, 64,000, where it is thorough."""
+PAIRS = 12 * TIMES
+"""Pairs of inputs of each callable in the slow one: 1800 in all."""
 
 OF = defaultdict(list)
 for _name, *_what in battery.inputs():
@@ -29,8 +32,12 @@ for _name, *_what in battery.inputs():
 def judged(name, count, seed):
     """The inputs of a callable, drawn by a seed, that had another outcome than they may have."""
     battery.call(name, battery.base(name))  # compiled before anything is timed
-    chosen = random.Random(f"{seed} {name}").sample(OF[name], min(count, len(OF[name])))
-    outcomes = {(argument, value): battery.outcome(name, argument, value) for argument, value in chosen}
+    return wrong(name, [(one,) for one in random.Random(f"{seed} {name}").sample(OF[name], min(count, len(OF[name])))])
+
+
+def wrong(name, chosen):
+    """Those of some inputs of a callable, each one or several arguments with values, that had another outcome."""
+    outcomes = {replaced: battery.outcome(name, *replaced) for replaced in chosen}
     return {what: said for what, said in outcomes.items() if said not in ("accepted", "refused")}
 
 
@@ -54,6 +61,16 @@ def test_inputs(name):
 @pytest.mark.parametrize("name", battery.CALLS)
 def test_many_inputs(name):
     assert judged(name, MANY, 2) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", battery.CALLS)
+def test_pairs_of_inputs(name):
+    """What is refused alone is refused beside another wrong argument too, by the name of either."""
+    battery.call(name, battery.base(name))
+    source = random.Random(f"3 {name}")
+    pairs = [tuple(source.choices(OF[name], k=2)) for _ in range(PAIRS if OF[name] else 0)]
+    assert wrong(name, [pair for pair in pairs if pair[0][0] != pair[1][0]]) == {}
 
 
 # --- what can't fit -----------------------------------------------------------------------------------------------
@@ -138,7 +155,7 @@ def test_the_battery_notices_what_it_looks_for(monkeypatch):
 
     monkeypatch.setitem(battery.CALLS, "known", (known, {"kind": 0}))
     monkeypatch.setattr(battery, "SECONDS", 0.1)
-    said = {value: battery.outcome("known", "kind", value) for value in ("1", "7", "2.7", "none", "0")}
+    said = {value: battery.outcome("known", ("kind", value)) for value in ("1", "7", "2.7", "none", "0")}
     assert said["7"] == "refused"
     for value, part in {
         "1": "without the name 'kind'",

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 import os
-import signal
 import sys
 from typing import Any
 
@@ -25,7 +24,7 @@ from .commands.poincare import poincare
 from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts
-from .progress import EXIT_INTERRUPTED, on_stop, say
+from .progress import EXIT_INTERRUPTED, Stops, on_stop, say
 
 EXIT_WRONG_INPUT, EXIT_BROKEN_PIPE = 2, 141
 NARROWEST = 40
@@ -52,11 +51,12 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C or SIGTERM, 141
     where nobody reads what it prints."""
     try:
-        with on_stop(signal.default_int_handler):
+        Stops.holding = Stops.arrived = False
+        with on_stop(Stops.handle):
             code = _run(sys.argv[1:] if arguments is None else arguments)
         sys.stdout.flush()
     except KeyboardInterrupt:
-        say("stopped by Ctrl-C; nothing was computed yet, nothing is kept")
+        say("stopped by Ctrl-C; nothing is kept but what is named above")
         code = EXIT_INTERRUPTED
     except BrokenPipeError:  # the reader, as head or less, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is flushed at the end

@@ -59,7 +59,7 @@ class Progress:
             console=Console(stderr=True),
             transient=True,
         )
-        self.shown = self.bar.console.is_terminal
+        self.shown = sys.stderr.isatty()  # rich takes FORCE_COLOR and notebooks for terminals
         self.task = self.bar.add_task(title, total=1.0, rate="")
         self.orbits, self.share = orbits or 0, share
         self.start, self.last = clock.perf_counter(), 0.0
@@ -122,13 +122,50 @@ def on_stop(handler: Any) -> Iterator[None]:
             signal.signal(number, old)
 
 
+class Stops:
+    """Ctrl-C, and SIGTERM, in a command: they stop at once what computes or draws, and wait while a result is held that
+    is not written yet.
+    """
+
+    holding = arrived = False
+
+    @classmethod
+    def handle(cls, *_: Any) -> None:
+        """Take a signal."""
+        if not cls.holding:
+            raise KeyboardInterrupt
+        cls.arrived = True
+
+    @classmethod
+    def release(cls) -> None:
+        """Hold nothing from now on: what has arrived meanwhile stops."""
+        cls.holding, before = False, cls.arrived
+        cls.arrived = False
+        if before:
+            raise KeyboardInterrupt
+
+
 def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callable[[Any], Any]) -> Any:
-    """Return compute(progress); after Ctrl-C keep what there is, say so and leave with exit code 130."""
+    """Return compute(progress), which is held from then on; after Ctrl-C keep what there is, say so and leave with exit
+    code 130.
+
+    keep: called with the partial result; with None where there is none, but the result of an earlier computation.
+    """
+    result, before, partial = None, Stops.holding, None
     try:
         with progress:
-            return compute(progress)
+            Stops.release()
+            result = compute(progress)
+            Stops.holding = True
+        return result
     except Interrupted as stopped:
         partial = stopped.partial
+    except KeyboardInterrupt:
+        if result is not None:  # it came in the moment between the two
+            Stops.holding = Stops.arrived = True
+            return result
+        if not before:
+            raise
     with on_stop(signal.SIG_IGN):  # a second Ctrl-C must not stop the saving
         keep(partial)
     raise SystemExit(EXIT_INTERRUPTED)
@@ -158,7 +195,9 @@ def drawing(path: Any) -> Iterator[None]:
     """Name the file of the data; Ctrl-C while the figure is drawn leaves with exit code 130."""
     print(path, flush=True)
     try:
+        Stops.release()
         yield
+        Stops.holding = True  # all is written: nothing is left to stop
     except KeyboardInterrupt:
         say(f"stopped by Ctrl-C: all results are in {path}; no figure drawn")
         raise SystemExit(EXIT_INTERRUPTED) from None

@@ -111,7 +111,7 @@ class Work:
             values = colouring(found, column)
             return {"colour": values.name, "colour_values": values.values, "colour_limit": values.limit}
 
-        found = self.compute(name, lambda partial: keep(known(partial)))
+        found = self.compute(name, lambda partial: keep({} if partial is None else known(partial)))
         self.colours[name] = found
         return known(found)
 

@@ -68,7 +68,7 @@ def poincare(
         def known(found: Any) -> dict[str, Any]:
             return {"diffusion": reliable(found), "diffusion_time": work.settled["frequency_map"]["time"]}
 
-        found = work.compute("frequency_map", lambda partial: keep_both(known(partial)))
+        found = work.compute("frequency_map", lambda partial: keep_both({} if partial is None else known(partial)))
         work.colours["frequency_map"] = found
         extra |= known(found)
     for name in [name for name in ("frequency_map", "chaos_map") if name in work.plan.analyses]:
