@@ -425,3 +425,21 @@ def test_resonances_of_tunes_count_the_turn():
     assert found.label(1) == "2 nu_q1 + 2 nu_q2 - nu_turn = 0"
     assert found.label(2) == "2 nu_q1 + nu_q2 - nu_turn = 0"
     assert found.label(3) == "no resonance up to order 6"
+
+
+def test_digits_of_averages_tell_order_from_chaos():
+    """Of a map, of its iterates as arrays, and of samples in time, in any unit."""
+    model = fa.models.maps.StandardMap(0.9)
+    z0 = np.array([[np.pi + 0.5, np.pi + 1.0, 0.05], [0.0, 0.0, 0.05]])
+    whole = fa.frequency_map(model, z0, time=8000)
+    assert (whole.digits[:2] > 9).all()
+    assert whole.digits[2] < 5
+    path = fa.integrate(model, z0[:, :2], time=8000, samples=8000).samples.transpose(1, 2, 0)
+    found = fa.tunes(np.array([path[0] % (2 * np.pi), path[1]]))
+    assert (found.digits > 9).all()
+    body = fa.HenonHeiles()
+    orbits = fa.integrate(body, [[0.0, 0.0], [0.1, -0.15], [0.3, 0.5], [0.05, 0.1]], time=3000.0, samples=20000)
+    one = fa.orbit_frequencies(orbits)
+    other = fa.orbit_frequencies(orbits.samples.transpose(1, 2, 0), 1e4 * (orbits.times[1] - orbits.times[0]))
+    assert one.digits[0] > 9 > 4 > one.digits[1]
+    np.testing.assert_allclose(one.digits[1], other.digits[1], atol=1e-3)

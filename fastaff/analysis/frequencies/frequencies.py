@@ -11,7 +11,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.results import Result
 from ...base.status import Status
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import ITERATION, RungeKutta, Splitting
 from .angle_lines import AngleLines
 
 MANY_TURNS = 30
@@ -66,6 +66,22 @@ class FrequencyMap(Result):
     basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
     t: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
     lines: Annotated[AngleLines | None, along("orbit")] = None
+
+    @property
+    def digits(self) -> np.ndarray:
+        """Digits (orbits,) to which the weighted averages of both halves agree, relative to the largest frequency, of a
+        map to one turn; NaN where there is none.
+
+        Some log10(t)/2, t in periods, of chaotic orbits, up to all 16 of regular ones. In `frequency_map` with a
+        window: of the first and the last one.
+        Source: Sander & Meiss 2020, Physica D 411, 132569.
+        """
+        largest = np.where(np.isfinite(self.error), np.abs(self.nu), 0.0).max(axis=0)
+        if self.scheme == ITERATION:
+            largest = np.where(np.isfinite(self.error).any(axis=0), 1.0, 0.0)
+        with np.errstate(all="ignore"):
+            digits = np.minimum(np.log10(largest) - self.diffusion, 18.0)
+        return np.where(largest > 0, digits, np.nan)
 
     @property
     def omega(self) -> np.ndarray:

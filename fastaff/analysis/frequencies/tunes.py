@@ -85,6 +85,15 @@ class Tunes(Result):
         return self.nu - (self.nu > 0.5)
 
     @property
+    def digits(self) -> np.ndarray:
+        """Digits (orbits,) to which the weighted averages of both halves of the window agree, in turns; NaN: none.
+
+        Some log10(window)/2 of chaotic orbits, up to all 16 of regular ones.
+        Source: Sander & Meiss 2020, Physica D 411, 132569.
+        """
+        return np.where(np.isfinite(self.error).any(axis=0), -self.diffusion, np.nan)
+
+    @property
     def regular(self) -> np.ndarray:
         """Whether orbits (orbits,) survived and have tunes: neither irregular nor undecided."""
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
