@@ -465,7 +465,6 @@ def test_a_job_from_options(tmp_path):
         (lambda: fa.periodic_orbits(duffing(), [0, 1], section="t=0", max_time=1.0), "max_time must be left out"),
         (lambda: fa.continuation(duffing(), [0, 1], section="t=0"), "parameter must be given"),
         (lambda: fa.hamiltonian("x*cos(t)", coordinates="x y", period="2*pi", rotation=1.0), "does not go with"),
-        (lambda: fa.fit_torus(duffing(), [0, 1], time=9.0), "what runs here is"),
         (lambda: fa.explore(duffing(), energy=1.0), "energy does not go with a driven system"),
     ],
 )
