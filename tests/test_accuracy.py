@@ -198,6 +198,43 @@ def test_rounding_of_regular_orbits():
     assert np.median(run.error.max(axis=0) / true) < 30
 
 
+def chaotic(which):
+    """A model with chaotic orbits, its force (t, *q) in the arithmetic of q, and the start of 400 of them."""
+    rng = np.random.default_rng(7)
+    if which == "Henon-Heiles":
+        section = fa.Linear((1, 0, 0, 0))
+        axes = (np.linspace(-0.4, 0.8, 40), np.linspace(-0.5, 0.5, 40))
+        grid = fa.energy_grid(HH, energy=1 / 6.2, section=section, axes=axes).z0
+        z0 = grid[:, rng.choice(grid.shape[1], 400, replace=False)]
+        return HH, lambda t, x, y: (-x - 2 * x * y, -y - x * x + y * y), z0
+    w = 1.25  # whose binary digits, and those of the amplitude, are all there are
+    duffing = fa.hamiltonian("-x**2/2 + x**4/4 - 0.3125*x*cos(w*t)", coordinates="x", period="2*pi/w", w=w)
+    force = lambda t, x: (x - x**3 + np.longdouble(0.3125) * np.cos(w * t),)  # noqa: E731
+    return duffing, force, np.array([rng.uniform(-1, 1, 400), rng.uniform(-0.5, 0.5, 400)])
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
+@pytest.mark.parametrize(
+    ("which", "time", "accuracies"), [("Henon-Heiles", 120.0, (1e-9, 1e-12)), ("Duffing", 40.0, (1e-9, 1e-12))]
+)
+def test_rounding_of_chaotic_orbits(which, time, accuracies):
+    """What two runs differ by may be small by chance, of a few orbits in a hundred: each has a second witness."""
+    model, force, z0 = chaotic(which)
+    n, steps, ten = len(z0) // 2, round(time / 0.05), fa.SOFRONIOU_SPALETTA10
+    drifts, kicks = (np.longdouble(1) * np.array(c) * np.longdouble(time) / steps for c in (ten.drift, ten.kick))
+    q, p, t = *np.split(z0.astype(np.longdouble), 2), np.longdouble(0)
+    for _ in range(steps):
+        for drift, kick in zip(drifts, (*kicks, 0.0)):
+            q, t = q + drift * p, t + drift
+            if kick:
+                p = p + kick * np.array(force(t, *q))
+    truth = np.concatenate([q, p])
+    rows = [*range(n), *range(len(model.coordinates), len(model.coordinates) + n)]
+    for accuracy in accuracies:
+        run = fa.integrate(model, z0, time=time, accuracy=accuracy)
+        covered(np.abs(run.z[rows] - truth).max(axis=0), run.error[rows].max(axis=0))
+
+
 @pytest.mark.parametrize("unit", [1e-6, 1e6, 3.7e-4])
 def test_units_origin_and_zero_change_nothing(unit):
     """Lengths in the unit, times in its inverse root: the same numbers to rounding, with the same steps."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..models.contracts import driven
 from .flow import Flow, Wear
 from .motion import Motion
 from .time_transformed import TransformedFlow
@@ -42,6 +43,14 @@ CHANCE = 0.25
 """Share of the error expected from the trial that is left at least, some tenth of what two runs mostly show: errors of
 coarse steps change sign from orbit to orbit, and their difference is too small there by chance.
 """
+
+WITNESS = 10.0
+"""Rounding errors as many times their estimate are believed where two runs that were not slowed are so far apart: of a
+chaotic orbit what grows of the slowing is small by chance, and rounding's own difference hardly is at the same time.
+"""
+
+DRIVEN = 3.0
+"""Factor of the slowing of driven orbits: they wait at hyperbolic points that move, where there is little to slow."""
 
 LOST = 0.1
 """Distance of two runs, in amplitudes of the motion, beyond which they tell nothing of one another."""
@@ -98,7 +107,8 @@ def share_of(flow: Flow | TransformedFlow) -> float:
 def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
     """Return the rounding errors (orbits,) of the kicks over SPAN radians, were they not amplified."""
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
-    return NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
+    noise = NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
+    return DRIVEN * noise if driven(flow.model) else noise
 
 
 def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
@@ -120,8 +130,8 @@ def estimated(
 
     phase (moments, orbits): radians of the motion up to each moment. SAFETY order/(2^order - 1) of the distance is the
     scheme's error, and where the run with twice the step was slowed as by `wear_of`, rounding's too. worn (moments,
-    orbits): the distance that this slowing alone makes, where it is known and not part of `apart`. Distances beyond
-    LOST count whole. Errors never fall with time.
+    orbits): the distance that this slowing alone makes, where it is known and not part of `apart`, whose rounding then
+    bears witness. Distances beyond LOST count whole. Errors never fall with time.
     Where orbits cannot be slowed, as with adaptive schemes, they count as regular: rounding errors grow like
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
     do the same.
@@ -139,6 +149,9 @@ def estimated(
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
         if not flow.alike:
             error = np.maximum(error, CHANCE * local * spans)
+        if worn is not None:
+            witness = np.minimum(apart, WITNESS * rounding)
+            error, rounding = error + witness, rounding + witness
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), rounding
 
@@ -165,14 +178,15 @@ def halved(
     counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run. Orbits whose error is
     too large for one more halving, as chaotic ones', or is mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
-    what of it is rounding's.
+    what of it is rounding's, and for driven ones.
     """
     orbits, order = np.arange(len(plan.step)) if orbits is None else orbits, flow.scheme.order
     wear = wear_of(flow, plan)
     coarse, fine = run(orbits, 2 * plan.step, wear), run(orbits, plan.step, None)
     apart, phase, weight = compare(fine, coarse, orbits)
     error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
-    again = reachable(flow, error, accuracy)
+    # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is another.
+    again = ((error.max(axis=0) > accuracy) | driven(flow.model)) & (not flow.adaptive)
     keep(orbits, fine, np.flatnonzero(~again), error)
     orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
     worn = None
