@@ -1,11 +1,12 @@
-"""Speed and error of `tunes` and `TuneAccumulator`: turns of the 4-D Henon map in memory, pushed by 256.
+"""Speed and error of `tunes` and `TuneAccumulator`: turns of the 4-D Henon map in memory, pushed by 256; lines and
+tunes beside nafflib (make peers), on the same arrays.
 
 Run: python -m pytest bench/test_tunes.py --benchmark-columns=median,ops -s
 """
 
 import numpy as np
 import pytest
-from common import best
+from common import alternating, best
 
 import fastaff as fa
 
@@ -53,3 +54,53 @@ def test_tunes(benchmark, how):
         f"\n{how}: {rate / 1e6:.0f} million orbit-turns/s ({32e-9 * rate:.2f} GB/s), error {np.median(error):.1e}, "
         f"{np.quantile(error, 0.99):.1e} at 99 %, outside {100 * outside:.2f} %, {regular.mean():.2f} regular"
     )
+
+
+FEW = 20
+"""Orbits that nafflib takes, one a call; times are per orbit."""
+
+
+@pytest.mark.parametrize("turns", [1024, TURNS])
+def test_tunes_beside_nafflib(turns):
+    """Processor time of both planes' tunes of an orbit, and errors against a record of eight or two times the turns."""
+    nafflib = pytest.importorskip("nafflib")
+    truth, samples = fa.tunes(PATH), PATH[:, :, :turns]
+
+    def theirs(order):
+        return np.array([[nafflib.tune(z[k], z[k + 2], window_order=order) for k in (0, 1)] for z in few]).T % 1.0
+
+    few = samples[:, :FEW].transpose(1, 0, 2)
+    runs = {"fastaff": lambda: fa.tunes(samples), "fastaff, lines": lambda: fa.tunes(samples, method="naff")}
+    runs |= {f"nafflib, window order {p}": lambda p=p: theirs(p) for p in (1, 2, 4)}
+    found, cost = alternating(runs, repeats=3)
+    print(f"\n{turns} turns, both planes:")
+    for how, result in found.items():
+        ours = how.startswith("fastaff")
+        nu, orbits = (result.nu, ORBITS) if ours else (result, FEW)
+        regular = truth.regular[:orbits] & (truth.error[:, :orbits] < 1e-12).all(axis=0)
+        off = np.abs((nu - truth.nu[:, :orbits] + 0.5) % 1.0 - 0.5)[:, regular]
+        each = 1e6 * cost[how] / orbits
+        print(f"  {how}: {each:.1f} us an orbit, error {np.median(off):.1e}, {np.quantile(off, 0.99):.1e} at 99 %")
+
+
+@pytest.mark.parametrize("lines", [3, 6])
+def test_lines_beside_nafflib(lines):
+    """Several lines of a plane: lines that both programs know from a record of twice the turns count."""
+    nafflib = pytest.importorskip("nafflib")
+    signals = PATH[0] - 1j * PATH[2]
+    own = lambda z, order: fa.naff(z, 1.0, lines=lines, window_order=order)  # noqa: E731
+    runs = {f"fastaff, window order {p}": lambda p=p: own(signals[:, :TURNS], p).nu for p in (1, 2, 3)}
+    for p in (1, 2, 4):
+        runs[f"nafflib, window order {p}"] = lambda p=p: np.array(
+            [nafflib.naff(z, num_harmonics=lines, window_order=p)[1] for z in signals[:FEW, :TURNS]]
+        )
+    found, cost = alternating(runs, repeats=3)
+    truth = own(signals[:FEW], 3).nu
+    print(f"\n{lines} lines of {TURNS} turns:")
+    for how, nu in found.items():
+        orbits = len(nu)
+        gaps = np.abs((nu[:FEW, :, None] - truth[:, None, :] + 0.5) % 1.0 - 0.5).min(axis=1)
+        print(
+            f"  {how}: {1e6 * cost[how] / orbits:.0f} us an orbit, a line {np.median(gaps):.1e}, "
+            f"90 % {np.quantile(gaps, 0.9):.1e}"
+        )

@@ -347,7 +347,7 @@ def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
             if isinstance(entry, (int, float, complex, str, np.generic)) or _numbers(entry):
                 digest.update(repr(entry).encode())
             elif isinstance(entry, python_types.ModuleType):
-                digest.update(f"{entry.__name__} {getattr(entry, '__version__', '')}".encode())
+                digest.update(f"{entry.__name__} {getattr(entry, '__version__', '')} {entry.__doc__}".encode())
                 if entry.__name__ not in ("math", "numpy", "cmath"):
                     return False
             elif isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):

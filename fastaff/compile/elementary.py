@@ -157,6 +157,7 @@ def _cos(x):
 
 _numpy: Any = types.ModuleType("numpy")  # named so that caches know what it holds
 _numpy.__dict__.update(vars(np))
+_numpy.__doc__ = "NumPy with branch-free functions."  # a part of the key of what is compiled
 _numpy.exp, _numpy.log, _numpy.sin, _numpy.cos = exp, log, sin, cos
 
 
@@ -175,8 +176,6 @@ def _twin(cls: Any) -> Any:
     """Return the class with such methods."""
     own = {name: entry for name, entry in vars(cls).items() if name not in dir(tuple) and not name.startswith("_")}
     methods = {name: entry for name, entry in own.items() if isinstance(entry, types.FunctionType)}
-    if not cls._fields:
-        return cls
     twin: Any = namedtuple(cls.__name__, cls._fields)  # type: ignore[misc]
     twin.__module__, twin.__qualname__ = cls.__module__, cls.__qualname__
     for name, entry in own.items():

@@ -150,6 +150,7 @@ def plan(
     z = phase_points("z0", z0, checked_model(model, kinds=EVERY))
     if kind_of(model) is Kind.MAP:
         return _iterated(model, z, options)
+    model = branch_free(model) if driven(model) else model  # the drive is a sine or cosine, mostly
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
     if isinstance(scheme, TimeTransformed) and driven(model):
         raise TypeError(
