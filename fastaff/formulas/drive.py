@@ -7,6 +7,8 @@ import random
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from ..base.numbers import positive, shown
 from .grammar import CONSTANTS, FUNCTIONS, TIME, Program, parse
 from .library import Request
@@ -45,25 +47,35 @@ def period_of(request: Request, period: Any, values: Mapping[str, float], length
 def _check_period(program: Program, coordinates: tuple[str, ...], values: Mapping[str, float], period: float) -> None:
     """Refuse a potential whose values a period apart are not the same."""
     rng = random.Random(1)
-    for _ in range(POINTS):
+    q, moments = np.empty((len(coordinates), POINTS, 1)), np.empty((POINTS, PHASES))
+    for k in range(POINTS):
         scale = 10 ** rng.uniform(-1, 1)
-        q = {name: scale * rng.uniform(-1.5, 1.5) for name in coordinates}
-        moments = [period * (k + rng.random()) / PHASES for k in range(PHASES)]
-        now = [_value(program, {**values, **q, TIME: t}) for t in moments]
-        later = [_value(program, {**values, **q, TIME: t + period}) for t in moments]
-        known = [value for value in now if value is not None]
-        if not known:
-            continue
-        allowed = ALIKE * (max(known) - min(known)) + ROUNDED * max(map(abs, known))
-        for t, one, other in zip(moments, now, later, strict=True):
-            if one is None and other is None:
-                continue
-            if one is None or other is None or not abs(one - other) <= allowed:
-                at = ", ".join(f"{name} = {value:.4g}" for name, value in q.items())
-                raise ValueError(
-                    f"period must be one of the potential's, got {period!r}: at {at} it is {one} at {TIME} = {t:.4g} "
-                    f"and {other} a period later"
-                )
+        q[:, k, 0] = [scale * rng.uniform(-1.5, 1.5) for _ in coordinates]
+        moments[k] = [period * (j + rng.random()) / PHASES for j in range(PHASES)]
+    known = {name: np.float64(value) for name, value in {**values, **CONSTANTS}.items()}
+    given = {**known, **dict(zip(coordinates, q))}
+    now, later = (_values(program, {**given, TIME: t}) for t in (moments, moments + period))
+    with np.errstate(invalid="ignore"):
+        within = [np.fmax.reduce(now, axis=1), -np.fmax.reduce(-now, axis=1)]
+        allowed = ALIKE * (within[0] - within[1]) + ROUNDED * np.fmax.reduce(np.abs(now), axis=1)
+        seen = np.isfinite(now).any(axis=1)[:, None] & (np.isfinite(now) | np.isfinite(later))
+        wrong = seen & ~(np.abs(now - later) <= allowed[:, None])
+    if wrong.any():
+        k, j = np.argwhere(wrong)[0]
+        at = ", ".join(f"{name} = {value:.4g}" for name, value in zip(coordinates, q[:, k, 0]))
+        one, other = (None if np.isnan(value) else value for value in (float(now[k, j]), float(later[k, j])))
+        raise ValueError(
+            f"period must be one of the potential's, got {period!r}: at {at} it is {one} at {TIME} = "
+            f"{moments[k, j]:.4g} and {other} a period later"
+        )
+
+
+def _values(program: Program, names: Mapping[str, Any]) -> np.ndarray:
+    """Return the values (POINTS, PHASES) of a program of arrays, NaN where they are no finite real numbers."""
+    with np.errstate(all="ignore"):
+        value = program.run(np.float64, names, {name: getattr(np, name) for name in FUNCTIONS}, np.power)
+    value = np.broadcast_to(value, (POINTS, PHASES))
+    return np.where(np.isfinite(value), value, np.nan)
 
 
 def _value(program: Program, names: Mapping[str, float]) -> float | None:
