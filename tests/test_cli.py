@@ -123,11 +123,11 @@ def test_load_refuses_other_files(tmp_path):
         (["poincar"], "Did you mean"),
         (
             ["poincare", *SURFACE, "--formula", "D1**2", "--model", "harmonic"],
-            "give one of --model, --formula, --hamiltonian and --map",
+            "give one of --model, --formula, --hamiltonian, --map and --flow",
         ),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--C", "2"], "a formula takes --parameter C=2"),
         (["poincare", *SURFACE, "--orbits", "2.7"], "--orbits: it must be a whole number, got '2.7'"),
-        (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula, --hamiltonian or --map"),
+        (["poincare", *SURFACE, "--parameter", "C=2"], "--parameter belongs to --formula, --hamiltonian, --map"),
         (["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C"], "NAME=VALUE"),
         (
             ["poincare", *SURFACE, "--formula", "C*D1*D2", "--parameter", "C=1", "--parameter", "C=2"],

@@ -15,6 +15,7 @@ from ..formulas.map_source import MapRequest
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
 from ..models.contracts import Kind, driven, kind_of, moving
+from ..models.mechanics import FREE
 from .wording import Wrong
 
 MODELS = {
@@ -68,6 +69,10 @@ class Model:
     """Rate at which the frame of the first two coordinates of --hamiltonian turns, a number or a formula."""
     magnetic: str | None = None
     """Charge times a uniform magnetic field across the first two coordinates of --hamiltonian."""
+    friction: str | None = None
+    """Rate at which --hamiltonian loses its momenta, a number or a formula of the parameters."""
+    flow: str | None = None
+    """Equations of motion of your own, such as `x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z`."""
     parameter: list[str] | None = None
     """NAME=VALUE of a letter in the formula, or of a map; once for each."""
     domain: str | None = None
@@ -85,13 +90,13 @@ class Model:
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.angles is not None and self.map is None:
             raise Wrong("--angles belongs to --map")
-        if self.formula is not None or self.hamiltonian is not None or self.map is not None:
+        if any(entry is not None for entry in self._texts):
             return self._own(given)
         key = named("--model", self.model or "neo-hookean", {**MODELS, **MAPS})
         letters = () if key in MAPS else ("parameter",)
-        for name in ("coordinates", "domain", "rotation", "magnetic", "period", *letters):
+        for name in ("coordinates", "domain", "rotation", "magnetic", "friction", "period", *letters):
             if getattr(self, name) is not None:
-                raise Wrong(f"--{name} belongs to --formula, --hamiltonian or --map")
+                raise Wrong(f"--{name} belongs to --formula, --hamiltonian, --map or --flow")
         if key in MAPS:
             return self._named_map(key, given)
         kind, names = MODELS[key]
@@ -100,6 +105,11 @@ class Model:
                 raise Wrong(f"--{name} is not a parameter of {key}, which has {', '.join('--' + n for n in names)}")
         value = getattr(fastaff, kind)(**given)
         return value if key == "henon-heiles" else fastaff.Body(value, self.mu)
+
+    @property
+    def _texts(self) -> tuple[str | None, ...]:
+        """The texts that stand for a system of one's own."""
+        return self.formula, self.hamiltonian, self.map, self.flow
 
     def canonical(self) -> Model:
         """Return the same with the model's name as it is written here."""
@@ -123,7 +133,7 @@ class Model:
         values: dict[str, float] = {}
         for name, text in pairs("--parameter", self.parameter or (), "VALUE with a number, for example C=1.5"):
             values[name] = number(f"--parameter {name}", text)
-            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic", "period"):
+            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic", "friction", "period"):
                 raise Wrong(
                     f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
                     "another letter"
@@ -136,32 +146,36 @@ class Model:
         if given:
             name = next(iter(given))
             raise Wrong(f"--{name} belongs to a --model; a formula takes --parameter {name}={given[name]:g}")
-        if sum(entry is not None for entry in (self.model, self.formula, self.hamiltonian, self.map)) > 1:
-            raise Wrong("give one of --model, --formula, --hamiltonian and --map")
+        if sum(entry is not None for entry in (self.model, *self._texts)) > 1:
+            raise Wrong("give one of --model, --formula, --hamiltonian, --map and --flow")
         values = self._values()
         if self.formula is not None and self.coordinates is not None:
             raise Wrong(
                 "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
             )
-        for name in ("rotation", "magnetic", "period"):
+        if self.flow is not None and self.coordinates is not None:
+            raise Wrong("--coordinates belongs to --hamiltonian; the variables of --flow are those of its equations")
+        for name in ("rotation", "magnetic", "friction", "period"):
             if self.hamiltonian is None and getattr(self, name) is not None:
                 raise Wrong(
                     f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn, nor is it driven"
                 )
         if self.formula is None and self.mu != 1.0:
             raise Wrong(
-                "--mu belongs to bodies; a --hamiltonian has the masses 1, a --map none: rescale the coordinates"
+                "--mu belongs to bodies; a --hamiltonian has the masses 1, others none: rescale the coordinates"
             )
         try:
             return self._made(values)
         except ValueError as problem:
-            option = "--formula" if self.formula is not None else "--hamiltonian" if self.map is None else "--map"
+            given_as = zip(("--formula", "--hamiltonian", "--map", "--flow"), self._texts)
+            option = next(name for name, entry in given_as if entry is not None)
             more = (
                 "; --coordinates names the coordinates"
                 if self.hamiltonian is not None and "unknown name" in str(problem)
                 else ""
             )
-            raise Wrong(str(problem).replace("text: ", f"{option}: ", 1) + more) from None
+            said = str(problem).replace("text: ", f"{option}: ", 1).replace("text must", f"{option} must", 1)
+            raise Wrong(said + more) from None
 
     def _made(self, values: dict[str, float]) -> Any:
         """Return the model of the formula with its parameters."""
@@ -170,12 +184,14 @@ class Model:
         maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
         if maker is None:
             raise Wrong("this version of fastaff has no formulas")
+        if self.flow is not None:
+            return fastaff.flow(self.flow, domain=self.domain, **values)
         if self.map is not None:
             periods = dict(pairs("--angles", self.angles or (), "PERIOD")) or None
             how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
             return fastaff.mapping(self.map, **how)
         if self.formula is None:
-            own = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic", "period")}
+            own = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic", "friction", "period")}
             return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **own, **values)
         return maker(self.formula, mu=self.mu, domain=self.domain, **values)
 
@@ -211,6 +227,10 @@ class Surface:
                 if getattr(self, name) is not None:
                     raise Wrong(f"--{name} is for systems in time: a map has none")
             return None
+        if kind_of(body) in FREE:
+            if self.energy is not None:
+                raise Wrong("--energy is for systems that keep one: those of --flow and --friction do not")
+            return self.section_of(body)
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
         return self.section_of(body)
@@ -247,10 +267,9 @@ def described(value: Any) -> Model | None:
     text = getattr(inner, "formula", None)
     found = None
     if text is not None:
-        asked = (None, None, *getattr(value, "_request", ())[5:7])[-2:]
-        rotation, magnetic = (
-            repr(fields.pop(name)) if how == name else how for name, how in zip(("rotation", "magnetic"), asked)
-        )
+        request = (*getattr(value, "_request", ()), *[None] * 9)
+        rates = {"rotation": request[5], "magnetic": request[6], "friction": request[8]}
+        rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
         if kind_of(value) is Kind.MAP:
@@ -263,6 +282,8 @@ def described(value: Any) -> Model | None:
                 parameter=parameter,
                 domain=domain,
             )
+        elif kind_of(value) is Kind.FLOW:
+            found = Model(flow=text, parameter=parameter, domain=domain)
         elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         else:
@@ -278,6 +299,7 @@ def described(value: Any) -> Model | None:
                 domain=domain,
                 rotation=rotation,
                 magnetic=magnetic,
+                friction=friction,
                 period=period,
             )
     else:

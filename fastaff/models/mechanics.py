@@ -12,6 +12,8 @@ import numpy as np
 from .contracts import Kind, damped, dimension, driven, kind_of, moving
 
 WITHOUT_ENERGY = (Kind.MAP, Kind.FLOW)
+FREE = (*WITHOUT_ENERGY, Kind.DAMPED)
+"""Kinds of models that have no energy, and those that keep none."""
 
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:

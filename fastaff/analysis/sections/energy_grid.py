@@ -16,7 +16,7 @@ from ...base.short_forms import takes
 from ...flows.checks import CONSERVATIVE, checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Kind, isotropic, kind_of
-from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
+from ...models.mechanics import FREE, at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
@@ -153,7 +153,7 @@ def _grid_by_name(
     body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
-    checked_model(body, kinds=(*CONSERVATIVE, Kind.MAP))
+    checked_model(body, kinds=(*CONSERVATIVE, *FREE))
     energy = checked_energy(body, energy)
     no_planes(*planes)
     names, arrays = checked_values(axes)
@@ -163,8 +163,9 @@ def _grid_by_name(
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
-        if kind_of(body) is Kind.MAP:
-            raise NotReached(f"no cell of the grid {ranges} is in the domain of the map")
+        if kind_of(body) in FREE:
+            what = "map" if kind_of(body) is Kind.MAP else "system"
+            raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
         low = None if isotropic(body) else too_low(body, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
     return EnergyGrid(

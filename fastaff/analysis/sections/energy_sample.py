@@ -14,8 +14,8 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import CONSERVATIVE, checked_model
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Kind, Model, Section, isotropic, kind_of
-from ...models.mechanics import at_rest, least_energies, turns
+from ...models.contracts import Model, Section, isotropic, kind_of
+from ...models.mechanics import FREE, at_rest, least_energies, turns
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
@@ -146,10 +146,10 @@ def source_of(
     p_gamma: Any = 0.0,
 ) -> Measure | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
-    checked_model(body, kinds=(*CONSERVATIVE, Kind.MAP))
+    checked_model(body, kinds=(*CONSERVATIVE, *FREE))
     energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or kind_of(body) is Kind.MAP:
+    if flag("at_rest", at_rest) or solve is not None or kind_of(body) in FREE:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")

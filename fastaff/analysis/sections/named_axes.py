@@ -14,7 +14,7 @@ from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
 from ...flows.coordinates import row_names
 from ...models.contracts import Kind, kind_of, quadratic
-from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies, velocities
+from ...models.mechanics import FREE, at_rest, energies, inside, kinetic_energies, potential_energies, velocities
 from ...models.sections import Linear
 from .accessible_box import spread
 from .allowed_region import crossings, extrema, line
@@ -184,10 +184,10 @@ def launching(
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
     rows, n = row_names(model), model.degrees_of_freedom
     sign = checked_sign(sign)
-    if kind_of(model) is Kind.MAP:
+    if kind_of(model) in FREE:
         for what, given in (("section", section), ("solve", solve), ("at_rest", resting or None)):
             if given is not None:
-                raise ValueError(f"{what} is for systems in time: a map has no energy; got {shown(given)}")
+                raise ValueError(f"{what} {_needs_energy(model)}; got {shown(given)}")
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
@@ -209,7 +209,7 @@ def launching(
             raise ValueError(f"axes and fixed both name {name}")
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
-    if kind_of(model) is Kind.MAP:
+    if kind_of(model) in FREE:
         return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
@@ -245,12 +245,20 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
 
 
 def checked_energy(model: Any, energy: Any) -> float:
-    """Return an energy, which a map does not have: NaN."""
-    if kind_of(model) is not Kind.MAP:
+    """Return an energy; NaN of what keeps none."""
+    if kind_of(model) not in FREE:
         return real("energy", energy)
     if energy is not None and not (isinstance(energy, float) and np.isnan(energy)):
-        raise ValueError(f"energy is for systems in time: a map has none; got {shown(energy)}")
+        raise ValueError(f"energy {_needs_energy(model)}; got {shown(energy)}")
     return float("nan")
+
+
+def _needs_energy(model: Any) -> str:
+    """Say why a model is not asked for what an energy gives."""
+    if kind_of(model) is Kind.MAP:
+        return "is for systems in time: a map has no energy"
+    what = "one with friction keeps none" if kind_of(model) is Kind.DAMPED else "dz/dt = f(z) has none"
+    return f"is for systems with an energy: {what}"
 
 
 def section_row(model: Any, section: Any) -> tuple[str, float, int]:

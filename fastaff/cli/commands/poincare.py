@@ -39,7 +39,8 @@ def poincare(
     """
     # With a time of one's own nothing is known of returns.
     span = {"periods": 400.0} if asked.max_time is None else {"time": 1200.0}
-    default = not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
+    keeps = options.flow is None and options.friction is None  # what has no frequencies of its own
+    default = keeps and not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
     diffusion = Frequencies(method="naff", **span) if default else None
     starts = on_grid(starts, "20x20")
     job = job_of(model=options, surface=surface, starts=starts, run=run, poincare=asked, frequency_map=diffusion)
