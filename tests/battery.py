@@ -675,7 +675,7 @@ LONG = {
     "deviations",
 }
 """Arguments that a user may make as long as he likes: such a run must only stop when it is told to."""
-FUNCTIONS = {"report", "make", "law", "smooth", "function", "time", "value", "slope", "curvature"}
+FUNCTIONS = {"report", "judge", "make", "law", "smooth", "function", "time", "value", "slope", "curvature"}
 """Arguments that are functions: what a given one raises is its own."""
 
 

@@ -74,4 +74,5 @@ def section_in_words(section: Any, model: Any) -> str:
 
 def section_of(value: Any, model: Any) -> Any:
     """Return the section that a text stands for; anything else as it is."""
-    return section_named(value, model) if isinstance(value, str) and hasattr(model, "degrees_of_freedom") else value
+    known = hasattr(model, "degrees_of_freedom") and not isinstance(model, type)
+    return section_named(value, model) if isinstance(value, str) and known else value

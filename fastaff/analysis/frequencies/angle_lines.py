@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from ...base.axes import along
+from ...base.numbers import fits
 from ...base.results import Result
 from ...kernels import fundamental as kernels
 from .angle_loops import Layout, Signals
@@ -51,6 +52,7 @@ class LineTable:
 
     def __init__(self, names: tuple[str, ...], lines: int, orbits: int):
         self.names, self.count = names, lines
+        fits("lines", len(names), lines, orbits, itemsize=32)
         self.nu, self.amplitude = np.zeros((len(names), lines, orbits)), np.zeros((len(names), lines, orbits), complex)
         self.error = np.full((len(names), lines, orbits), np.inf)
 

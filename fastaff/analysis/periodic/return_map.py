@@ -20,7 +20,7 @@ from ...flows.checks import CONSERVATIVE, checked_section, checked_tangent_model
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
 from ...flows.motion import motion
-from ...flows.options import Options, plan
+from ...flows.options import Options, plan, suited
 from ...kernels import crossings as kernels
 from ...models.contracts import Kind, dimension, driven, kind_of, moving
 from ...models.maps import symplectic
@@ -65,7 +65,7 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
         raise ValueError(
             f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
         )
-    flow, z, _ = plan(model, z0, options, error=STEP_ERROR)
+    flow, z, _ = plan(model, z0, suited(options, model), error=STEP_ERROR)
     if driven(model):
         if energy is not None:
             raise ValueError(f"energy must be left out of a driven system, which has none, got {energy!r}")
@@ -317,11 +317,12 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
         field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
         along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
     reduced = np.full((len(monodromy), kept, kept), np.nan)
-    good = np.isfinite(own).all(axis=(1, 2))
+    with np.errstate(all="ignore"):  # nothing is normal to a surface where its gradient vanishes, as at an equilibrium
+        surfaces = [row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in ((along,) if flows else (along, up))]
+    normals = np.stack(surfaces, axis=1)
+    good = np.isfinite(own).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))
     if good.any():
-        surfaces = (along[good],) if flows else (along[good], up[good])
-        normals = np.stack([row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in surfaces], axis=1)
-        _, _, rows = np.linalg.svd(normals, full_matrices=True)
+        _, _, rows = np.linalg.svd(normals[good], full_matrices=True)
         basis, M, f, s = rows[:, -kept:], own[good, :d, :d], field[good, :d], along[good, :d]
         with np.errstate(all="ignore"):  # at an equilibrium on the section
             delay = (s[:, None] @ M) / (s * f).sum(axis=1)[:, None, None]

@@ -20,6 +20,9 @@ from .torus import TorusFit, Verdict, nothing, resting, unsure
 LEAST = 384
 """Samples that a fit needs: its first lines are looked for in two thirds of them."""
 
+FARTHEST = 1e150
+"""Time whose square is still a number."""
+
 
 def fit_samples(
     samples: Any, dt: float | None = None, *, times: Any = None, coordinates: Any = None, tolerance: float = 1e-6
@@ -44,6 +47,8 @@ def fit_samples(
         raise ValueError(f"samples must be of one orbit, (2n, samples), got {given.shape[1]} orbits")
     if given.interval is None:
         raise ValueError("dt must be given, the time between samples: these do not tell")
+    if not 1.0 / FARTHEST < given.interval * LEAST < given.interval * given.shape[2] < FARTHEST:
+        raise ValueError(f"dt must be neither so small nor so large that squares of times are none, got {dt!r}")
     z = given.read(0, 1)
     known = int(ends("samples", z)[0])
     path = np.ascontiguousarray(z[:, 0])

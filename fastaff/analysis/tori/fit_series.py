@@ -212,7 +212,8 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
         both = averages(t, np.vstack([weighted, t * weighted]), nu[:rank], orders)
         b = both[: len(weighted)]
         c = gram.solve(b)
-        misfit = 1.0 - float((c.conj() * b).real.sum()) / float((w * np.abs(samples.signals) ** 2).sum())
+        power = float((w * np.abs(samples.signals) ** 2).sum())
+        misfit = 1.0 - float((c.conj() * b).real.sum()) / power if power > 0.0 else 0.0
         if iteration + 1 == iterations or unsettled < 1e-13:
             break
         u = gram.mask * (both[len(weighted) :] - gram.apply(c, gram.odd))

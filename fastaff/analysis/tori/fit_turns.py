@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.numbers import fits
 from ...base.status import Status
 from ...flows.flow import Report
 from ...flows.options import Options
@@ -73,6 +74,7 @@ def fit_turns(
         return nothing(
             body, math.nan, {"status": float(Status.OK), "longer": LEAST * turns.interval}, Verdict.UNDECIDED
         )
+    fits("time", 3 * count, len(z))
     path, evidence = turns.path(z, 3 * count // 2)
     if evidence["status"] != Status.OK or not np.isfinite(path).all():
         gone = evidence["status"] == Status.ESCAPED or (mapping and evidence["status"] == Status.COLLAPSED)
