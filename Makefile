@@ -30,7 +30,7 @@ bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 
 FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py
 
-faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1600 kills, damaged caches: some hours
+faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, damaged caches: an hour
 	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)
 
 # What these versions depend on may warn of their use of it.

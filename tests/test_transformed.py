@@ -452,6 +452,35 @@ def test_branch_free_functions_at_the_edges():
     assert compiled(0.0, 1.0) == (1.0, 0.0)
 
 
+@given(st.floats(-15.0, 15.0), st.sampled_from([-1.0, 1.0]))
+def test_branch_free_sines_are_right_to_rounding_or_nan(power, sign):
+    import mpmath
+
+    x = sign * 10.0**power
+    found = waves(x)
+    with mpmath.workdps(60):
+        for value, exact in zip(found, (mpmath.sin(mpmath.mpf(x)), mpmath.cos(mpmath.mpf(x))), strict=True):
+            assert abs(value - exact) <= (2 if power < 14 else 4) * np.spacing(abs(float(exact))), x
+
+
+def test_branch_free_sines_at_the_edges():
+    assert waves(0.0) == (0.0, 1.0)
+    for x in (1.8e15, 3e15, 2.0**52, 1e16, 1e18, 1e300, np.inf, np.nan):
+        assert np.isnan([*waves(x), *waves(-x)]).all(), x
+    for x in (1.7e15, -1.7e15):
+        np.testing.assert_allclose(waves(x), (np.sin(x), np.cos(x)), rtol=0, atol=1e-14)
+
+
+def waves(x):
+    import numba
+
+    from fastaff.compile import elementary
+
+    if "both" not in globals():
+        globals()["both"] = numba.njit(lambda x: (elementary.sin(x), elementary.cos(x)))
+    return globals()["both"](float(x))
+
+
 def compiled(x, y):
     import numba
 

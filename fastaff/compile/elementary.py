@@ -51,8 +51,7 @@ def sin(x):
     """Return sin x: by the branch-free formula where it is compiled, else NumPy's.
 
     x - k pi/2, with k the nearest whole number, by fused multiply-adds with pi/2 in three parts: to 1.4 units in the
-    last place for |x| < 1e14, 30 at 2e15; k is wrong, and the value without meaning, from 3e15 on. NaN of NaN and
-    infinities.
+    last place for |x| < 1e14, 3 at 1e15. NaN beyond 1.7e15, where k soon has more digits than a number, and of NaN.
     Source: FDLIBM k_sin.c and k_cos.c (Sun Microsystems 1993), the polynomials.
     """
     return np.sin(x)
@@ -116,6 +115,10 @@ def _log(x):
     return formula
 
 
+QUARTERS = 2.0**50
+"""Quarters of a turn, at most, that are counted."""
+
+
 def _turned(x, quarters):
     """Return sin(x + quarters pi/2)."""
     whole = fma(x, 0.6366197723675814, SHIFT)
@@ -139,7 +142,8 @@ def _turned(x, quarters):
     cosine = fma(z * z, c, 1.0 - half)
     turn = np.float64(whole).view(np.int64) + quarters
     value = cosine if turn & 1 else sine
-    return -value if turn & 2 else value
+    value = -value if turn & 2 else value
+    return value if abs(k) < QUARTERS else np.nan
 
 
 _turn = Callee(_turned, constants=True, forceinline=True)
