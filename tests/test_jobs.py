@@ -524,6 +524,8 @@ FULL = Job(
 OTHER = {
     "model.model": "harmonic",
     "model.map": "p1 = p + a*x; x1 = x + p1",
+    "model.flow": "x' = p; p' = -x",
+    "model.friction": "0.1*a",
     "model.angles": ["x=6.3"],
     "model.hamiltonian": "a*x**2/2 + b*y**2/2 + c*x**2*y",
     "model.parameter": ["a=1.0", "b=1.0", "c=0.5"],
