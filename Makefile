@@ -34,7 +34,7 @@ faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, dama
 	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)
 
 # What these versions depend on may warn of their use of it.
-OTHERS := tests/test_results.py tests/test_cli_jobs.py tests/test_job_store.py tests/test_plot.py tests/test_formula.py
+OTHERS := tests/test_cli_jobs.py tests/test_job_store.py tests/test_plot.py tests/test_formula.py
 
 ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow" \
 	-W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning $(OTHERS)
