@@ -626,3 +626,20 @@ def test_rotation_numbers_and_islands_take_section_maps():
     np.testing.assert_array_equal(fa.islands(cut).kind, fa.islands(cut.points[[1, 3]]).kind)
     with pytest.raises(ValueError, match="points must be a SectionMap of a map"):
         fa.islands(fa.poincare_map(FroeschleMap(), [0.1, 0.2, 0.0, 0.1], crossings=50))
+
+
+def test_errors_of_doublings_hold():
+    """p' = p + e - c (x - o)^2, x' = x + p': the fixed point doubles at e = 4/c, in units and from an origin at random."""
+    rng = np.random.default_rng(11)
+    for _ in range(12):
+        c, o, unit = rng.uniform(0.3, 3.0), rng.normal() * 5.0, 10.0 ** rng.uniform(-2, 2)
+
+        def quadratic(e, c=c, o=o, unit=unit):
+            return fa.mapping("p1 = p + e - c*(x - o)**2; x1 = x + p1", e=e * unit, c=c / unit, o=o * unit)
+
+        e = rng.uniform(1.0, 2.0) / c
+        start = [unit * (o + np.sqrt(e / c)), 0.0]
+        branch = fa.continuation(quadratic, start, parameter=e, longest=20.0, steps=90, bounds=(0.0, 5.0 / c))
+        assert [found.event for found in branch.bifurcations] == [fa.analysis.Event.DOUBLING]
+        (found,) = branch.bifurcations
+        assert abs(found.value - 4.0 / c) <= found.error < 1e-7 / c

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import pairwise
 from typing import Annotated, Any
@@ -17,6 +17,9 @@ VANISHING, NEAR = 1e-5, 1e-10
 """Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z
 is undetermined.
 """
+
+SAFETY, CLOSER = 4.0, 0.01
+"""Times what another step and a closer correction change: the error of a value; how much closer that is."""
 
 
 class Event(IntEnum):
@@ -37,7 +40,7 @@ class Bifurcation(Result, axis=None):
     time.
 
     error: of the value: half of the interval in which the change was found, or what is left of the product over its
-    slope.
+    slope, and what half the step and a closer correction change.
     """
 
     event: Event
@@ -103,6 +106,18 @@ def _sign_change(
         else:
             weights = [weights[0] * (0.5 if side > 0 else 1.0), product]
             b, high, products[1], side = s, point, product, 1
-    left = abs(float(high.u[-1] - low.u[-1]))
+    left, value = abs(float(high.u[-1] - low.u[-1])), float(best[2].u[-1])
     slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
-    return best[1] * reach, best[2], best[0], min(0.5 * left, best[0] / slope + 1e-15 * abs(float(best[2].u[-1])))
+    # The same place once more, with half the step and closer, says what steps and corrections leave open.
+    exact = family.flow.exact
+    finer = replace(family, tolerance=CLOSER * family.tolerance, flow=family.flow if exact else family.flow.finer())
+    step = best[2].step if exact else 0.5 * best[2].step
+    again = finer.corrected(*family.between(last, following, best[1]), last.scale, step)
+    moved, wrong = (
+        (left, 0.0)
+        if again is None
+        else (abs(float(again.u[-1]) - value), abs(float(finer.products(again)[kind]) - best[0]))
+    )
+    far = float(family.units[-1] * np.abs(best[2].u[:-1] / family.units[:-1]).max())  # of which digits are lost
+    error = min(0.5 * left, (best[0] + wrong) / slope) + SAFETY * (moved + 1e-15 * (abs(value) + far))
+    return best[1] * reach, best[2], best[0], error
