@@ -629,7 +629,7 @@ def test_rotation_numbers_and_islands_take_section_maps():
 
 
 def test_errors_of_doublings_hold():
-    """p' = p + e - c (x - o)^2, x' = x + p': the fixed point doubles at e = 4/c, in units and from an origin at random."""
+    """p' = p + e - c (x - o)^2, x' = x + p': the fixed point doubles at e = 4/c, in any unit and from any origin."""
     rng = np.random.default_rng(11)
     for _ in range(12):
         c, o, unit = rng.uniform(0.3, 3.0), rng.normal() * 5.0, 10.0 ** rng.uniform(-2, 2)
