@@ -69,10 +69,10 @@ def bits(results):
 
 
 def chunks(path):
-    """Bytes of every chunk of a store, by name."""
+    """Bytes of every chunk of a store, by name; what a killed writer left of one is none."""
     found = {}
     for file in sorted(path.rglob("*")):
         parts = file.relative_to(path).parts
-        if file.is_file() and "c" in parts[:-1]:
+        if file.is_file() and "c" in parts[:-1] and file.suffix != ".partial":
             found["/".join(parts)] = file.read_bytes()
     return found
