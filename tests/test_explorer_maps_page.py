@@ -44,6 +44,14 @@ def iterates(model, z0, count):
     return np.array([np.mod(row, T) if T > 0 else row for row, T in zip(points, model.periods(), strict=True)])
 
 
+def opened_again(sheet, text, one):
+    """Assert that an address opens the page with the one orbit that it had."""
+    sheet.state(text)
+    sheet.done(1)
+    assert sheet.orbits()[0].z0 == one.z0
+    np.testing.assert_array_equal(sheet.orbits()[0].points, one.points)
+
+
 def test_clicks_launch_orbits_of_iterates(sheet):
     sheet.state("system=standard-map&parameter.K=0.6&crossings=400")
     for start in ((3.0, 0.2), (2.0, 2.1), (5.9, -1.0)):
@@ -115,10 +123,7 @@ def test_other_rows_start_where_they_are_told_to(sheet):
     sheet.click(1.0, 0.5)
     sheet.done(1)
     assert sheet.orbits()[0].z0[0::2] == [0, 0]
-    sheet.state(text)
-    sheet.done(1)
-    assert sheet.orbits()[0].z0 == one.z0
-    np.testing.assert_array_equal(sheet.orbits()[0].points, one.points)
+    opened_again(sheet, text, one)
 
 
 def test_a_map_of_ones_own(sheet, tmp_path, monkeypatch):
@@ -153,10 +158,7 @@ def test_a_map_of_ones_own(sheet, tmp_path, monkeypatch):
     sheet.page.locator("[data-part=formula]").fill("u1 = u + K*sin(w*a); v1 = v + K*sin(w*b); a1 = a + u1; b1 = b + v1")
     sheet.wait("app.section.surface !== null && app.state.section === 'u,a'")
     assert sheet.page.locator("[data-part=section] option").count() == 2
-    sheet.state(text)
-    sheet.done(1)
-    assert sheet.orbits()[0].z0 == one.z0
-    np.testing.assert_array_equal(sheet.orbits()[0].points, one.points)
+    opened_again(sheet, text, one)
 
 
 def test_a_saved_job_gives_the_same_iterates(sheet, tmp_path, monkeypatch):

@@ -113,11 +113,9 @@ def _sign_change(
     finer = replace(family, tolerance=CLOSER * family.tolerance, flow=family.flow if exact else family.flow.finer())
     step = best[2].step if exact else 0.5 * best[2].step
     again = finer.corrected(*family.between(last, following, best[1]), last.scale, step)
-    moved, wrong = (
-        (left, 0.0)
-        if again is None
-        else (abs(float(again.u[-1]) - value), abs(float(finer.products(again)[kind]) - best[0]))
-    )
+    moved, wrong = left, 0.0
+    if again is not None:
+        moved, wrong = abs(float(again.u[-1]) - value), abs(float(finer.products(again)[kind]) - best[0])
     far = float(family.units[-1] * np.abs(best[2].u[:-1] / family.units[:-1]).max())  # of which digits are lost
     error = min(0.5 * left, (best[0] + wrong) / slope) + SAFETY * (moved + 1e-15 * (abs(value) + far))
     return best[1] * reach, best[2], best[0], error

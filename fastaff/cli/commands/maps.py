@@ -98,22 +98,27 @@ class Work:
         facts = {**self.facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted, **extra}
         return self.output.save(self.stem, result, facts)
 
-    def colour(self, name: str, keep: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
+    def colour(
+        self,
+        name: str,
+        keep: Callable[[dict[str, Any]], Any],
+        known: Callable[[Any], dict[str, Any]] | None = None,
+    ) -> dict[str, Any]:
         """Compute the analysis that only colours orbits and return what a file says of it; keep: saves the result with
-        that after Ctrl-C.
+        that after Ctrl-C; known: what a file says of a result (default: the column that colours).
         """
-        from ...plot.scales import colouring
-
-        chosen = self.scene.look.colour
-        column = None if chosen is None else plain(chosen)
-
-        def known(found: Any) -> dict[str, Any]:
-            values = colouring(found, column)
-            return {"colour": values.name, "colour_values": values.values, "colour_limit": values.limit}
-
+        known = self._column if known is None else known
         found = self.compute(name, lambda partial: keep({} if partial is None else known(partial)))
         self.colours[name] = found
         return known(found)
+
+    def _column(self, found: Any) -> dict[str, Any]:
+        """Return what a file says of the column that colours orbits."""
+        from ...plot.scales import colouring
+
+        chosen = self.scene.look.colour
+        values = colouring(found, None if chosen is None else plain(chosen))
+        return {"colour": values.name, "colour_values": values.values, "colour_limit": values.limit}
 
     def draw(self, path: Path, figure: Callable[[], Any]) -> int:
         """Name the file of the data, then draw the figure, and return the exit code."""

@@ -69,9 +69,7 @@ def poincare(
         def known(found: Any) -> dict[str, Any]:
             return {"diffusion": reliable(found), "diffusion_time": work.settled["frequency_map"]["time"]}
 
-        found = work.compute("frequency_map", lambda partial: keep_both({} if partial is None else known(partial)))
-        work.colours["frequency_map"] = found
-        extra |= known(found)
+        extra |= work.colour("frequency_map", keep_both, known)
     for name in [name for name in ("frequency_map", "chaos_map") if name in work.plan.analyses]:
         if name not in work.colours:
             extra |= work.colour(name, keep_both)
