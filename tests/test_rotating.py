@@ -476,6 +476,50 @@ def test_a_halo_orbit_of_the_catalogue_closes():
     np.testing.assert_allclose(found.z[:, 0], start, atol=1e-9)
 
 
+LYAPUNOV = {  # x, y', Jacobi's constant, period, stability index
+    "L1, small": (0.830023864314168, 0.06088309999599009, 3.18515736797775, 2.702881200253821, 1300.72578337944),
+    "L1": (0.8007325761918545, 0.35248700747556716, 3.07728036254377, 3.297097386764505, 425.868250560381),
+    "L1, large": (0.7076756180347542, 0.621513254358129, 2.94595078958827, 5.709795908302705, 64.0473059678341),
+    "L2, small": (1.1599891825364728, -0.023755466801822275, 3.1717305860487, 3.3740716677049702, 724.023759109433),
+    "L2": (1.039766165259229, 0.6277452743730177, 3.03331847496241, 4.056819398703425, 164.905262178291),
+}
+"""Planar Lyapunov orbits of JPL's catalogue (as for POINTS; families `lyapunov` with libr=1 and 2): they cross y = 0 at
+right angles; the index is (lambda + 1/lambda)/2.
+"""
+
+
+@pytest.mark.parametrize("name", LYAPUNOV)
+def test_lyapunov_orbits_are_those_of_the_catalogue(name):
+    """Found from starts beside them, at the same Jacobi constant: state, period and stability index."""
+    x, vy, jacobi, period, index = LYAPUNOV[name]
+    model, start = three_bodies(), np.array([x, 0.0, 0.0, vy + x])
+    assert -2 * energies(model, start) == pytest.approx(jacobi, abs=2e-14)
+    section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=1 if vy > 0 else -1)
+    beside = start + 1e-6 * np.array([1.0, 0.0, -1.0, 0.0])
+    found = fa.periodic_orbits(model, beside, section=section, energy=-jacobi / 2)
+    assert found.status[0] == fa.Status.OK
+    assert found.time[0] == pytest.approx(period, abs=5e-10)
+    np.testing.assert_allclose(found.z[:, 0], start, atol=1e-11)
+    assert found.indices[0, 0] == pytest.approx(2 * index, rel=2e-7)
+
+
+def test_lyapunov_orbits_at_the_energy_of_oterma_are_where_they_were_proved():
+    """Sun and Jupiter: intervals of CAPD's proof (its IPoincareMapExample) for the point and half the period at L1; the
+    point at L2 by Wilczak & Zgliczynski 2003, Commun. Math. Phys. 234, 37 (arXiv:math/0201278). Their C has m(1 - m).
+    """
+    m = 0.0009537
+    energy = -(3.03 - m * (1 - m)) / 2
+    for x, sign, half in ((0.9208034913207435, 1, 1.541059563195996), (1.081929486841799903, -1, None)):
+        speed = np.sqrt(2 * energy + x**2 + 2 * ((1 - m) / (x + m) + m / abs(x - 1 + m)))
+        beside = np.array([x + 1e-6, 0.0, -1e-6, x + sign * speed])
+        section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=sign)
+        found = fa.periodic_orbits(three_bodies(m), beside, section=section, energy=energy)
+        assert found.status[0] == fa.Status.OK
+        np.testing.assert_allclose(found.z[[0, 2], 0], [x, 0.0], atol=1e-12)
+        if half:
+            assert abs(found.time[0] / 2 - half) <= found.error[0] + 3e-12
+
+
 def test_a_lyapunov_orbit_is_that_of_a_shooting_by_scipy():
     """Around L1 of Earth and Moon: from perpendicular crossing to perpendicular crossing; its index is the trace of the
     monodromy matrix by SciPy's solution of the variational equations less 2, and near the point those of the linear
