@@ -114,8 +114,8 @@ def run(words, folder, moment=None):
             os.dup2(out, 1)
             os.dup2(out, 2)
             sys.stdout, sys.stderr = os.fdopen(1, "w", closefd=False), os.fdopen(2, "w", closefd=False)
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            for number in (signal.SIGINT, signal.SIGTERM):  # what comes before the command begins, or when it has ended
+                signal.signal(number, lambda *_: None)
             hook(folder, os.open(count, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), moment)
             code = main(line)
         except SystemExit as left:

@@ -18,7 +18,7 @@ from numba.extending import intrinsic, register_model
 from .callees import Callee
 from .jit import JIT_DISABLED, POINTS, BlockFunction
 from .pointers import address
-from .threads import default_threads, pool
+from .threads import Task, default_threads
 
 QUICK = 0x405
 """Flags of an array in one piece (NPY_ARRAY_C_CONTIGUOUS) of its own (NPY_ARRAY_OWNDATA) that may be written to
@@ -132,7 +132,8 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
     """Run work(unit, *arguments), not compiled yet, for every unit below `units`, by so many threads: the caller's and
     others, each of which takes the next unit as soon as it is free.
 
-    `work` is compiled for the types of its arguments. What interrupts the caller leaves undone what is not begun.
+    `work` is compiled for the types of its arguments. What interrupts the caller leaves undone what is not begun; what
+    another thread has begun may go on for a moment.
     """
     if JIT_DISABLED:
         for unit in range(units):
@@ -151,14 +152,21 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
         while (unit := next(following)) < end[0]:
             enter(unit, first)
 
-    others = [pool().submit(share) for _ in range(min(threads, units) - 1)]
+    # A caller that is interrupted lets go of memory to which the others may still write: they hold it too.
+    others = [Task(functools.partial(_holding, share, memory, arguments)) for _ in range(min(threads, units) - 1)]
     try:
+        for other in others:
+            other.begin()
         share()
     finally:
         end[0] = 0
         for other in others:
-            if not other.cancel():  # else its thread is busy with other work, perhaps for long
-                other.result()
+            while not (other.withdrawn() or other.ended(1.0)):  # one that has not begun would wait for a free thread
+                pass
+
+
+def _holding(call: Callable[[], object], *_held: Any) -> None:
+    call()
 
 
 def run_points(work: Callable, arguments: tuple, points: int) -> None:

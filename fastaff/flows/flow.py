@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import wait
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..compile import damping
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
-from ..compile.threads import pool
+from ..compile.threads import Task, settle
 from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
@@ -64,22 +64,16 @@ def launch(
             report(min(1.0, float(progress.sum()) / work))
         return
 
-    interrupted = False
-    future = pool().submit(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
-    while not future.done():
-        try:
-            wait([future], 0.1)
-            if report is not None and work > 0 and not interrupted:
+    task = Task(partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads))
+    try:
+        task.begin()
+        while not task.ended(0.1):
+            if report is not None and work > 0:
                 report(min(1.0, float(progress.sum()) / work))
-        except BaseException as problem:
-            stop[0] = 1  # whatever happened, the kernel must not be left running
-            if not isinstance(problem, KeyboardInterrupt):
-                wait([future])
-                raise
-            interrupted = True
-    future.result()
-    if interrupted:
-        raise KeyboardInterrupt
+    except BaseException:
+        stop[0] = 1  # whatever happened, the kernel must not be left running
+        settle([task])
+        raise
 
 
 class Wear(NamedTuple):

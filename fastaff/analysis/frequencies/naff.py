@@ -6,7 +6,6 @@ import functools
 import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Annotated, Any
@@ -17,7 +16,7 @@ from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.results import Result
-from ...compile.threads import checked_threads
+from ...compile.threads import Task, checked_threads, settle
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
@@ -181,16 +180,17 @@ def followed_line(
 
 def _together(work: Callable[[int], None], workers: int, stop: threading.Event, progress: Callable[[], Any]) -> None:
     """Run work(worker) of each of several threads; an error or Ctrl-C stops all of them."""
-    with ThreadPoolExecutor(workers) as pool:
-        left = {pool.submit(work, worker) for worker in range(workers)}
-        try:
-            while left:
-                ended, left = wait(left, 0.1, FIRST_EXCEPTION)
-                for future in ended:
-                    future.result()
+    tasks = [Task(functools.partial(work, worker)) for worker in range(workers)]
+    try:
+        for task in tasks:
+            task.begin()
+        for task in tasks:
+            while not task.ended(0.1):
                 progress()
-        finally:
-            stop.set()
+    except BaseException:
+        stop.set()
+        settle(tasks)
+        raise
 
 
 class _Scratch:

@@ -1,0 +1,178 @@
+"""Threads of compiled code, and Ctrl-C at any moment: none writes to memory that was let go of, nothing hangs."""
+
+from __future__ import annotations
+
+import gc
+import os
+import random
+import signal
+import threading
+import time
+import warnings
+import weakref
+
+import numpy as np
+import pytest
+from thorough import TIMES
+
+import fastaff as fa
+from fastaff.compile import packing
+from fastaff.compile.threads import Task, settle
+
+TRIES = 150 * TIMES
+
+
+def fill(unit, out, rounds):
+    for _ in range(rounds * (1 + 10 * unit)):
+        for i in range(out.shape[1]):
+            out[unit, i] = 0.5 * out[unit, i] + unit
+
+
+def settled(task):
+    """Wait until a thread has made it."""
+    while not task.ended(10.0):
+        pass
+
+
+def test_a_task_is_made_once_by_a_thread():
+    said = []
+    task = Task(lambda: said.append(threading.current_thread() is threading.main_thread()))
+    assert not task.ended(0.0)
+    task.begin()
+    settled(task)
+    task.begin()
+    settle([task])
+    assert task.withdrawn()
+    assert said == [False]
+
+
+def test_what_was_taken_back_is_never_made():
+    said = []
+    task = Task(lambda: said.append(1))
+    assert task.withdrawn()
+    task.begin()
+    last = Task(lambda: None)
+    last.begin()
+    settled(last)
+    assert not task.ended(0.05)
+    assert task.withdrawn()
+    assert said == []
+
+
+def test_what_a_task_raises_is_its_owners():
+    def fail():
+        raise ZeroDivisionError
+
+    task = Task(fail)
+    task.begin()
+    with pytest.raises(ZeroDivisionError):
+        settled(task)
+    with pytest.raises(ZeroDivisionError):
+        task.ended(0.0)
+    settle([task])
+
+
+def test_a_thread_keeps_nothing_of_what_it_has_done():
+    class Held:
+        pass
+
+    held = Held()
+    gone = weakref.ref(held)
+    task = Task(lambda held=held: None)
+    task.begin()
+    settled(task)
+    del task, held
+    for _ in range(1000):  # until the thread has gone back for more
+        if gone() is None:
+            break
+        time.sleep(0.01)
+    assert gone() is None
+
+
+@pytest.mark.parametrize("at", ["begin", "ended"])
+def test_threads_hold_what_they_write_to(at, monkeypatch):
+    """Where Ctrl-C comes between the caller's units and the others' end, or between two beginnings."""
+    begun = []
+
+    class Late(Task):
+        def begin(self):
+            begun.append(self)
+            if at == "begin":
+                raise KeyboardInterrupt
+
+        def withdrawn(self):
+            return False
+
+        def ended(self, seconds):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(packing, "Task", Late)
+
+    def interrupted():
+        out = np.zeros((3, 4))
+        with pytest.raises(KeyboardInterrupt):
+            packing.run_units(fill, (out, 2), 3, threads=2)
+        return out.copy(), weakref.ref(out)
+
+    seen, out = interrupted()
+    gc.collect()
+    assert out() is not None
+    begun[0].make()
+    np.testing.assert_array_equal(out(), seen)  # no unit is begun any more
+    begun.clear()
+    gc.collect()
+    assert out() is None
+
+
+def units():
+    packing.run_units(fill, (np.zeros((2, 100_000)), 2), 2, threads=2)
+
+
+def orbits():
+    fa.integrate(fa.HenonHeiles(), np.full((4, 8), 0.1), time=400.0, step=0.02, threads=2)
+
+
+def lines():
+    fa.naff(np.exp(1j * np.arange(1024))[None] * np.ones((70, 1)), dt=1.0, lines=3, threads=2)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks here")
+@pytest.mark.parametrize("call", [units, orbits, lines])
+def test_ctrl_c_at_any_moment(call):
+    """A fork of this process is interrupted at random moments of its calls; the last one ends."""
+    begin = time.perf_counter()
+    call()
+    call()
+    seconds = (time.perf_counter() - begin) / 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # threads, which a fork has none of
+        child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            source = random.Random(3)
+            signal.signal(signal.SIGALRM, signal.default_int_handler)
+            for _ in range(TRIES):
+                try:
+                    signal.setitimer(signal.ITIMER_REAL, max(1e-5, source.uniform(0.0, min(seconds, 0.02))))
+                    call()
+                    signal.setitimer(signal.ITIMER_REAL, 0.0)
+                except KeyboardInterrupt:
+                    others = np.zeros((2, 100_000))
+                    time.sleep(0.001)
+                    assert not others.any()
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            call()
+            code = 0
+        finally:
+            os._exit(code)
+    for _ in range(6000 * TIMES):
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            break
+        time.sleep(0.01)
+    else:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        pytest.fail("it hangs")
+    assert os.waitstatus_to_exitcode(status) == 0
