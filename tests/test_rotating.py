@@ -172,8 +172,11 @@ def test_free_motion_is_exact_whatever_the_step(scheme):
 @pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")
 @pytest.mark.parametrize("kind", ["splitting", "precise_splitting"])
 @pytest.mark.parametrize("lanes", [1, 3, 8, 13, 128])
-def test_a_block_has_the_bits_of_its_text(lanes, kind):
-    """As for other models: compiled or run by Python with exact sums, in vectors or alone, with steps of all sizes."""
+@pytest.mark.parametrize("alike", [False, True])
+def test_a_block_has_the_bits_of_its_text(alike, lanes, kind):
+    """As for other models: compiled or run by Python with exact sums, in vectors or alone, with steps of all sizes, or
+    one for all lanes.
+    """
     model, rows, rng = three_bodies(0.3), 4, np.random.default_rng(lanes)
     size, tables = rows * (1 if kind == "splitting" else 3), (KAHAN_LI8.drift_array, KAHAN_LI8.kick_array)
     z = np.zeros((size + spare_rows(tables[0].size)) * LANES)
@@ -181,6 +184,7 @@ def test_a_block_has_the_bits_of_its_text(lanes, kind):
         z[r * LANES : r * LANES + lanes] = 2.0 + rng.standard_normal(lanes)
     step = rng.uniform(0.01, 0.1, LANES)
     step[::3] *= 100.0
+    step = np.full(LANES, step[0]) if alike else step
     compiled, single, strict = z.copy(), z.copy(), z.copy()
     names = {"fma": exact, "value": model, "turn": turn}
     head, _, body = source(model, kind).partition("    value = ")
@@ -190,7 +194,7 @@ def test_a_block_has_the_bits_of_its_text(lanes, kind):
         assert _call(model_block(kind, model, 2), *given, compiled) == taken
         assert names[kind](*given, strict) == taken
         np.testing.assert_array_equal(compiled, strict)
-        step[1] *= 1.5
+        step[1] *= 1.0 if alike else 1.5
     if kind == "splitting":
         march = model_block("march", model, 2)
         for taken in (1, 2):

@@ -14,6 +14,10 @@ VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 """Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
 
 
+DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
+"""Texts of the lengths of a lane's drift and kick."""
+
+
 class Rows:
     """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
     after another).
@@ -42,6 +46,13 @@ class Rows:
     def time(self) -> int | None:
         """The row of the time, if there is one."""
         return self.n - 1 if self.driven else None
+
+    @property
+    def shares(self) -> bool:
+        """Whether lanes of one step have a text of their own, which takes twice as long to compile: not beside the many
+        vectors of a tangent map.
+        """
+        return self.turns and self.vectors <= 2
 
     @property
     def orbit(self) -> list[int]:
@@ -118,9 +129,8 @@ def _at(row: int) -> str:
 
 def _splitting(rows: Rows) -> str:
     """Steps of drifts and kicks of the state in place."""
-    step = _drifts_kicks(rows, 0)
-    step += "" if rows.time is None else _loop(f"{_at(rows.time)} += step[i]\n", 0)
-    return _steps(rows, step, 2 * rows.half)
+    passed = "" if rows.time is None else _loop(f"{_at(rows.time)} += step[i]\n", 0)
+    return _steps(rows, 0, passed, 2 * rows.half)
 
 
 def _precise_splitting(rows: Rows) -> str:
@@ -129,28 +139,34 @@ def _precise_splitting(rows: Rows) -> str:
     """
     size = 2 * rows.half
     passed = "" if rows.time is None else _loop(f"{_at(size + rows.time)} = step[i]\n", 0)
-    return _steps(rows, _drifts_kicks(rows, size) + passed + _settling(size), 3 * size)
+    return _steps(rows, size, passed + _settling(size), 3 * size)
 
 
-def _steps(rows: Rows, step: str, size: int) -> str:
-    """Text of so many steps of a state of `size` rows; ends early, after the one with which a lane leaves the domain;
-    returns their number.
+def _steps(rows: Rows, first: int, after: str, size: int) -> str:
+    """Text of so many steps of `size` rows, drifts and kicks of those from `first` on and what comes `after` them; ends
+    early, after the one with which a lane leaves the domain; returns their number.
 
     One call makes as many stages as there is nothing to look at between: an array is handed over as words on the stack,
     and a call that reads these waits until what the stage before it stored has left the store queue, a sixth of the
-    time of a stage.
+    time of a stage. Lanes that turn with one step share the numbers of their rotations, a fifth of the time with a
+    cheap force: in steps of their own, as both kinds of loops in one would take that time again.
     """
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
-    return (
-        (turning.made(size, "lanes", "drifts", "step[i]") if rows.turns else "")
-        + (damping.made(size, "lanes", "kicks", "step[i]") if rows.damped else "")
-        + "    taken = 0\n    while taken < steps:\n"
-        + _indent(step, 2)
-        + ("" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 2))
-        + "        taken += 1\n        if taken == steps:\n            break\n        outside = 0\n"
-        + _loop(margin, 2)
-        + "        if outside > 0:\n            break\n    return taken\n"
+    made = turning.made(size, "lanes", "drifts", "step[i]") if rows.turns else ""
+    made += damping.made(size, "lanes", "kicks", "step[i]") if rows.damped else ""
+    own, alike = (
+        "taken = 0\nwhile taken < steps:\n"
+        + _indent(_drifts_kicks(rows, first, alike=alike) + after, 1)
+        + ("" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 1))
+        + "    taken += 1\n    if taken == steps:\n        break\n    outside = 0\n"
+        + _loop(margin, 1)
+        + "    if outside > 0:\n        break\n"
+        for alike in (False, True)
     )
+    if not rows.shares:
+        return f"{made}{_indent(own, 1)}    return taken\n"
+    uneven = "    uneven = 0\n" + _loop("uneven += 0 if step[i] == step[0] else 1\n", 1)
+    return f"{made}{uneven}    if uneven > 0:\n{_indent(own, 2)}    else:\n{_indent(alike, 2)}    return taken\n"
 
 
 def _settling(size: int) -> str:
@@ -164,17 +180,19 @@ def _settling(size: int) -> str:
     return _loop(body, 0)
 
 
-def _drifts_kicks(rows: Rows, first: int) -> str:
-    """Text of a step that changes the rows from `first` on: the state itself (0), or its increments."""
-    n = rows.half
+def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
+    """Text of a step that changes the rows from `first` on, the state itself (0) or its increments; `alike`: of lanes
+    of one step.
+    """
+    n, loop = rows.half, _shared if alike else _loop
 
     def now(row: int) -> str:
         return f"{_at(row)} + {_at(first + row)}" if first else _at(row)
 
     drift = kick = ""
     for group in rows.groups:
-        move = "hd = drift*step[i]\n"
-        both = move + ("hk = lengths[i]\n" if rows.damped else "hk = kick*step[i]\n")
+        move = DRIFT
+        both = move + ("hk = lengths[i]\n" if rows.damped else KICK)
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
         for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
@@ -191,7 +209,7 @@ def _drifts_kicks(rows: Rows, first: int) -> str:
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
             push += "".join(f"{_at(first + n + r)} = fma(hk, f{r}, {_at(first + n + r)})\n" for r in part)
             move, both = move + text, both + text + push
-        drift, kick = drift + _loop(move, 1), kick + _loop(both, 1)
+        drift, kick = drift + loop(move, 1), kick + loop(both, 1)
     start, end = (_turning(rows, first, entry) for entry in ("s", "kicks.size"))
     begin, more = ("", "") if rows.time is None else ("passed = 0.0\n", "    passed += drift\n")
     if rows.damped:
@@ -200,6 +218,14 @@ def _drifts_kicks(rows: Rows, first: int) -> str:
         f"{begin}for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{more}{start}{kick}"
         f"drift = drifts[kicks.size]\nif drift != 0.0:\n{end}{drift}"
     )
+
+
+def _shared(body: str, depth: int) -> str:
+    """Text of a loop over lanes of one step: the numbers of their drift, kick and rotation are those of the first."""
+    lines = body.splitlines(keepends=True)
+    shared = dict.fromkeys(line for line in lines if line in (DRIFT, KICK, turning.ROTATION))
+    own = "".join(line for line in lines if line not in shared)
+    return _indent("".join(shared).replace("[i]", "[0]"), depth) + _loop(own, depth)
 
 
 def _turned(rows: Rows, part: range, first: int) -> str:
