@@ -7,10 +7,11 @@ import enum
 import functools
 import json
 import math
-import sys
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -327,9 +328,8 @@ def _results() -> dict[str, type]:
     values.
     """
     rooms = tuple(f"{OWN}.{room}." for room in ("analysis", "quantum"))
-    beside = [
-        entry for name in list(sys.modules) if name.startswith(rooms) for entry in vars(sys.modules[name]).values()
-    ]
+    inside = [found.name for room in rooms for found in walk_packages(import_module(room[:-1]).__path__, room)]
+    beside = [entry for name in inside for entry in vars(import_module(name)).values()]
     parts = [entry for entry in beside if _is_own(entry) and entry.__module__.startswith(rooms)]
     kinds = [entry for entry in parts if dataclasses.is_dataclass(entry) or hasattr(entry, "_fields")]
     found = {entry.__name__: entry for entry in kinds}

@@ -26,6 +26,7 @@ STOREYS = (
     ("plot", "files", "paper"),
     ("jobs",),
     ("explorer",),
+    ("public",),
     ("cli",),
 )
 """Folders of the package from the ground up: each imports only from those of storeys below, or of its own."""
@@ -94,7 +95,7 @@ def test_every_folder_has_a_storey():
     for folder, rooms in ROOMS.items():
         assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith(f"{folder}.")} == {*rooms}
     entries = [path for path in ROOT.iterdir() if path.name != "__pycache__"]
-    assert len(entries) <= 18, sorted(path.name for path in entries)
+    assert len(entries) <= 19, sorted(path.name for path in entries)
     assert len(ARROWS) > 30
 
 
@@ -178,12 +179,19 @@ def run(code):
 
 
 def test_importing_the_package_is_light():
-    """What Numba loads by itself (it looks for SciPy) and nothing heavy more; no kernel compiled."""
-    ours, numbas = (set(run(f"import sys, {name}; print(*sys.modules)").split()) for name in ("fastaff", "numba"))
+    """None of others before a name is used; then what Numba loads by itself (it looks for SciPy) and nothing heavy
+    more; no kernel compiled.
+    """
+    before = set(run("import sys, fastaff; print(*sys.modules)").split())
+    assert not {m.split(".")[0] for m in before} & {*HEAVY, "numba", "numpy"}
+    assert {m for m in before if m.startswith("fastaff")} == {"fastaff"}
+    using, numba = "import sys, fastaff; fastaff.Body; print(*sys.modules)", "import sys, numba; print(*sys.modules)"
+    ours, numbas = (set(run(code).split()) for code in (using, numba))
     assert not {m.split(".")[0] for m in ours - numbas} & HEAVY
     assert "numba" in ours
     compiled = run(
         "import fastaff, sys, numba\n"
+        "fastaff.Body\n"
         "from numba.core.registry import CPUDispatcher\n"
         "print(sum(bool(v.signatures) for m in list(sys.modules.values()) if m.__name__.startswith('fastaff')"
         " for v in vars(m).values() if isinstance(v, CPUDispatcher)))"
@@ -207,10 +215,32 @@ def test_the_list_of_names_is_sorted_and_true(folder):
     names = folder.__all__
     assert len(set(names)) == len(names)
     assert names == sorted(names, key=lambda n: (not n.isupper(), not n[0].isupper(), by_number(n)))
-    tree = ast.parse(Path(folder.__file__).read_text())
+    listed = fastaff.public if folder is fastaff else folder
+    assert names is listed.__all__
+    tree = ast.parse(Path(listed.__file__).read_text())
     logic = [n for n in tree.body if not isinstance(n, (ast.Expr, ast.ImportFrom, ast.Assign, ast.FunctionDef))]
     assert not logic
     assert all(hasattr(folder, name) for name in names)
+
+
+def test_public_names_are_there_however_they_are_asked_for():
+    """First of all names by attribute, by import, all at once, in two threads; unknown ones load nothing."""
+    both = "from concurrent.futures import ThreadPoolExecutor as P\np = P(2)\n"
+    asked = {
+        "import fastaff as fa; print(fa.Body.__module__)",
+        "from fastaff import Body; print(Body.__module__)",
+        "from fastaff import *; print(Body.__module__, poincare_map and len(__import__('fastaff').__all__) and '')",
+        "import fastaff as fa; from fastaff.models import Body; assert Body is fa.Body; print(Body.__module__)",
+        both + "import fastaff as fa\nprint({f.__module__ for f in p.map(lambda k: fa.Body, range(2))}.pop())",
+        "import fastaff as fa, pickle; print(pickle.loads(pickle.dumps(fa.Body)).__module__)",
+        "import fastaff as fa; assert 'Body' in dir(fa); print(vars(fa)['Body'].__module__)",
+        "import fastaff as fa; fa.Body = fa.Body; print(fa.Body.__module__)",
+    }
+    for code in asked:
+        assert run(code).split() == ["fastaff.models.body"], code
+    assert (
+        run("import fastaff as fa, sys; print(hasattr(fa, '_none'), 'numba' in sys.modules)").split() == ["False"] * 2
+    )
 
 
 def test_names_of_version_0_1_say_where_they_are():

@@ -14,9 +14,9 @@ import pytest
 
 import fastaff
 from fastaff import files
+from fastaff.cli import application, options
 from fastaff.cli import demonstration as demo
 from fastaff.cli import main as cli
-from fastaff.cli import options
 from fastaff.cli.commands import scans
 
 pytest.importorskip("cyclopts")
@@ -180,7 +180,7 @@ def test_wrong_input_is_one_clear_line(arguments, said, capsys, tmp_path, monkey
 
 
 def test_missing_extras_are_named(monkeypatch, capsys):
-    monkeypatch.setattr(cli, "cyclopts", None)
+    monkeypatch.setattr(application, "cyclopts", None)
     assert cli.main(["demo"]) == 2
     assert 'pip install "fastaff[demo]"' in capsys.readouterr().err
 

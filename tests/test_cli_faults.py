@@ -11,7 +11,8 @@ import pytest
 from thorough import TIMES
 
 from fastaff import files
-from fastaff.cli.main import COMMANDS, main
+from fastaff.cli.application import COMMANDS
+from fastaff.cli.main import main
 
 SMALL = ["--energy", "1.5", "--p-eta", "0.3", "--p-gamma", "0.2", "--grid", "3x3", "--crossings", "3", "--no-figure"]
 BROKEN = {"no room": errno.ENOSPC, "read-only": errno.EROFS, "quota": errno.EDQUOT}

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import pickle
+import subprocess
 import sys
 import zipfile
 from functools import cache
@@ -104,6 +105,16 @@ def test_every_class_is_here():
     assert own == {*MAKERS, *WHOLE}
     for name in own:
         assert type(made(name)).__name__ == name
+
+
+def test_every_class_is_found_by_a_process_that_has_imported_nothing_else():
+    code = "from fastaff import files; print(*files._results())"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120).stdout
+    own = {
+        cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith(("fastaff.analysis", "fastaff.quantum"))
+    }
+    assert own
+    assert own <= set(found.split())
 
 
 @items

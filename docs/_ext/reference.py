@@ -197,9 +197,9 @@ def page_text(name: str) -> str:
 
 def command_line() -> str:
     """Return the options of all commands as Markdown, as the program itself prints them."""
-    from fastaff.cli import main
+    from fastaff.cli.application import app
 
-    text = main._app().generate_docs(output_format="markdown")
+    text = app().generate_docs(output_format="markdown")
     text = re.sub(r"## Table of Contents\n.*?(?=\*\*Commands\*\*)", "", text, flags=re.DOTALL)
     text = text.replace("\n        ", " ").replace("```console\nfastaff COMMAND\n```\n", "")
     return text.replace("# fastaff\n", "", 1)

@@ -1,118 +1,63 @@
-"""The command line: its entry point, which commands there are, and what happens to errors.
-
-Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Each command is
-a module of `fastaff.cli.commands`.
+"""The entry point of the command line. It is there before what the commands need is loaded, for that takes a second in
+which Ctrl-C may come.
 """
 
 from __future__ import annotations
 
-import inspect
 import os
 import sys
-from typing import Any
 
-from ..jobs.job import as_flags
-from .commands.animate import animate
-from .commands.chaos_map import chaos_map
-from .commands.demo import demo
-from .commands.doctor import doctor
-from .commands.explore import explore
-from .commands.frequency_map import frequencies
-from .commands.jobs import rerun, resume, run, status
-from .commands.plot import plot
-from .commands.poincare import poincare
-from .commands.spectrum import energy_levels
-from .commands.warmup import warmup
-from .options import HELP, Parameter, converted, cyclopts
-from .progress import EXIT_INTERRUPTED, Stops, on_stop, say
-
-EXIT_WRONG_INPUT, EXIT_BROKEN_PIPE = 2, 141
-NARROWEST = 40
-COMMANDS: dict[str, Any] = {
-    "demo": demo,
-    "poincare": poincare,
-    "frequency-map": frequencies,
-    "chaos-map": chaos_map,
-    "spectrum": energy_levels,
-    "run": run,
-    "resume": resume,
-    "rerun": rerun,
-    "status": status,
-    "plot": plot,
-    "animate": animate,
-    "warmup": warmup,
-    "doctor": doctor,
-    "explore": explore,
-}
-NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
+from .. import __version__
+from .stops import EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, EXIT_WRONG_INPUT, Stops, on_stop, say
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C or SIGTERM, 141
-    where nobody reads what it prints."""
-    try:
-        Stops.holding = Stops.arrived = False
-        with on_stop(Stops.handle):
-            code = _run(sys.argv[1:] if arguments is None else arguments)
-        sys.stdout.flush()
-    except KeyboardInterrupt:
-        say("stopped by Ctrl-C; nothing is kept but what is named above")
-        code = EXIT_INTERRUPTED
-    except BrokenPipeError:  # the reader, as head or less, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is flushed at the end
-        code = EXIT_BROKEN_PIPE
-    if arguments is None:
+    """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C, SIGTERM or SIGHUP, 141
+    where nobody reads what it prints. Without arguments those of the process are taken, which ends with that code.
+    """
+    own = arguments is None
+    Stops.begin(own)
+    with on_stop(Stops.handle, for_good=own):
+        code = _ran(sys.argv[1:] if arguments is None else arguments)
+    if own:
         sys.exit(code)
     return code
 
 
-def _run(arguments: list[str]) -> int:
-    if cyclopts is None:
-        print(NO_EXTRAS, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    if (width := os.environ.get("COLUMNS", "")) and not (width.isdecimal() and int(width) >= NARROWEST):
-        os.environ["COLUMNS"] = str(NARROWEST)  # help and progress bars in no columns at all never end
+def _ran(arguments: list[str]) -> int:
+    """Return the exit code; from the first statement after an exception on no signal raises another."""
     try:
-        return int(_app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
-    except cyclopts.UnusedCliTokensError as problem:
-        word = (problem.unused_tokens or ("",))[0]
-        _refuse(f"{word!r} belongs to no option: each takes one value after its name, as in --energy 1.5", arguments)
-    except cyclopts.CycloptsError as problem:
-        _refuse(problem, arguments)
-    except ModuleNotFoundError as problem:
-        if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
-            raise
-        print(NO_EXTRAS, file=sys.stderr)
-    except BrokenPipeError:
-        raise
-    except (ValueError, TypeError, OSError, ImportError) as problem:
-        own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
-        say(f"error: {_one_line(as_flags(str(problem), own))}")
-    return EXIT_WRONG_INPUT
+        if arguments == ["--version"]:  # which scripts ask for: nothing is loaded for it
+            print(__version__)
+            code = 0
+        else:
+            from .application import answer
+
+            Stops.loading = False
+            code = answer(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        Stops.ended = True
+    except KeyboardInterrupt:
+        Stops.ended = True
+        say("stopped by Ctrl-C; nothing is kept but what is named above")
+        code = EXIT_INTERRUPTED
+    except SystemExit as left:
+        Stops.ended = True
+        code = int(left.code or 0)
+    except BrokenPipeError:  # the reader, as head or less, has seen enough
+        Stops.ended = True
+        _unread()
+        code = EXIT_BROKEN_PIPE
+    except OSError as problem:
+        Stops.ended = True
+        _unread()
+        say(f"error: what this command prints cannot be written: {problem.strerror or problem}")
+        code = EXIT_WRONG_INPUT
+    Stops.code = code
+    return code
 
 
-def _refuse(problem: Any, arguments: list[str]) -> None:
-    """Say what is wrong with the words of a command, and how to see those it takes."""
-    command = [word for word in arguments[:1] if word in COMMANDS]
-    say(f"error: {_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
-
-
-def _one_line(problem: Any) -> str:
-    return " ".join(str(problem).split())
-
-
-def _app() -> Any:
-    from .. import __version__
-
-    app = cyclopts.App(
-        name="fastaff",
-        version=__version__,
-        help_format="markdown",
-        suppress_keyboard_interrupt=False,
-        help=HELP,
-        default_parameter=Parameter(negative="", show_default=False, converter=converted),
-    )
-    for name, command in COMMANDS.items():
-        app.command(command, name=name)
-    app.register_install_completion_command(help="Install completion of commands and options in this shell.")
-    return app
+def _unread() -> None:
+    """Let what is flushed at the end go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

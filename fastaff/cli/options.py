@@ -19,7 +19,7 @@ from ..jobs.job import Job, as_flags
 from ..jobs.launch import Starts
 from ..jobs.system import Model, Surface
 from ..jobs.wording import Wrong
-from .progress import say
+from .stops import say
 
 try:
     import cyclopts
@@ -40,8 +40,8 @@ HELP = """Poincaré sections, frequency maps and chaos maps of planar affinely-r
 
 Each command computes many orbits on all cores, draws a PNG and writes an .npz file with the numbers, all
 parameters, versions and the seed (read it with `fastaff.files.load`, or `contents`). Ctrl-C stops within a second and
-keeps what is finished, as does SIGTERM. Exit codes: 0, 2 for wrong input, 130 after either of these,
-141 where the reader of a pipe has left.
+keeps what is finished, as do SIGTERM and SIGHUP; several in a row are one. Exit codes: 0, 2 for wrong input, 130 after
+any of these, 141 where the reader of a pipe has left.
 
 Large grids are jobs: the same flags with `--write-job map.toml` write one, `fastaff run map.toml` computes it into a
 store that is complete up to wherever it is stopped, `fastaff resume map.zarr` goes on, here or on other machines.

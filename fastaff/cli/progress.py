@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 import sys
 import threading
@@ -16,14 +15,9 @@ import numpy as np
 from ..base.interruption import Interrupted
 from ..base.recipe import keep
 from ..base.status import Status, summary
+from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
-EXIT_INTERRUPTED = 130
 COMPILE_SECONDS = {"poincare": 20, "frequency-map": 40, "chaos-map": 60}
-
-
-def say(text: str) -> None:
-    """Tell the user one line, on stderr."""
-    print(f"fastaff: {text}", file=sys.stderr, flush=True)
 
 
 class Progress:
@@ -103,46 +97,6 @@ class JobProgress(Progress):
             f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items())
             for name, counts in so_far.statuses.items()
         )
-
-
-@contextlib.contextmanager
-def on_stop(handler: Any) -> Iterator[None]:
-    """Let Ctrl-C, and SIGTERM, which batch systems send, call a handler within the block; what is ignored stays so."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    taken = {number: old for number, old in before.items() if old not in (signal.SIG_IGN, None)}
-    for number in taken:
-        signal.signal(number, handler)
-    try:
-        yield
-    finally:
-        for number, old in taken.items():
-            signal.signal(number, old)
-
-
-class Stops:
-    """Ctrl-C, and SIGTERM, in a command: they stop at once what computes or draws, and wait while a result is held that
-    is not written yet.
-    """
-
-    holding = arrived = False
-
-    @classmethod
-    def handle(cls, *_: Any) -> None:
-        """Take a signal."""
-        if not cls.holding:
-            raise KeyboardInterrupt
-        cls.arrived = True
-
-    @classmethod
-    def release(cls) -> None:
-        """Hold nothing from now on: what has arrived meanwhile stops."""
-        cls.holding, before = False, cls.arrived
-        cls.arrived = False
-        if before:
-            raise KeyboardInterrupt
 
 
 def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callable[[Any], Any]) -> Any:
@@ -241,9 +195,7 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
 def _leave_the_compiler(*_: Any) -> None:
     # A thread inside the compiler cannot be stopped; finished cache files are moved into place, so none is left half
     # written.
-    say("stopped by Ctrl-C before any orbit was finished (compiling); nothing is kept")
-    sys.stderr.flush()
-    os._exit(EXIT_INTERRUPTED)
+    Stops.leave("before any orbit was finished (compiling)")
 
 
 def is_cold() -> bool:

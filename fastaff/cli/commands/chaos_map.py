@@ -14,7 +14,8 @@ from ...jobs.launch import Starts
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
 from ..options import HOW, Look, Parameter, Written, job_of
-from ..progress import finished, kept, say
+from ..progress import finished, kept
+from ..stops import say
 from . import scans
 from .figures import chaos_figure, with_colour
 from .maps import Work, on_grid

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 from ..options import Output
-from ..progress import COMPILE_SECONDS, EXIT_INTERRUPTED, Progress, is_cold, on_stop, say
+from ..progress import COMPILE_SECONDS, Progress, is_cold
+from ..stops import Stops, on_stop, say
 
 
 def demo(
@@ -42,8 +42,7 @@ def demo(
     def leave(*_: Any) -> None:
         for bar in bars:
             bar.__exit__()
-        say("stopped by Ctrl-C; the demo writes its files at the end, nothing is kept")
-        os._exit(EXIT_INTERRUPTED)
+        Stops.leave("before the end, when the demo writes its files")
 
     if is_cold():
         say(f"compiling once (about {COMPILE_SECONDS['frequency-map']} s)")

@@ -12,7 +12,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..options import WRITTEN, Parameter
-from ..progress import compiled, say
+from ..progress import compiled
+from ..stops import say
 
 ORBITS, PERIODS, STEPS = 2048, 4, 200
 """Orbits of the check, periods that they run over, steps of a period."""

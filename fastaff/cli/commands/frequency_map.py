@@ -10,7 +10,8 @@ from ...jobs.analyses import Frequencies, Run
 from ...jobs.launch import Starts
 from ...jobs.system import Model, Surface
 from ..options import WRITTEN, Look, Parameter, Written, job_of
-from ..progress import finished, kept, say
+from ..progress import finished, kept
+from ..stops import say
 from .figures import frequency_figure, with_colour
 from .maps import Work, on_grid
 

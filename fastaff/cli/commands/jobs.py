@@ -11,6 +11,7 @@ import shlex
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +25,8 @@ from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
 from ...jobs.wording import Wrong
 from ..options import HOW, WRITTEN, Parameter, Told, Workers, given, size_of
-from ..progress import EXIT_INTERRUPTED, JobProgress, say
+from ..progress import JobProgress
+from ..stops import EXIT_INTERRUPTED, STOPPING, say
 from .maps import checked, settled
 
 
@@ -209,14 +211,17 @@ def _executor(workers: Workers, path: Path) -> Iterator[Any]:
             yield client.get_executor()
     elif workers.workers is not None:
         context = multiprocessing.get_context("spawn")
+        if hasattr(signal, "pthread_sigmask"):
+            with _unheard():
+                resource_tracker.ensure_running()  # a process too; what starts it lets some signals through again
         pool = ProcessPoolExecutor(workers.workers, mp_context=context, initializer=_obey_the_parent)
         try:
             with _failing(path):
-                yield pool
+                yield _Pool(pool)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
-                child.terminate()  # a unit that is not finished counts as none
+                child.kill()  # a unit that is not finished counts as none
             raise
         pool.shutdown()
     else:
@@ -246,9 +251,35 @@ def _failing(path: Path) -> Iterator[None]:
         raise Wrong(f"a worker failed: {type(problem).__name__}: {problem}; go on with: {again}") from None
 
 
+@contextlib.contextmanager
+def _unheard() -> Iterator[None]:
+    """Let what is started hear nothing of what a terminal sends to all: it inherits what is blocked."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Pool:
+    """A pool whose processes leave what stops a command to their parent, from their first moment on."""
+
+    def __init__(self, pool: Any):
+        self.pool = pool
+
+    def submit(self, *work: Any) -> Any:
+        """Hand over work, for which a process may be started."""
+        with _unheard():
+            return self.pool.submit(*work)
+
+
 def _obey_the_parent() -> None:
-    """Make a worker leave Ctrl-C to its parent, and end with it, however that ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Make a worker leave what stops a command to its parent, and end with it, however that ends."""
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_IGN)
     parent: Any = multiprocessing.parent_process()
 
     def watch() -> None:

@@ -14,7 +14,8 @@ from ...jobs.analyses import Frequencies, Orbits, Run
 from ...jobs.job import Job, Plan
 from ...jobs.launch import Starts, whole
 from ..options import Look, Written
-from ..progress import Progress, compiled, drawing, say, watched
+from ..progress import Progress, compiled, drawing, watched
+from ..stops import say
 from .captions import stated, write
 from .figures import Scene, plain
 

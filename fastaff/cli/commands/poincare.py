@@ -11,7 +11,8 @@ from ...jobs.analyses import Frequencies, Poincare, Run
 from ...jobs.launch import Starts
 from ...jobs.system import Model, Surface
 from ..options import HOW, Look, Parameter, Written, job_of
-from ..progress import begun, finished, kept, say
+from ..progress import begun, finished, kept
+from ..stops import say
 from .figures import plain, reliable, section_figure, with_colour
 from .maps import Work, on_grid
 

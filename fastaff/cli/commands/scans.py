@@ -18,7 +18,8 @@ from ...jobs.scans import ORBITS, Scan, Scanned, case
 from ...jobs.scans import scanned as parsed
 from ...jobs.wording import Wrong
 from ..options import Written
-from ..progress import Progress, drawing, say, watched
+from ..progress import Progress, drawing, watched
+from ..stops import say
 from .captions import caption, figure_of, in_words, stated, surface_in_words, title, titled, units, write
 from .maps import settled
 

@@ -15,7 +15,8 @@ from ...base.numbers import whole
 from ...jobs.system import Model
 from ...jobs.wording import Wrong
 from ..options import HOW, WRITTEN, Output, Parameter
-from ..progress import Progress, drawing, say, watched
+from ..progress import Progress, drawing, watched
+from ..stops import say
 from . import scans
 from .captions import caption, figure_of, title, titled, units, write
 from .level_tables import level_table, scan_table

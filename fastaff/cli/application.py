@@ -1,0 +1,100 @@
+"""Which commands there are, and what happens to errors.
+
+Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Each command is
+a module of `fastaff.cli.commands`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import sys
+from typing import Any
+
+from ..jobs.job import as_flags
+from .commands.animate import animate
+from .commands.chaos_map import chaos_map
+from .commands.demo import demo
+from .commands.doctor import doctor
+from .commands.explore import explore
+from .commands.frequency_map import frequencies
+from .commands.jobs import rerun, resume, run, status
+from .commands.plot import plot
+from .commands.poincare import poincare
+from .commands.spectrum import energy_levels
+from .commands.warmup import warmup
+from .options import HELP, Parameter, converted, cyclopts
+from .stops import EXIT_WRONG_INPUT, say
+
+NARROWEST = 40
+COMMANDS: dict[str, Any] = {
+    "demo": demo,
+    "poincare": poincare,
+    "frequency-map": frequencies,
+    "chaos-map": chaos_map,
+    "spectrum": energy_levels,
+    "run": run,
+    "resume": resume,
+    "rerun": rerun,
+    "status": status,
+    "plot": plot,
+    "animate": animate,
+    "warmup": warmup,
+    "doctor": doctor,
+    "explore": explore,
+}
+NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
+
+
+def answer(arguments: list[str]) -> int:
+    """Run a command line and return its exit code; what is wrong with it is one line."""
+    if cyclopts is None:
+        print(NO_EXTRAS, file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    if (width := os.environ.get("COLUMNS", "")) and not (width.isdecimal() and int(width) >= NARROWEST):
+        os.environ["COLUMNS"] = str(NARROWEST)  # help and progress bars in no columns at all never end
+    try:
+        return int(app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
+    except cyclopts.UnusedCliTokensError as problem:
+        word = (problem.unused_tokens or ("",))[0]
+        _refuse(f"{word!r} belongs to no option: each takes one value after its name, as in --energy 1.5", arguments)
+    except cyclopts.CycloptsError as problem:
+        _refuse(problem, arguments)
+    except ModuleNotFoundError as problem:
+        if (problem.name or "").partition(".")[0] not in ("matplotlib", "cyclopts", "rich"):
+            raise
+        print(NO_EXTRAS, file=sys.stderr)
+    except BrokenPipeError:
+        raise
+    except (ValueError, TypeError, OSError, ImportError) as problem:
+        own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
+        say(f"error: {_one_line(as_flags(str(problem), own))}")
+    return EXIT_WRONG_INPUT
+
+
+def _refuse(problem: Any, arguments: list[str]) -> None:
+    """Say what is wrong with the words of a command, and how to see those it takes."""
+    command = [word for word in arguments[:1] if word in COMMANDS]
+    say(f"error: {_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
+
+
+def _one_line(problem: Any) -> str:
+    return " ".join(str(problem).split())
+
+
+def app() -> Any:
+    """Return the commands as cyclopts takes them."""
+    from .. import __version__
+
+    whole = cyclopts.App(
+        name="fastaff",
+        version=__version__,
+        help_format="markdown",
+        suppress_keyboard_interrupt=False,
+        help=HELP,
+        default_parameter=Parameter(negative="", show_default=False, converter=converted),
+    )
+    for name, command in COMMANDS.items():
+        whole.command(command, name=name)
+    whole.register_install_completion_command(help="Install completion of commands and options in this shell.")
+    return whole

@@ -1,0 +1,99 @@
+"""Ctrl-C and the other signals that stop a command, and what is told of them: loaded before what takes time."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time as clock
+from collections.abc import Iterator
+from typing import Any
+
+EXIT_WRONG_INPUT, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 2, 130, 141
+
+AS_ONE = 2.0
+"""Seconds within which signals are one: batch systems and impatient fingers send several."""
+
+STOPPING = [number for name in ("SIGINT", "SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None]
+"""Ctrl-C; what batch systems send; what a terminal sends when it is closed."""
+
+
+def say(text: str) -> None:
+    """Tell the user one line, on stderr, if anybody is there."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # a terminal that is gone, a stream that is closed
+        sys.stderr.write(f"fastaff: {text}\n")
+        sys.stderr.flush()
+
+
+@contextlib.contextmanager
+def on_stop(handler: Any, for_good: bool = False) -> Iterator[None]:
+    """Let what stops a command call a handler within the block, or `for_good`; what is ignored, as by nohup, stays
+    so.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in STOPPING}
+    taken = {number: old for number, old in before.items() if old not in (signal.SIG_IGN, None)}
+    for number in taken:
+        signal.signal(number, handler)
+    try:
+        yield
+    finally:
+        for number, old in taken.items() if not for_good else ():
+            signal.signal(number, old)
+
+
+class Stops:
+    """What Ctrl-C and its like do to a command: end it while it is being loaded, stop at once what computes or draws,
+    and wait while a result is held that is not written yet. Several in a row are one.
+    """
+
+    own = loading = holding = arrived = ended = leaving = False
+    """Whether the process is this command's alone; whether it is being loaded, holds a result, was stopped meanwhile,
+    has ended, is left.
+    """
+    code: int | None = None
+    last = -AS_ONE
+
+    @classmethod
+    def begin(cls, own: bool) -> None:
+        """Begin a command, with what it needs still to be loaded."""
+        cls.own, cls.loading, cls.holding, cls.arrived, cls.ended = own, True, False, False, False
+        cls.code, cls.last = None, -AS_ONE
+
+    @classmethod
+    def handle(cls, *_: Any) -> None:
+        """Take a signal."""
+        if cls.loading and not cls.ended:  # modules of others may swallow an exception, or tell of it
+            cls.leave("before anything was computed")
+        if cls.holding and not cls.ended:
+            cls.arrived = True
+            return
+        before, now = cls.last, clock.monotonic()
+        if now - before < AS_ONE:
+            return
+        cls.last = now
+        if not cls.ended:
+            raise KeyboardInterrupt
+        if cls.own and cls.code is not None:  # the interpreter is about to end, which others' threads may delay
+            os._exit(cls.code)
+
+    @classmethod
+    def leave(cls, when: str) -> None:
+        """End the process at once: there is nothing to keep, or nothing that could be interrupted otherwise."""
+        if not cls.leaving:
+            cls.leaving = True
+            say(f"stopped by Ctrl-C {when}; nothing is kept")
+            os._exit(EXIT_INTERRUPTED)
+
+    @classmethod
+    def release(cls) -> None:
+        """Hold nothing from now on: what has arrived meanwhile stops."""
+        cls.holding, before = False, cls.arrived
+        cls.arrived = False
+        if before:
+            cls.last = clock.monotonic()
+            raise KeyboardInterrupt
