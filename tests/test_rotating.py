@@ -1,7 +1,9 @@
 """Turning frames and uniform magnetic fields: against frames at rest, closed forms and published numbers."""
 
+from types import FunctionType
 from typing import NamedTuple
 
+import mpmath
 import numpy as np
 import pytest
 from own_models import OneSpring
@@ -41,6 +43,10 @@ def triangular(m=MOON):
     """L4, at rest in the frame."""
     x, y = 0.5 - m, np.sqrt(0.75)
     return np.array([x, y, -y, x])
+
+
+exact_turn = FunctionType(turn.__code__, {**turn.__globals__, "fma": exact})
+"""`turn` as Python computes it, with exact sums."""
 
 
 class Bar(NamedTuple):
@@ -186,7 +192,7 @@ def test_a_block_has_the_bits_of_its_text(alike, lanes, kind):
     step[::3] *= 100.0
     step = np.full(LANES, step[0]) if alike else step
     compiled, single, strict = z.copy(), z.copy(), z.copy()
-    names = {"fma": exact, "value": model, "turn": turn}
+    names = {"fma": exact, "value": model, "turn": exact_turn}
     head, _, body = source(model, kind).partition("    value = ")
     exec(head + body.partition("\n")[2], names)
     for taken in (1, 2):  # the second call finds the rotations of the first
@@ -203,17 +209,20 @@ def test_a_block_has_the_bits_of_its_text(alike, lanes, kind):
 
 
 def test_turns_are_those_of_their_angle():
-    """tan(r/2) and sin(r) to a few units in the last place, whatever the angle."""
+    """tan(r/2) and sin(r) to three units in the last place, whatever the angle."""
     rng = np.random.default_rng(1)
     angles = np.concatenate([rng.uniform(-2, 2, 300), rng.uniform(-60, 60, 300), [0.0, np.pi / 2, -np.pi, 1e-300]])
     for angle in angles:
-        tangent, sine, odd = turn(angle)
-        half_turns = round(angle / np.pi)
-        rest = angle - half_turns * np.pi - half_turns * 1.2246467991473532e-16
-        assert odd == abs(half_turns) % 2
-        assert tangent == pytest.approx(np.tan(rest / 2), rel=8e-16, abs=1e-15 * abs(angle))
-        assert sine == pytest.approx(np.sin(rest), rel=8e-16, abs=1e-15 * abs(angle))
-    assert turn(0.0) == (0.0, 0.0, 0.0)
+        tangent, sine, odd = exact_turn(angle)
+        with mpmath.workdps(40):
+            x = mpmath.mpf(float(angle))
+            rest = x - mpmath.pi * (2 * mpmath.nint((x / mpmath.pi - odd) / 2) + int(odd))
+            half, whole = float(mpmath.tan(rest / 2)), float(mpmath.sin(rest))
+        assert odd in (0.0, 1.0)
+        assert abs(rest) <= np.pi / 2 * (1 + 1e-15)
+        assert tangent == pytest.approx(half, rel=7e-16, abs=0)
+        assert sine == pytest.approx(whole, rel=7e-16, abs=0)
+    assert exact_turn(0.0) == (0.0, 0.0, 0.0)
 
 
 # --- tangent vectors ------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from .fused import SHIFT
+from .fused import SHIFT, fma
 from .jit import LANES
 
 PI_HIGH, PI_LOW = 3.141592653589793, 1.2246467991473532e-16
@@ -37,25 +37,23 @@ def turn(angle):
 
     Without branches; Taylor series of sine and cosine of at most pi/4 leave 1e-16.
     """
-    turns = (angle * (1.0 / math.pi) + SHIFT) - SHIFT
-    odd = turns - 2.0 * ((0.5 * turns + SHIFT) - SHIFT)
-    x = 0.5 * ((angle - turns * PI_HIGH) - turns * PI_LOW)
+    turns = fma(angle, 1.0 / math.pi, SHIFT) - SHIFT
+    odd = fma(-2.0, fma(0.5, turns, SHIFT) - SHIFT, turns)
+    x = 0.5 * fma(-turns, PI_LOW, fma(-turns, PI_HIGH, angle))
     w = x * x
-    s = -1.0 / 1307674368000.0
-    s = s * w + 1.0 / 6227020800.0
-    s = s * w - 1.0 / 39916800.0
-    s = s * w + 1.0 / 362880.0
-    s = s * w - 1.0 / 5040.0
-    s = s * w + 1.0 / 120.0
-    s = s * w - 1.0 / 6.0
-    c = 1.0 / 20922789888000.0
-    c = c * w - 1.0 / 87178291200.0
-    c = c * w + 1.0 / 479001600.0
-    c = c * w - 1.0 / 3628800.0
-    c = c * w + 1.0 / 40320.0
-    c = c * w - 1.0 / 720.0
-    c = c * w + 1.0 / 24.0
-    sine, cosine = x + x * w * s, 1.0 - (0.5 * w - w * w * c)
+    s = fma(-1.0 / 1307674368000.0, w, 1.0 / 6227020800.0)
+    s = fma(s, w, -1.0 / 39916800.0)
+    s = fma(s, w, 1.0 / 362880.0)
+    s = fma(s, w, -1.0 / 5040.0)
+    s = fma(s, w, 1.0 / 120.0)
+    s = fma(s, w, -1.0 / 6.0)
+    c = fma(1.0 / 20922789888000.0, w, -1.0 / 87178291200.0)
+    c = fma(c, w, 1.0 / 479001600.0)
+    c = fma(c, w, -1.0 / 3628800.0)
+    c = fma(c, w, 1.0 / 40320.0)
+    c = fma(c, w, -1.0 / 720.0)
+    c = fma(c, w, 1.0 / 24.0)
+    sine, cosine = fma(x * w, s, x), fma(w, fma(w, c, -0.5), 1.0)
     return sine / cosine, 2.0 * sine * cosine, 1.0 if odd * odd > 0.5 else 0.0
 
 
