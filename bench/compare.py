@@ -70,7 +70,36 @@ def calls() -> dict:
                 found[f"integrate, grid, {title}, {name}"] = lambda scheme=scheme, step=step, model=model, z0=z0: (
                     fa.integrate(model, z0, time=50.0, step=step, scheme=scheme)
                 )
+    small = 0.2 * rng.standard_normal((4, 1024))
+    for title, text in FUNCTIONS.items():
+        if "y" in text:
+            model, z0, crossed = fa.hamiltonian(text), small, fa.Linear((0, 0, 1, 0))
+        else:
+            model, z0, crossed = fa.hamiltonian(text, coordinates="x"), small[::2], fa.Linear((0, 1))
+        for name, run in {
+            "integrate, step": lambda model=model, z0=z0: fa.integrate(model, z0, time=20.0, step=0.05),
+            "integrate, accuracy": lambda model=model, z0=z0: fa.integrate(model, z0, time=20.0),
+            "one orbit": lambda model=model, z0=z0: fa.integrate(model, z0[:, 0], time=100.0, step=0.05),
+            "poincare_map": lambda model=model, z0=z0, crossed=crossed: fa.poincare_map(
+                model, z0[:, :512], section=crossed, crossings=50, max_time=100.0, step=0.1
+            ),
+            "frequency_map": lambda model=model, z0=z0: fa.frequency_map(model, z0[:, :128], time=100.0, step=0.05),
+            "chaos_map": lambda model=model, z0=z0: fa.chaos_map(model, z0[:, :512], time=100.0, step=0.05),
+        }.items():
+            found[f"functions, {title}: {name}"] = run
     return found
+
+
+FUNCTIONS = {
+    "pendulum": "-cos(x)",
+    "cosine lattice": "-cos(x) - cos(y) - 0.3*cos(x)*cos(y)",
+    "Toda": "(exp(2*y + 2*sqrt(3)*x) + exp(2*y - 2*sqrt(3)*x) + exp(-4*y))/24",
+    "Morse": "(1 - exp(-x))**2 + (1 - exp(-y))**2 + 0.1*x*y",
+    "logarithmic": "log(x**2 + y**2/0.81 + 0.01)/2",
+    "tanh": "x**2/2 + y**2/2 + 0.3*tanh(x*y)",
+    "power": "(x**2 + y**2/0.81 + 0.01)**0.65",
+}
+"""Potentials of elementary functions."""
 
 
 def digest(result) -> str:

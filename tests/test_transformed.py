@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fastaff import (
     AUTO,
@@ -29,10 +27,9 @@ from fastaff import (
     poincare_map,
     tangent_map,
 )
-from fastaff.compile.elementary import branch_free
 from fastaff.flows import flow
 from fastaff.schemes import Algebraic, Exponential, Logistic
-from fastaff.schemes.time_transformed import lifted, lowered, transformed_model
+from fastaff.schemes.time_transformed import lifted, lowered
 
 RATES = [Exponential(0.7, 0.3), Logistic(0.5, 0.4), Algebraic(0.5, 0.2, 1.5)]
 NEO = Body(NeoHookean(G=1.0, K=2.0), 1.0)
@@ -435,65 +432,3 @@ def test_times_far_below_a_step(time):
 def test_wrong_input_raises(problem, wrong):
     with pytest.raises(problem, match=r"splitting|rate|step|time|z0|scheme"):
         wrong()
-
-
-@given(st.floats(-700.0, 700.0), st.floats(1e-300, 1e300))
-def test_branch_free_functions_are_right_to_rounding(x, y):
-    found = compiled(x, y)
-    assert abs(found[0] / np.exp(x) - 1) < 4.5e-16
-    assert abs(found[1] - np.log(y)) <= 4.5e-16 * max(abs(np.log(y)), 1e-300)
-
-
-def test_branch_free_functions_at_the_edges():
-    assert np.isnan(compiled(np.nan, np.nan)).all()
-    assert np.isnan(compiled(0.0, -1.0)[1])
-    assert np.isnan(compiled(0.0, 0.0)[1])
-    assert compiled(-1e4, 1.0) == pytest.approx((0.0, 0.0), abs=1e-300)
-    assert compiled(0.0, 1.0) == (1.0, 0.0)
-
-
-@given(st.floats(-15.0, 15.0), st.sampled_from([-1.0, 1.0]))
-def test_branch_free_sines_are_right_to_rounding_or_nan(power, sign):
-    import mpmath
-
-    x = sign * 10.0**power
-    found = waves(x)
-    with mpmath.workdps(60):
-        for value, exact in zip(found, (mpmath.sin(mpmath.mpf(x)), mpmath.cos(mpmath.mpf(x))), strict=True):
-            assert abs(value - exact) <= (2 if power < 14 else 4) * np.spacing(abs(float(exact))), x
-
-
-def test_branch_free_sines_at_the_edges():
-    assert waves(0.0) == (0.0, 1.0)
-    for x in (1.8e15, 3e15, 2.0**52, 1e16, 1e18, 1e300, np.inf, np.nan):
-        assert np.isnan([*waves(x), *waves(-x)]).all(), x
-    for x in (1.7e15, -1.7e15):
-        np.testing.assert_allclose(waves(x), (np.sin(x), np.cos(x)), rtol=0, atol=1e-14)
-
-
-def waves(x):
-    import numba
-
-    from fastaff.compile import elementary
-
-    if "both" not in globals():
-        globals()["both"] = numba.njit(lambda x: (elementary.sin(x), elementary.cos(x)))
-    return globals()["both"](float(x))
-
-
-def compiled(x, y):
-    import numba
-
-    from fastaff.compile import elementary
-
-    if "pair" not in globals():
-        globals()["pair"] = numba.njit(lambda x, y: (elementary.exp(x), elementary.log(y)))
-    return globals()["pair"](float(x), float(y))
-
-
-def test_models_with_branch_free_functions_have_the_same_values():
-    rng = np.random.default_rng(2)
-    q = np.array([1.5, 0.1, 0.2, 0.3])[:, None] + 0.1 * rng.normal(size=(4, 20))
-    twin = branch_free(NEO)
-    assert np.array_equal(twin.potential_energy(*q), NEO.potential_energy(*q))
-    assert transformed_model(NEO, RATES[0], 2.0).degrees_of_freedom == 5

@@ -27,6 +27,7 @@ from numba.extending import lower_builtin
 from . import cache, jit, map_sums, map_texts
 from .callees import Callee
 from .damping import shortened
+from .elementary import replaced
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .plane_loops import angle_of
@@ -47,12 +48,6 @@ def parameters(value: Any) -> np.ndarray:
     flat: list[float] = []
     _walk(value, flat, {})
     return np.array(flat, dtype=np.float64) if flat else np.zeros(1)
-
-
-def inlined(method: Any) -> Any:
-    """Mark a method of a value, so that compiled code always inlines it; return it."""
-    method.inlined = True
-    return method
 
 
 def _is_number(entry: Any) -> bool:
@@ -241,7 +236,7 @@ def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls
 
 def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
     """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
-    plain = inlined(getattr(function, "py_func", function))  # a call would keep the loop over lanes scalar
+    plain = getattr(function, "py_func", function)
     names = ("read", plain if JIT_DISABLED else _compiled_method(plain)), ("view", view)
     with _explained(f"reading must be a function reading(growth, i, *parameters) of {parameters} parameters for Numba"):
         return _compiled("reading", read(parameters), (), names)
@@ -256,8 +251,7 @@ def _text(kind: str, body: str, classes: tuple) -> str:
 
 _NUMBERS = itertools.count()
 
-_ANGLE_OF = inlined(getattr(angle_of, "py_func", angle_of))
-"""A call left in a loop over lanes would keep it scalar."""
+_ANGLE_OF = getattr(angle_of, "py_func", angle_of)
 
 
 @functools.cache
@@ -417,5 +411,8 @@ def _compiled_function(function: Callable) -> Callable:
 
 
 @functools.cache
-def _compiled_method(method: Callable) -> Callable:
-    return Callee(method, constants=True, forceinline=getattr(method, "inlined", False))
+def _compiled_method(method: Any) -> Callable:
+    """Return a method with branch-free functions, always inlined: one call left in a loop over lanes, because LLVM
+    finds a method too long, and the loop does not vectorise.
+    """
+    return Callee(replaced(method), constants=True, forceinline=True)

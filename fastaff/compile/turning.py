@@ -57,9 +57,6 @@ def turn(angle):
     return sine / cosine, 2.0 * sine * cosine, 1.0 if odd * odd > 0.5 else 0.0
 
 
-turn.inlined = True  # type: ignore[attr-defined]
-
-
 def made(first: int, lanes: str, drifts: str, step: str) -> str:
     """Text that makes the rotations, rows from `first` on, where the step of a lane is another than before."""
     own, flips = f"z[{first * LANES} + i]", f"z[{(first + 1) * LANES} + i]"

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import numbers, positive, shown
-from ..compile.elementary import branch_free
 from ..compile.threads import checked_threads
 from ..models.contracts import Kind, damped, driven, kind_of, quadratic
 from ..models.mechanics import turns
@@ -150,7 +149,6 @@ def plan(
     z = phase_points("z0", z0, checked_model(model, kinds=EVERY))
     if kind_of(model) is Kind.MAP:
         return _iterated(model, z, options)
-    model = branch_free(model) if driven(model) else model  # the drive is a sine or cosine, mostly
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
     if isinstance(scheme, TimeTransformed) and driven(model):
         raise TypeError(
@@ -206,12 +204,12 @@ def iterates(model: Any, name: str, count: Any) -> float:
 
 
 def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
-    """Return the plan of a map, which has neither scheme nor step; its sines are the compiled ones."""
+    """Return the plan of a map, which has neither scheme nor step."""
     for name in ("scheme", "step", "accuracy"):
         given = getattr(options, name)
         if given is not None and given is not ITERATION:
             raise ValueError(f"{name} is for systems in time: a map is iterated as it is; got {shown(given)}")
-    flow = Flow(branch_free(model), ITERATION, 1.0, options.rtol, options.atol, checked_threads(options.threads))
+    flow = Flow(model, ITERATION, 1.0, options.rtol, options.atol, checked_threads(options.threads))
     return Plan(flow, z, "a map, iterated as it is")
 
 

@@ -128,7 +128,7 @@ class Lines:
     def _power(self, base: Any, exponent: Any) -> tuple[str, int]:
         twice = 2 * exponent
         if not (twice.is_Integer and abs(twice) <= 256):
-            return f"{self._inside(base, _ATOM)}**{self._inside(exponent, _ATOM)}", _PRODUCT
+            return f"np.power({self.text(base)}, {self.text(exponent)})", _ATOM
         count, half = divmod(abs(int(twice)), 2)
         if exponent < 0:
             if half:

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..compile.blocks import inlined, is_value, parameters
-from ..compile.elementary import branch_free
+from ..compile.blocks import is_value, parameters
 from ..compile.tuples import halves, scaled
 from .catalogue import KAHAN_LI8, Splitting
 
@@ -150,29 +149,24 @@ class TransformedModel(NamedTuple):
         """Return n + 1."""
         return self.model.degrees_of_freedom + 1
 
-    @inlined
     def velocity(self, *p):
         """Return dq/ds and dtau/ds."""
         g = self.rate.at(p[-1] - self.model.kinetic_energy(*p[:-1]))
         return scaled(g, self.model.velocity(*p[:-1])) + (g * (1.0 / self.time),)  # noqa: RUF005 - as Numba reads it
 
-    @inlined
     def force(self, *q):
         """Return dp/ds and de/ds."""
         g = self.rate.at(self.model.potential_energy(*q[:-1]))
         return scaled(g, self.model.force(*q[:-1])) + (0.0 * q[-1],)  # noqa: RUF005
 
-    @inlined
     def margin(self, *q):
         """Return the model's margin."""
         return self.model.margin(*q[:-1])
 
-    @inlined
     def kinetic_energy(self, *p):
         """Return the model's own T."""
         return self.model.kinetic_energy(*p[:-1])
 
-    @inlined
     def potential_energy(self, *q):
         """Return the model's own V."""
         return self.model.potential_energy(*q[:-1])
@@ -184,7 +178,6 @@ class TransformedSection(NamedTuple):
     section: Any
     direction: float
 
-    @inlined
     def value(self, *z):
         """Return the section's value without time and energy."""
         q, p = halves(z)
@@ -197,7 +190,7 @@ def transformed_model(model: Any, rate: Any, time: float) -> Any:
     Its `kinetic_energy` and `potential_energy` are those of `model`, so that energies and their errors are the orbit's
     own.
     """
-    return TransformedModel(branch_free(model), branch_free(rate), float(time))
+    return TransformedModel(model, rate, float(time))
 
 
 def transformed_section(section: Any) -> Any:
