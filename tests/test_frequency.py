@@ -176,7 +176,7 @@ def test_random_orbits(body, record_property):
 @pytest.mark.slow
 @pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
 def test_many_random_orbits(body):
-    error, estimate = population(body, 500)
+    error, estimate = population(body, 250)
     assert (error <= estimate + 1e-14).mean() >= 0.95
     assert (error / np.maximum(estimate, 1e-14)).max() < 100
 

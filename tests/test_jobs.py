@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from job_cases import CELLS, JOBS, LARGE, MOTION, ONES, TEXT, bits, chunks
+from thorough import TIMES
 
 import fastaff as fa
 from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units
@@ -300,6 +301,7 @@ import sys
 sys.path.insert(0, {tests!r})
 from dataclasses import replace
 from job_cases import CELLS
+from thorough import TIMES
 import fastaff as fa
 {first}
 print("ready", flush=True)
@@ -320,10 +322,10 @@ def ended(process):
 
 
 @pytest.mark.slow
-def test_killed_twenty_times(tmp_path, whole):
+def test_killed_again_and_again(tmp_path, whole):
     fa.run(replace(CELLS, unit=2), tmp_path / "one")
     random = np.random.default_rng(7)
-    for _ in range(20):
+    for _ in range(4 * TIMES):
         process = started(tmp_path / "s")
         assert process.stdout.readline() == "ready\n"
         time.sleep(random.uniform(0.0, 1.2))
