@@ -28,7 +28,8 @@ test-ci: $(VENV)/.dev  ## the slow ones too
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
 
-FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py
+FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py \
+	tests/test_threads.py
 
 faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, damaged caches: an hour
 	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)

@@ -153,7 +153,7 @@ def deviations(
         calls.append(_bound("along", model, n, vectors))
         function = deviation_kernels.deviations_across
     value = _Deviations(time, float(early_stop), float(slots), float(m))
-    rows = deviation_kernels.parts_of(n, vectors, m).end
+    rows = deviation_kernels.layout(n, vectors, m).end
     return Observer(function, rows, value, (n, vectors), tuple(calls))
 
 

@@ -58,7 +58,7 @@ ROWS = Rows()
 
 
 class Parts(NamedTuple):
-    """First rows of what is kept for k vectors of 2n rows and m readings, in their order; see `parts_of`. The caller
+    """First rows of what is kept for k vectors of 2n rows and m readings, in their order; see `layout`. The caller
     sets columns, metric, limits and signs.
 
     sums (k): S; half_sums (k): S at half time; lengths (k): L; columns, factor (k*k): of the true vectors, and R;
@@ -84,8 +84,7 @@ class Parts(NamedTuple):
         return Parts(*(memory[first:last] for first, last in itertools.pairwise((*self, None))))
 
 
-@jit
-def parts_of(n, k, m):
+def layout(n, k, m):
     """Return the parts of the memory for k vectors of 2n rows and m readings; m only counts for what follows the
     readings.
     """
@@ -108,6 +107,10 @@ def parts_of(n, k, m):
         detected,
         detected + m,
     )
+
+
+parts_of = jit(layout)
+"""For kernels: Ctrl-C while compiled code makes a named tuple for Python is a crash (Numba 0.68)."""
 
 
 @jit(constants=True)

@@ -17,7 +17,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report
 from ...flows.motion import inverse_masses, motion, natural_rates
 from ...kernels import birkhoff
-from ...kernels.deviations import ROWS, parts_of
+from ...kernels.deviations import ROWS, layout
 from ...models.contracts import Kind, dimension, driven, kind_of, moving
 from ...models.maps import symplectic
 from ..orbits.tangent_map import checked_deviations
@@ -159,7 +159,7 @@ class ChaosRun:
         if self.digits:
             self.averages, _ = own.pop()
         if self.tangent:
-            self.growth: Any = parts_of(self.degrees, self.k, self.m).of(self.memory)
+            self.growth: Any = layout(self.degrees, self.k, self.m).of(self.memory)
             self._prepare()
 
     def _prepare(self) -> None:
