@@ -58,6 +58,47 @@ def test_results_that_cannot_be_written_in_the_end_go_elsewhere(tmp_path, monkey
     assert "No space left on device" in capsys.readouterr().err
 
 
+def test_a_name_that_is_too_long_is_found_before_the_run(tmp_path, capsys):
+    for name in ("x" * 250, "é" * 125, "x" * 300):
+        assert main(["poincare", *SMALL, "--out", str(tmp_path / name)]) == 2
+        said = capsys.readouterr().err
+        assert "too long" in said
+        assert "orbits/s" not in said
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a shell of POSIX")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_no_error(closed, tmp_path):
+    """What is opened next has their numbers: nothing that is said must be written into it."""
+    code = "from fastaff.cli.main import main; main()"
+    command = [sys.executable, "-c", code, "poincare", *SMALL, "--out", str(tmp_path / "x")]
+    done = subprocess.run(["sh", "-c", f'exec "$@" {closed}', "sh", *command], capture_output=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert len(files.load(tmp_path / "x.npz")) > 0
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device")
+@pytest.mark.parametrize("command", [["--version"], ["poincare", *SMALL, "--out", "x"]])
+def test_a_full_disk_behind_the_standard_output_is_one_line(command, tmp_path):
+    code = "from fastaff.cli.main import main; main()"
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", code, *command],
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=600,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert "No space left" in done.stderr.splitlines()[-1]
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == (["x.npz"] if "--out" in command else [])
+
+
 @pytest.mark.parametrize(
     "command", [["--help"], ["doctor"], ["spectrum", "--model", "harmonic", "--levels", "4", "--no-figure"]]
 )
@@ -67,7 +108,7 @@ def test_a_reader_that_leaves_is_no_error(command, tmp_path):
     os.close(reading)
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code], stdout=writing, stderr=subprocess.PIPE, text=True, cwd=tmp_path, timeout=120
+            [sys.executable, "-c", code], stdout=writing, stderr=subprocess.PIPE, text=True, cwd=tmp_path, timeout=600
         )
     finally:
         os.close(writing)

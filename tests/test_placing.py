@@ -64,6 +64,44 @@ def test_permissions_are_those_of_new_files(tmp_path):
     assert path.stat().st_mode == (tmp_path / "usual").stat().st_mode
 
 
+@pytest.mark.parametrize("told", [True, False], ids=["by the system", "by asking"])
+def test_the_mask_of_the_process_stays_while_threads_write(told, tmp_path, monkeypatch):
+    own, calls = os.umask, []
+
+    def slow(mask):
+        calls.append(mask)
+        before = own(mask)
+        time.sleep(0.002)  # in which another thread asks
+        return before
+
+    def absent(*_):
+        raise FileNotFoundError
+
+    before = own(0o027)
+    try:
+        monkeypatch.setattr(os, "umask", slow)
+        if not told:
+            monkeypatch.setattr(placing, "open", absent, raising=False)
+        with ThreadPoolExecutor(8) as pool:
+            assert set(pool.map(lambda _: placing.umask(), range(40))) == {0o027}
+        assert not calls or not (told and sys.platform == "linux")
+    finally:
+        assert own(before) == 0o027
+
+
+def test_a_file_that_cannot_be_moved_to_its_name_leaves_none(tmp_path, monkeypatch):
+    """On a file system without links, whose names are taken by empty files."""
+
+    def fail(*_):
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(os, "link", fail)
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="Input/output error"):
+        placed(tmp_path / "a", ".txt", lambda path: path.write_text("x"))
+    assert names(tmp_path) == []
+
+
 def test_what_killed_processes_left_goes_when_nobody_holds_it(tmp_path):
     """Not what is held, what is young, what has another name and what a link leads to."""
     long_ago = time.time() - 2 * placing.LEFT

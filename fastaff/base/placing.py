@@ -7,6 +7,7 @@ import os
 import shutil
 import stat
 import tempfile
+import threading
 import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -18,6 +19,8 @@ except ImportError:  # no such locks: what killed processes left stays
 
 DRAFT = ".fastaff-"
 """How names of what is being written begin."""
+
+_ASKING = threading.Lock()
 
 LEFT = 3600.0
 """Seconds without a change after which a draft that no process holds was left by one that was killed."""
@@ -35,9 +38,12 @@ def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
 
 def umask() -> int:
     """Return the permissions that new files of this process do not get."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    with contextlib.suppress(OSError, ValueError, StopIteration), open("/proc/self/status") as told:
+        return int(next(line for line in told if line.startswith("Umask:")).split()[1], 8)
+    with _ASKING:  # to ask is to change it, for a moment, for all threads
+        mask = os.umask(0)
+        os.umask(mask)
+        return mask
 
 
 @contextlib.contextmanager
@@ -136,5 +142,9 @@ def _moved(draft: Path, stem: Path, ending: str, endings: tuple[str, ...]) -> Pa
                 target.touch(exist_ok=False)
             except FileExistsError:
                 continue
-            os.replace(draft, target)
+            try:
+                os.replace(draft, target)
+            except BaseException:
+                target.unlink(missing_ok=True)  # empty
+                raise
         return target

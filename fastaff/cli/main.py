@@ -16,6 +16,8 @@ def main(arguments: list[str] | None = None) -> int:
     where nobody reads what it prints. Without arguments those of the process are taken, which ends with that code.
     """
     own = arguments is None
+    if own:
+        _opened()
     Stops.begin(own)
     with on_stop(Stops.handle, for_good=own):
         code = _ran(sys.argv[1:] if arguments is None else arguments)
@@ -35,8 +37,7 @@ def _ran(arguments: list[str]) -> int:
 
             Stops.loading = False
             code = answer(arguments)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        sys.stdout.flush()
         Stops.ended = True
     except KeyboardInterrupt:
         Stops.ended = True
@@ -56,6 +57,18 @@ def _ran(arguments: list[str]) -> int:
         code = EXIT_WRONG_INPUT
     Stops.code = code
     return code
+
+
+def _opened() -> None:
+    """Put what leads nowhere in the place of streams that are closed (`2>&-`): the next file that is opened would take
+    their number, and what others write to them.
+    """
+    while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(handle, True)
+    os.close(handle)
+    for name, number, mode in (("stdin", 0, "r"), ("stdout", 1, "w"), ("stderr", 2, "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
 
 
 def _unread() -> None:

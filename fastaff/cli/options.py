@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import importlib.util
 import math
+import os
 import tempfile
 import typing
 from dataclasses import dataclass, fields
@@ -12,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.names import named
+from ..base.numbers import shown
 from ..base.placing import placed
 from ..formulas.number import number
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
@@ -109,6 +112,11 @@ class Output:
         stem = stem.with_suffix("") if stem.suffix.lower() in (".npz", *FORMATS) else stem
         if not stem.parent.is_dir():
             raise Wrong(f"--out {stem}: the folder {stem.parent} does not exist")
+        try:
+            os.stat(stem.with_name(f"{stem.name}-999{self.ending}"))  # with the number that it may get
+        except OSError as problem:
+            if problem.errno == errno.ENAMETOOLONG:
+                raise Wrong(f"--out {shown(str(stem), 60)}: the name is too long") from None
         try:
             tempfile.TemporaryFile(dir=stem.parent).close()
         except OSError as problem:
