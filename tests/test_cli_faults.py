@@ -58,6 +58,36 @@ def test_results_that_cannot_be_written_in_the_end_go_elsewhere(tmp_path, monkey
     assert "No space left on device" in capsys.readouterr().err
 
 
+def test_results_survive_the_folder_they_were_to_go_to(tmp_path, monkeypatch, capsys):
+    """Removed while they were computed, with the current one."""
+    (tmp_path / "here").mkdir()
+    (tmp_path / "home").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    own = files.save_among
+
+    def gone(path, *given, **named):
+        if (tmp_path / "here").exists():
+            (tmp_path / "here").rmdir()
+            failing(errno.ENOENT)()
+        return own(path, *given, **named)
+
+    monkeypatch.setattr(files, "save_among", gone)
+    assert main(["poincare", *SMALL, "--out", "x"]) == 0
+    kept = tmp_path / "home" / "x.npz"
+    assert f"the results are in {kept}" in capsys.readouterr().err
+    assert len(files.load(kept)) > 0
+
+
+def test_memory_that_is_spent_is_one_line(monkeypatch, capsys):
+    def spent(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("fastaff.cli.application.answer", spent)
+    assert main(["poincare", *SMALL]) == 2
+    assert capsys.readouterr().err.startswith("fastaff: error: there is not enough memory")
+
+
 def test_a_name_that_is_too_long_is_found_before_the_run(tmp_path, capsys):
     for name in ("x" * 250, "é" * 125, "x" * 300):
         assert main(["poincare", *SMALL, "--out", str(tmp_path / name)]) == 2

@@ -30,6 +30,7 @@ def _ran(arguments: list[str]) -> int:
     """Return the exit code; from the first statement after an exception on no signal raises another."""
     try:
         if arguments == ["--version"]:  # which scripts ask for: nothing is loaded for it
+            Stops.loading = False
             print(__version__)
             code = 0
         else:
@@ -53,7 +54,12 @@ def _ran(arguments: list[str]) -> int:
     except OSError as problem:
         Stops.ended = True
         _unread()
-        say(f"error: what this command prints cannot be written: {problem.strerror or problem}")
+        failed = "the package cannot be loaded" if Stops.loading else "what this command prints cannot be written"
+        say(f"error: {failed}: {' '.join(str(problem.strerror or problem).split())}")
+        code = EXIT_WRONG_INPUT
+    except MemoryError:
+        Stops.ended = True
+        say("error: there is not enough memory; a job (--write-job) takes it unit by unit (--memory)")
         code = EXIT_WRONG_INPUT
     Stops.code = code
     return code

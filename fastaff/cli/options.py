@@ -140,9 +140,9 @@ class Output:
         try:
             return save_among(stem, ".npz", result, parameters=facts, beside=beside, force=self.force)
         except OSError as problem:
-            for folder in (Path.cwd(), Path.home(), Path(tempfile.gettempdir())):
-                with contextlib.suppress(OSError):
-                    elsewhere = folder / stem.name
+            for folder in (Path.cwd, Path.home, tempfile.gettempdir):
+                with contextlib.suppress(OSError, RuntimeError):  # of which there may be none any more
+                    elsewhere = Path(folder()) / stem.name
                     path = save_among(elsewhere, ".npz", result, parameters=facts, beside=beside, force=False)
                     say(f"{stem}.npz cannot be written: {problem.strerror or problem}; the results are in {path}")
                     return path
