@@ -39,7 +39,7 @@ const watch = setInterval(() => {
 """
 
 
-def node(text, time=60):
+def node(text, time=600):
     """What Node prints of a program, as JSON holds it."""
     done = subprocess.run([NODE, "-"], input=text, capture_output=True, text=True, timeout=time)
     assert done.returncode == 0, done.stderr[-2000:]

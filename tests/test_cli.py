@@ -7,7 +7,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -461,14 +460,16 @@ def test_existing_results_get_a_number(tmp_path):
 
 
 CHILD = """
-import pathlib, sys
+import os, sys
 from fastaff.cli import main, progress
-part = float(sys.argv.pop(1))
+number, part = int(sys.argv.pop(1)), float(sys.argv.pop(1))
 draw = progress.Progress.__call__
 def watched(self, fraction):
+    global number
     draw(self, fraction)
-    if fraction >= part:
-        pathlib.Path("under-way").touch()
+    if fraction >= part and number:
+        sent, number = number, 0
+        os.kill(os.getpid(), sent)
 progress.Progress.__call__ = watched
 main.main()
 """
@@ -489,19 +490,11 @@ main.main()
 )
 def test_ctrl_c_keeps_finished_orbits(number, part, run, tmp_path):
     run = [*run, *SURFACE, "--out", "long"]
-    process = subprocess.Popen(
-        [sys.executable, "-c", CHILD, part, *run],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    deadline = time.monotonic() + 120
-    while not (tmp_path / "under-way").exists() and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.02)
-    process.send_signal(number)
-    _, said = process.communicate(timeout=60)  # a hang, not a speed
-    assert process.returncode == 130, said
+    command, said = [sys.executable, "-c", CHILD, str(int(number)), part, *run], tmp_path / "said"
+    with said.open("w") as err:
+        code = subprocess.run(command, cwd=tmp_path, stderr=err, timeout=600, check=False).returncode  # a hang
+    said = said.read_text()
+    assert code == 130, said
     assert "Traceback" not in said
     arrays, metadata = files.contents(tmp_path / "long.npz")
     finished = int((arrays["status"] == 0).sum())

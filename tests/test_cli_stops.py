@@ -157,7 +157,7 @@ def test_a_signal_when_all_is_done_changes_nothing(sent, words, code):
     while process.stdout.readline() not in ("ended\n", ""):
         pass
     process.send_signal(sent)  # one: of two the kernel may wake another thread, to which Python does not listen
-    _, said = process.communicate(timeout=120)
+    _, said = process.communicate(timeout=600)
     assert process.returncode == code, said
     assert "Traceback" not in said
     assert "stopped" not in said

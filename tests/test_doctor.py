@@ -23,7 +23,7 @@ def run(*arguments, **environment):
         [sys.executable, "-c", CODE, *arguments],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         env={**os.environ, **environment},
     )
 
@@ -120,7 +120,7 @@ def test_completion_in_bash(tmp_path, monkeypatch):
     script = tmp_path / "fastaff.bash"
     assert cli.main(["--install-completion", "--shell", "bash", "--output", str(script)]) == 0
     text = f"source {script}; COMP_WORDS=(fastaff poincare --en); COMP_CWORD=2; _fastaff; echo ${{COMPREPLY[@]}}"
-    done = subprocess.run(["bash", "-c", text], capture_output=True, text=True, timeout=30)
+    done = subprocess.run(["bash", "-c", text], capture_output=True, text=True, timeout=600)
     assert done.stdout.split() == ["--energy"]
 
 
@@ -138,6 +138,6 @@ def test_wrong_words_load_nothing_heavy():
         "import sys; from fastaff.cli.main import main; code = main(['poincare', '--enrgy', '1']);"
         "print(code, *sys.modules.keys() & {'matplotlib', 'zarr', 'xarray', 'sympy', 'distributed', 'pandas'})"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.stdout.split() == ["2"]
     assert "Did you mean --energy?" in done.stderr

@@ -27,6 +27,8 @@ PIXEL = """(() => {
           box.top + top + (v1 - given[1])/(v1 - v0)*(frame.height - top - bottom)];
 })()"""
 HENON = "system=henon-heiles&crossings=60"
+HANGS = 300
+"""Seconds after which a page is taken to hang, however busy the machine."""
 
 
 class Sheet:
@@ -34,6 +36,7 @@ class Sheet:
 
     def __init__(self, context, url):
         self.url, self.said = url, []
+        context.set_default_timeout(1000 * HANGS)
         self.page = context.new_page()
         self.page.on("console", lambda message: self.said.append(message.text))
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
@@ -44,7 +47,7 @@ class Sheet:
         """Return the value of an expression of `app` and `given` in the page."""
         return self.page.evaluate(f"(given) => {{ {APP} return {expression}; }}", given)
 
-    def wait(self, expression, given=None, seconds=30):
+    def wait(self, expression, given=None, seconds=HANGS):
         """Wait until an expression holds; without eval in the page, which its policy forbids."""
         end = time.monotonic() + seconds
         while not (found := self.get(expression, given)):
@@ -412,7 +415,7 @@ def saved(sheet, name, folder, count=1):
 
     sheet.page.on("download", take)
     sheet.do(name)
-    end = time.monotonic() + 20
+    end = time.monotonic() + HANGS
     while len(got) < count and time.monotonic() < end:
         sheet.page.wait_for_timeout(20)
     sheet.page.remove_listener("download", take)
@@ -625,7 +628,7 @@ def test_light_and_dark(sheet):
     sheet.page.emulate_media(color_scheme="light")
     assert sheet.get("[app.root.dataset.theme, app.themeChoice]") == ["dark", "dark"]
     sheet.do("theme")
-    assert sheet.get("[app.root.dataset.theme, app.themeChoice]") == ["light", "system"]
+    sheet.wait("app.root.dataset.theme === 'light' && app.themeChoice === 'system'")
 
 
 def test_on_a_telephone(browser, file):

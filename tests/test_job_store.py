@@ -89,7 +89,7 @@ assert "[model]" in tree.attrs["job"]
 assert list(tree["launch/coordinate"].values) == ["x", "y", "p_x", "p_y"] or len(tree["launch/coordinate"]) == 4
 np.save({str(tmp_path / "z.npy")!r}, tree["integrate/z"].values)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     there = Store(made).finished() == 1

@@ -109,7 +109,7 @@ def test_every_class_is_here():
 
 def test_every_class_is_found_by_a_process_that_has_imported_nothing_else():
     code = "from fastaff import files; print(*files._results())"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120).stdout
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=600).stdout
     own = {
         cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith(("fastaff.analysis", "fastaff.quantum"))
     }
