@@ -15,7 +15,7 @@ from fastaff import Body, HenonHeiles, Hyperelastic, NeoHookean, integrate
 from fastaff.compile import source
 from fastaff.compile.blocks import model_block, parameters
 from fastaff.compile.fused import FUSED, fma
-from fastaff.compile.jit import JIT_DISABLED, LANES, SIGNATURES, BlockFunction
+from fastaff.compile.jit import JIT_DISABLED, LANES
 from fastaff.schemes import BLANES_MOAN6, KAHAN_LI8
 
 fused = pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")
@@ -98,15 +98,6 @@ def test_steps_end_with_the_one_that_leaves_the_domain():
     margins = model.margin(*flat.reshape(8, LANES)[:4, :lanes])
     assert not margins[3] > 0
     assert (np.delete(margins, 3) > 0).all()
-
-
-@pytest.mark.skipif(JIT_DISABLED, reason="needs compiled code")
-def test_blocks_are_compiled_for_the_widest_vectors():
-    """Of which LLVM takes half on processors of Intel, unless it is asked."""
-    names = {}
-    exec("def value(params, lanes, z, result):\n    for i in range(lanes):\n        result[i] = 2*z[i]", names)
-    block = BlockFunction(names["value"], SIGNATURES["value"], cache=False)
-    assert '"prefer-vector-width"="512"' in block._compiled.inspect_llvm()
 
 
 OTHER = """

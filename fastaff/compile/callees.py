@@ -32,25 +32,6 @@ class _Part(JITCodeLibrary):
         self._finalized = True
 
 
-class _Wide(JITCodeLibrary):
-    """Code in vectors as wide as the processor's, of which LLVM takes half on those of Intel."""
-
-    def add_ir_module(self, ir_module):
-        for function in ir_module.functions:
-            if not function.is_declaration:
-                set.add(function.attributes, '"prefer-vector-width"="512"')  # its own `add` refuses what it knows not
-        super().add_ir_module(ir_module)
-
-
-class WidePipeline(compiler.Compiler):
-    """Numba's compiler of code in wide vectors; an orbit's bits do not depend on them."""
-
-    def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
-        library = _Wide(targetctx.codegen(), "block")
-        library.enable_object_caching()
-        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
-
-
 MAKES = ("call", "binop", "inplace_binop", "unary")
 """Expressions that may make an array, or get one that was made for them; a copy of an array into another may, too."""
 

@@ -24,7 +24,7 @@ from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from .cache import CodeCache
-from .callees import Callee, WidePipeline
+from .callees import Callee
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
 
@@ -197,7 +197,7 @@ class BlockFunction(types.WrapperAddressProtocol):
     """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
 
     def __init__(self, function: Callable, signature: Any, *, cache: bool):
-        compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"}, WidePipeline)
+        compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
         if cache and (folder := cache_directory()) is not None:
             compiled._cache = CodeCache(function, folder)
         with uncollected():
