@@ -190,14 +190,12 @@ def test_ctrl_c_at_any_moment(call):
 
 @forking
 @pytest.mark.skipif(TIMES == 1, reason="takes minutes: make faults")
-@pytest.mark.parametrize("name", [name for name in battery.CALLS if name != "run"])  # whose results are a job's
+@pytest.mark.parametrize("name", sorted(set(battery.CALLS) - {"run", "one_variable", "TuneAccumulator"}))
 def test_ctrl_c_in_any_call(name):
-    """What a call gives has the same bits after many that were interrupted."""
+    """What it gives has the same bits after many that were interrupted; what those left out give has no equality."""
     truth = battery.call(name, battery.base(name))
 
     def again():
-        found = battery.call(name, battery.base(name))
-        if name != "TuneAccumulator":  # which has no equality
-            same(found, truth)
+        same(battery.call(name, battery.base(name)), truth)
 
     assert interrupted(lambda: battery.call(name, battery.base(name)), again) == 0
