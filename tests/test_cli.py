@@ -105,6 +105,13 @@ def test_load_refuses_other_files(tmp_path):
         (["poincare", "--energy", "-1"], "--energy -1 lies below the minimum 0 of this body's energy"),
         (["poincare", "--energy", "abc"], "--energy"),
         (["poincare", *SURFACE, "--model", "neohokean"], "Did you mean neo-hookean?"),
+        (["poincare", "--model", "henon", "--energy", "1"], "Did you mean henon-heiles or henon-map?"),
+        (["poincare", "--hamiltonian", "-cos(x)", "--energy", "0"], "equals sign: --hamiltonian='-cos(x)'"),
+        (["poincare", "--map", "--orbits", "3"], "--map takes a value  ("),
+        (
+            ["poincare", "--hamiltonian=-cos(x) - cos(y)", "--energy", "-1"],
+            "into pieces without end: give --range1",
+        ),
         (["poincare", *SURFACE, "--C", "2"], "--C is not a parameter of neo-hookean"),
         (["poincare", *SURFACE, "--scheme", "KAHANLI"], "Did you mean KAHAN_LI8?"),
         (["poincare", *SURFACE, "--section", "alpha-turnig"], "Did you mean alpha-turning?"),

@@ -255,7 +255,8 @@ def test_orbits_that_leave_keep_what_is_known():
         assert (last["status"], last["crossings"]) == (status[fa.Status(chaos.status[0])], survived)
         _, points = crossings(heard)
         assert points.shape == (2, survived)
-        assert np.isfinite(points).all()
+        beyond = ~np.isfinite(points.astype(float)).all(axis=0)  # what the page's numbers of four bytes do not hold
+        assert (np.flatnonzero(beyond) >= survived - 3).all()
         assert last["verdict"] == "undecided"
         assert of(heard, "reading", 2)[-1]["status"] == "done"
         (answer,) = of(heard, "surface")

@@ -437,3 +437,23 @@ def test_recipes_make_the_same_again():
         fa.energy_grid(galaxy(), energy=-0.4, axes=axes, solve="p_y", fixed=[["y", 0.01]]).z0.tobytes()
         == grid.z0.tobytes()
     )
+
+
+def test_sections_of_periodic_potentials_ask_for_ranges():
+    """What is allowed has no end of pieces: the one nearest to 0, in any units, is named, and its ranges are taken."""
+    rng = np.random.default_rng(41)
+    for _ in range(2):
+        depth, other, unit = rng.uniform(0.5, 2.0), rng.uniform(0.5, 2.0), 10.0 ** rng.uniform(-3, 3)
+        model = fa.hamiltonian("-a*cos(x/u) - b*cos(y/u)", a=depth, b=other, u=unit)
+        energy = -depth + rng.uniform(-0.8, 0.8) * other
+        half, top = unit * np.arccos(-(energy + depth) / other), np.sqrt(2 * (energy + depth + other))
+        with pytest.raises(
+            ValueError, match="falls apart into pieces without end: give the ranges of the axes"
+        ) as said:
+            fa.energy_sample(model, energy=energy, section="x=0", orbits=5)
+        named = str(said.value).rsplit("such as ", 1)[1].translate(str.maketrans("", "", "()"))
+        np.testing.assert_allclose([float(part) for part in named.split(",")], [-half, half, -top, top], rtol=1e-5)
+        axes = ((-half, half), (-top, top))
+        z = fa.energy_sample(model, energy=energy, section="x=0", orbits=50, axes=axes).z0
+        assert (np.abs(z[1]) <= half).all()
+        np.testing.assert_allclose(model.kinetic_energy(*z[2:]) + model.potential_energy(*z[:2]), energy, atol=1e-13)

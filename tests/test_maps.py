@@ -618,6 +618,62 @@ def test_iterates_of_maps_are_fitted_by_tori():
     np.testing.assert_allclose(sorted(found.nu), sorted(own.nu), atol=1e-9)
 
 
+def test_an_orbit_ends_with_the_same_iterate_in_all_analyses():
+    """With the first one that is not finite or outside the domain, whatever is asked; no distance is an escape, so a
+    start beside a fixed point is no end of it. Momenta that no coordinate depends on count too.
+    """
+    rng = np.random.default_rng(31)
+    a, b, r = rng.uniform(1.5, 3.0), rng.uniform(1.5, 3.0), rng.uniform(0.6, 0.9)
+    models = [
+        HenonMap(rng.uniform(0.1, 0.4)),
+        OneTurnMap(0.28, 0.31, -0.3, rng.uniform(1.0, 2.0)),
+        fa.mapping("x1 = x/2; p1 = a*p", a=10.0**a),
+        fa.mapping("x1 = b*x; p1 = p + x", b=b),
+        fa.mapping("x1 = x*x*r + p; p1 = x", domain="9 - x**2", r=r),
+    ]
+    for model in models:
+        rows = 2 * model.degrees_of_freedom
+        z = rng.uniform(-1.2, 1.2, (rows, 60))
+        z[:, :10] *= 10.0 ** rng.uniform(-12, -1, (rows, 10))
+        path, naive = z, np.full(60, 3000)
+        for k in range(3000):
+            with np.errstate(all="ignore"):
+                path = np.array(np.broadcast_arrays(*model.iterate(*path)))
+                inside = np.isfinite(path).all(axis=0) & (model.margin(*path[: rows // 2]) > 0)
+            naive = np.where(~inside & (naive == 3000), k, naive)
+            path = np.where(inside | (naive == 3000), path, np.nan)
+        lost = naive < 3000
+        assert lost.any()
+        run, cut = fa.integrate(model, z, time=3000), fa.poincare_map(model, z, crossings=3000)
+        chaos, map_ = fa.chaos_map(model, z, time=3000), fa.frequency_map(model, z, time=3000)
+        for found, survived in ((run, run.t - lost), (cut, cut.counts), (chaos, chaos.t - lost), (map_, map_.t)):
+            assert ((found.status != fa.Status.OK) == lost).all()
+            np.testing.assert_array_equal(survived, naive)
+        same_end = run.status == cut.status
+        assert (same_end & (run.status == chaos.status) & (run.status == map_.status)).all()
+        assert not (run.status == fa.Status.ESCAPED).any()
+
+
+def test_exponents_where_an_iterate_stretches_beyond_all_digits():
+    """ln(K/2) of the standard map up to K = 10^12 with both signs, where the second vector keeps no digit; and maps
+    whose derivative has a lower rank, one of whose exponents is minus infinity.
+    """
+    rng = np.random.default_rng(32)
+    for K in 10.0 ** rng.uniform(7, 12, 4):
+        found = fa.chaos_map(StandardMap(K), starts(StandardMap(K), 20), time=4000, indicators="spectrum,megno,sali")
+        assert (found.status == fa.Status.OK).all()
+        np.testing.assert_allclose(found.spectrum[0], np.log(K / 2), atol=0.1)
+        np.testing.assert_array_equal(found.spectrum[1], -found.spectrum[0])
+        assert (found.verdict == 1).all()
+        assert not np.isnan(found.values).any()
+    rank = fa.mapping("x1 = 1 - 2*x**2; p1 = c*x", c=rng.uniform(0.5, 2.0))
+    found = fa.chaos_map(rank, starts(rank, 20), time=20000, indicators="spectrum,megno,sali")
+    assert (found.status == fa.Status.OK).all()
+    np.testing.assert_allclose(found.spectrum[0], np.log(2), atol=0.01)
+    assert (found.spectrum[1] == -np.inf).all()
+    assert not np.isnan(found.values).any()
+
+
 def test_rotation_numbers_and_islands_take_section_maps():
     found = fa.poincare_map(HenonMap(), np.array([np.linspace(0.1, 0.6, 12), np.zeros(12)]), crossings=600)
     np.testing.assert_array_equal(fa.rotation_number(found).rotation, fa.rotation_number(found.points).rotation)

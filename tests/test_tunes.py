@@ -247,6 +247,111 @@ def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeyp
     assert (fa.tunes(samples, method=NaffLines()).method[:, calm] == 1).all()
 
 
+def test_crescents_by_their_lines():
+    """Loops beside their centre, as the islands of a chain that is seen every few turns: their mean turn is 0, their
+    tune that of the line, in the sense of the area; also with another plane's line in them, and where they jump across
+    the centre from turn to turn. An arc that goes back along itself has no sense, and stays undecided.
+    """
+    rng = np.random.default_rng(17)
+    count, samples = 16 if JIT_DISABLED else 120, 2000
+    nu = apart(rng, 20 * count, samples)
+    parts = np.arange(1, 17)[:, None] * nu[0]
+    nu = nu[:, (np.abs(parts - np.rint(parts)) > 8 / samples).all(axis=0)]  # lines apart from each other
+    slow = np.minimum(nu[0], 1 - nu[0])
+    nu = np.concatenate([nu[:, slow < 0.14][:, : count // 2], nu[:, slow > 0.14][:, : count // 2]], axis=1)
+    z = circles(rng, nu, samples)
+    w = np.angle(z[0])
+    wide, open_ = rng.uniform(1.6, 2.9, (count, 1)), rng.uniform(0.1, 0.4, (count, 1)) * rng.choice([-1, 1], (count, 1))
+
+    def bow(w):
+        return (1 + open_ * np.cos(w)) * np.exp(1j * (wide * np.sin(w)))
+
+    curve = bow(np.linspace(0, 2 * np.pi, 2001))
+    middle, chord = (curve[:, 1:] + curve[:, :-1]) / 2, np.diff(curve, axis=1)
+    sense = np.sign((middle.conj() * chord).imag.sum(axis=1))
+    assert {-1.0, 1.0} == {*sense}
+    for share in (0.0, 0.04):
+        found = fa.tunes(optics(rng, np.array([bow(w) + share * z[1], z[1]])))
+        truth = np.array([(sense * nu[0]) % 1, nu[1]])
+        decided = found.kind == FrequencyKind.INDEPENDENT
+        assert decided.mean() > 0.9
+        within = distance(found.nu, truth) <= found.error
+        assert within[:, decided & (np.arange(count) < count // 2)].all()
+        assert within[:, decided].mean() > 0.95
+        assert (found.method[0, decided & (np.arange(count) < count // 2)] == 1).all()
+        assert np.median(found.error[0]) < 1e-8
+    arc = fa.tunes(optics(rng, np.exp(1j * wide * np.sin(w))[None])[:, : count // 2])
+    assert (arc.kind == FrequencyKind.UNDECIDED).mean() > 0.9
+
+
+def test_crescents_of_the_standard_map():
+    """A libration about the resonance of tune 1/2 in every second turn, the pendulum's in the plane of sin x and p: the
+    same frequency as in the plane about its centre.
+    """
+    K = np.random.default_rng(18).uniform(0.7, 1.1)
+    p = np.linspace(0.6, 1.2, 5)
+    samples = fa.integrate(fa.models.StandardMap(K), [np.full(5, np.pi), p], time=4000, samples=4000).samples
+    x, p = samples.transpose(1, 2, 0)
+    plain = fa.tunes([np.mod(x, 2 * np.pi), p])
+    bent = (2.5 + p) * np.exp(1j * 1.3 * (np.mod(x, 2 * np.pi) - np.pi))
+    found = fa.tunes([bent.real, bent.imag])
+    known = (found.kind == FrequencyKind.INDEPENDENT) & (plain.kind == FrequencyKind.INDEPENDENT)
+    assert known.sum() >= 3
+    off = np.minimum(distance(found.nu, plain.nu), distance(found.nu, 1 - plain.nu))
+    assert (off <= found.error + plain.error)[:, known].all()
+
+
+def test_lines_of_planes():
+    """Frequencies, amplitudes in the units of Q and phases at the first sample of lines that are known; the numbers of
+    `orbit_frequencies` where samples are dense, of `frequency_map` from the first turn on.
+    """
+    rng = np.random.default_rng(19)
+    count, samples = 8 if JIT_DISABLED else 50, 3000
+    nu = apart(rng, count, samples)
+    z = circles(rng, nu, samples)
+    small = rng.uniform(0.01, 0.3, (2, count, 1))
+    h = np.array([z[0] + small[0] * z[1], z[1] + small[1] * z[0].conj()])
+    unit = 10.0 ** rng.uniform(-8, 8, (4, 1, 1))
+    found = fa.tunes(np.concatenate([h.real, -h.imag]) * unit, lines=2)
+    truth = np.array([[nu[0], nu[1]], [nu[1], -nu[0]]])
+    lines = found.lines
+    assert lines.names == found.names
+    assert lines.nu.shape == (2, 2, count)
+    assert (distance(lines.nu % 1, truth % 1) <= lines.error + 2e-16).mean() >= 0.99
+    assert np.abs(lines.nu).max() <= 0.5
+    size = np.array([[np.ones(count), small[0, :, 0]], [np.ones(count), small[1, :, 0]]]) * unit[:2]
+    first = np.array([[z[0, :, 0], z[1, :, 0]], [z[1, :, 0], z[0, :, 0].conj()]])
+    assert np.abs(lines.amplitude / (size * first / np.abs(first)) - 1).max() < 1e-3
+    same(found.take([4, 1]).lines.nu, lines.nu[:, :, [4, 1]])
+    assert fa.tunes(RECORD).lines is None
+    assert (fa.tunes(RECORD, lines=3).lines.error[:, :, [4, 6]] == np.inf).all()
+    slow = optics(rng, circles(rng, nu * 0.05, samples))
+    same(fa.tunes(slow, lines=3, threads=1).lines, fa.orbit_frequencies(slow, 1.0, lines=3).lines)
+    model, start = fa.models.HenonMap(rng.uniform(0.1, 0.4)), [[0.1, 0.2], [0.0, 0.1]]
+    path = fa.integrate(model, start, time=1000, samples=1000).samples.transpose(1, 2, 0)
+    own = fa.frequency_map(model, start, time=1000, lines=3).lines
+    later = fa.tunes(path, lines=3, coordinates=("x", "p")).lines
+    same(later.nu, own.nu)
+    np.testing.assert_allclose(later.amplitude, own.amplitude * np.exp(2j * np.pi * own.nu), rtol=1e-9)
+    for scale in (1e-170, 1e170):  # whose squares are no numbers
+        beyond = fa.tunes(slow[:, :3] * scale, lines=2)
+        assert (beyond.kind == FrequencyKind.UNDECIDED).all()
+        assert np.isfinite(beyond.lines.amplitude).all()
+    with pytest.raises(ValueError, match="lines must be at least 1, got 0"):
+        fa.tunes(RECORD, lines=0)
+
+
+def test_many_planes_whose_lines_are_looked_at(two_threads):
+    """Twelve planes, one of them driven by the next one's square: combinations of the others' tunes are a table."""
+    rng = np.random.default_rng(20)
+    nu = rng.uniform(0.05, 0.45, (12, 3))
+    z = circles(rng, nu, 1000)
+    z[0] = 0.4 * z[0] + z[1] ** 2
+    found = fa.tunes(optics(rng, z))
+    assert (distance(found.nu, nu) <= found.error)[1:].all()
+    assert ((distance(found.nu, nu) < 1e-6)[0] | (found.kind == FrequencyKind.DEPENDENT)).all()
+
+
 # --- the accumulator -------------------------------------------------------------------------------------------------
 
 

@@ -8,6 +8,9 @@ from collections.abc import Iterable
 
 from .numbers import shown
 
+BEGINS, MOST = 3, 3
+"""Letters that are the beginning of a name, and how many names with it are offered."""
+
 
 def named(option: str, given: str, names: Iterable[str]) -> str:
     """Return the one of the names that is given, in capitals or not, with or without spaces, hyphens and underscores;
@@ -28,10 +31,11 @@ def spelled(given: str, names: Iterable[str]) -> str:
 
 
 def did_you_mean(given: str, names: Iterable[str]) -> str:
-    """Return the question for the nearest name, empty where none is near."""
+    """Return the question for the names that begin with what is given, or for the nearest one; empty where none is."""
     known = {name.lower(): name for name in names}
-    near = difflib.get_close_matches(given.lower(), known, n=1, cutoff=0.5)
-    return f" Did you mean {known[near[0]]}?" if near else ""
+    near = [name for name in known if len(given) >= BEGINS and name.startswith(given.lower())][:MOST]
+    near = near or difflib.get_close_matches(given.lower(), known, n=1, cutoff=0.5)
+    return f" Did you mean {' or '.join(known[name] for name in near)}?" if near else ""
 
 
 def pairs(option: str, texts: Iterable[str], takes: str) -> list[tuple[str, str]]:

@@ -7,7 +7,9 @@ a module of `fastaff.cli.commands`.
 from __future__ import annotations
 
 import inspect
+import itertools
 import os
+import shlex
 import sys
 from typing import Any
 
@@ -58,6 +60,8 @@ def answer(arguments: list[str]) -> int:
     except cyclopts.UnusedCliTokensError as problem:
         word = (problem.unused_tokens or ("",))[0]
         _refuse(f"{word!r} belongs to no option: each takes one value after its name, as in --energy 1.5", arguments)
+    except cyclopts.MissingArgumentError as problem:
+        _refuse(_missing(problem, arguments), arguments)
     except cyclopts.CycloptsError as problem:
         _refuse(problem, arguments)
     except ModuleNotFoundError as problem:
@@ -70,6 +74,16 @@ def answer(arguments: list[str]) -> int:
         own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
         say(f"error: {_one_line(as_flags(str(problem), own))}")
     return EXIT_WRONG_INPUT
+
+
+def _missing(problem: Any, arguments: list[str]) -> str:
+    """Say that an option has no value; where a word behind its name begins like another option, how to write it."""
+    option = problem.keyword or problem.argument.name
+    behind = next((b for a, b in itertools.pairwise(arguments) if a == option and b.startswith("-")), None)
+    said = f"{option} takes a value"
+    if behind is not None and not behind.startswith("--"):
+        said += f"; one that begins with - is written behind an equals sign: {option}={shlex.quote(behind)}"
+    return said
 
 
 def _refuse(problem: Any, arguments: list[str]) -> None:

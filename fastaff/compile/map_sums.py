@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .jit import LANES
-from .map_texts import Winding, _image, _names, _periods, _read, _stored
+from .map_texts import Winding, _counted, _image, _names, _periods, _read, _stored
 from .plane_loops import COLUMNS, MOMENTS, SPANS
-from .texts import Rows, _at, _indent, _list, _loop
+from .texts import Rows, _at, _indent, _loop
 
 
 class Moments(NamedTuple):
@@ -122,11 +122,11 @@ def angles(rows: Rows, winding: Winding) -> str:
 
 def _summed(rows: Rows, winding: Winding, count: int, moved: str, body: str) -> str:
     """Text of so many iterates, after each of which the body runs; ends early as `map_texts` has it, after the sums of
-    the iterate with which a lane leaves the domain.
+    the iterate with which an orbit ends.
     """
     image = _image(rows, winding).split("\n", 1)
     iterate = _read(rows, 0) + f"{image[0]}\n{moved}{image[1]}" + _stored(rows, 0, "z")
-    iterate += f"outside += 0 if value.margin({_list('z', range(rows.n))}) > 0.0 else 1\n"
+    iterate += _counted(rows)
     return (
         _indent(_periods(winding), 1)
         + f"    taken = 0\n    before = int(z[{count * LANES}])\n    while taken < steps:\n        outside = 0\n"

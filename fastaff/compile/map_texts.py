@@ -60,12 +60,20 @@ def _read(rows: Rows, vector: int) -> str:
     return "".join(f"{name} = {_at(r)}\n" for name, r in zip(_names(rows, vector), _places(rows, vector), strict=True))
 
 
+def _counted(rows: Rows) -> str:
+    """Text that counts a lane as outside whose image has left the domain or has momenta that are not finite: the margin
+    of coordinates that are not is not positive.
+    """
+    q, p = _list("z", range(rows.n)), " + ".join(f"z{r}" for r in range(rows.n, 2 * rows.n))
+    return f"outside += 0 if value.margin({q}) + 0.0*({p}) > 0.0 else 1\n"
+
+
 def _stored(rows: Rows, vector: int, letter: str) -> str:
     return "".join(f"{_at(r)} = {letter}{k}\n" for k, r in enumerate(_places(rows, vector)))
 
 
 def _iterates(rows: Rows, winding: Winding) -> str:
-    """So many iterates; ends early, after the one with which a lane leaves the domain; returns their number.
+    """So many iterates; ends early, after the one with which an orbit ends; returns their number.
 
     Vectors move before the orbit, whose derivative takes them along.
     """
@@ -76,7 +84,7 @@ def _iterates(rows: Rows, winding: Winding) -> str:
             body += _read(rows, vector) + _vector_image(rows, vector) + _stored(rows, vector, "w")
         if group.start == 0:
             body += _image(rows, winding) + _stored(rows, 0, "z")
-            body += f"outside += 0 if value.margin({_list('z', range(rows.n))}) > 0.0 else 1\n"
+            body += _counted(rows)
         loops += _loop(body, 2)
     return (
         _indent(_periods(winding), 1)
@@ -93,7 +101,7 @@ def _march(rows: Rows, winding: Winding) -> str:
         body += _vector_image(rows, vector)
         body += "".join(f"{name} = w{k}\n" for k, name in enumerate(_names(rows, vector)))
     body += _image(rows, winding) + "".join(f"{name} = z{k}\n" for k, name in enumerate(_names(rows, 0)))
-    body += f"taken += 1\nif not value.margin({_list('q', range(rows.n))}) > 0.0:\n    break\n"
+    body += f"taken += 1\noutside = 0\n{_counted(rows)}if outside > 0:\n    break\n"
     return (
         _indent(_periods(winding) + "".join(f"{name} = z[{r * LANES}]\n" for name, r in every), 1)
         + "    taken = 0\n    while taken < steps:\n"
@@ -108,9 +116,7 @@ def _check(rows: Rows) -> str:
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
         + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"size = {' + '.join(f'{name}*{name}' for name in z[: rows.n])}\n"
         f"code = 0.0 if value.margin({', '.join(z[: rows.n])}) > 0.0 else 2.0\n"
-        "code = code if size < radius[i]*radius[i] else 3.0\n"
         "result[i] = code if finite == 0.0 else 1.0\n",
         1,
     )
@@ -121,8 +127,8 @@ def _inside(rows: Rows) -> str:
     return _loop(
         f"margin = value.margin({', '.join(z[: rows.n])})\n"
         f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
-        "code = 2.0 if finite == 0.0 else 1.0\n"
-        "result[i] = 0.0 if margin > 0.0 else code\n",
+        "code = 0.0 if margin > 0.0 else 2.0\n"
+        "result[i] = code if finite == 0.0 else 1.0\n",
         1,
     )
 

@@ -24,11 +24,10 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
 
     ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along,
     if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
-    nor the zero of V.
+    nor the zero of V. Orbits of a map end where they are no longer finite, and no distance counts: a start near a fixed
+    point says nothing of the size.
     """
-    if kind_of(model) is Kind.MAP:
-        return _map_radii(model, z)
-    if kind_of(model) is Kind.FLOW:
+    if kind_of(model) in (Kind.MAP, Kind.FLOW):
         return np.full(z.shape[1], FARTHEST)
     reach, limit = np.empty((2, z.shape[1]))
     limit[:] = energies(model, z) if energy is None else energy
@@ -36,15 +35,6 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
         part = slice(start, start + CHUNK)
         with np.errstate(all="ignore"):
             _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
-    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
-
-
-def _map_radii(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return `escape_radii` of a map: by the distance of its starts; none where all coordinates are angles."""
-    n = len(z) // 2
-    free = np.array([period == 0 for period in model.periods()[:n]])
-    with np.errstate(all="ignore"):
-        reach = np.abs(z[:n][free]).max(axis=0, initial=0.0)
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 

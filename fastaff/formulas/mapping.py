@@ -44,7 +44,9 @@ def mapping(
     finds no SymPy.
 
     A map's time is a whole number of iterates, exponents and tunes are per iterate; it has neither step nor scheme nor
-    energy. Sections are its iterates: `poincare_map(model, z0, crossings=1000)`.
+    energy. An orbit ends, in all analyses alike, with the first iterate that is outside the domain (`COLLAPSED`) or not
+    finite (`NONFINITE`); no distance counts as an escape, so give a domain where one should. Sections are its iterates:
+    `poincare_map(model, z0, crossings=1000)`.
     Source: Meiss 1992, Rev. Mod. Phys. 64, 795 (symplectic maps); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
     (SymPy).
     """

@@ -231,6 +231,8 @@ class Surface:
             if self.energy is not None:
                 raise Wrong("--energy is for systems that keep one: those of --flow and --friction do not")
             return self.section_of(body)
+        if driven(body):
+            raise Wrong("--file is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
         return self.section_of(body)

@@ -164,13 +164,19 @@ def wait(time, slots, lanes, fresh, t, memory):
     return found
 
 
+@jit
+def _log(length):
+    """Return ln length, -inf for 0."""
+    return log(length) if length != 0.0 else -math.inf
+
+
 @jit(constants=True)
 def orthonormalise(n, k, lanes, z, memory):
     """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into
     memory, S summed.
 
     z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which
-    vectors drop).
+    vectors drop). A vector that nothing is left of, as a map may have a derivative of lower rank, is 0 from then on.
     """
     half, at = n * (1 + k), parts_of(n, k, 0)
     for j in range(k):
@@ -188,7 +194,7 @@ def orthonormalise(n, k, lanes, z, memory):
                 for i in range(lanes):
                     memory[entry + i] = math.sqrt(memory[entry + i]) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
                 for i in range(lanes):
-                    memory[(at.sums + j) * LANES + i] += log(memory[entry + i])
+                    memory[(at.sums + j) * LANES + i] += _log(memory[entry + i])
             else:
                 for i in range(lanes):
                     memory[entry + i] = memory[entry + i] if memory[ROWS.due * LANES + i] > 0.0 else 0.0
@@ -198,7 +204,8 @@ def orthonormalise(n, k, lanes, z, memory):
                 if b == j:
                     g = (at.metric + r) * LANES
                     for i in range(lanes):  # what does not count, a drive's momentum, would grow as the rest shrinks
-                        z[w + i] = z[w + i] * (1.0 / memory[entry + i]) if memory[g + i] > 0.0 else 0.0
+                        kept = memory[g + i] > 0.0 and memory[entry + i] != 0.0
+                        z[w + i] = z[w + i] * (1.0 / memory[entry + i]) if kept else 0.0
                 else:
                     for i in range(lanes):
                         z[w + i] -= memory[entry + i] * z[u + i]
@@ -228,9 +235,9 @@ def follow(n, k, lanes, memory):
                 entry = (at.columns + b * k + j) * LANES + i
                 square += memory[entry] * memory[entry]
             length = math.sqrt(square) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
-            memory[(at.lengths + j) * LANES + i] += log(length)
+            memory[(at.lengths + j) * LANES + i] += _log(length)
             for b in range(j + 1):
-                memory[(at.columns + b * k + j) * LANES + i] /= length
+                memory[(at.columns + b * k + j) * LANES + i] /= length if length != 0.0 else 1.0
 
 
 @jit(constants=True)
@@ -245,7 +252,7 @@ def grow(n, k, lanes, t, memory):
     for i in range(lanes):
         on = memory[ROWS.due * LANES + i] > 0.0
         last, now = memory[ROWS.last * LANES + i], t[i]
-        gained = log(memory[at.factor * LANES + i])
+        gained = _log(memory[at.factor * LANES + i])
         weighted = memory[ROWS.weighted * LANES + i] + 0.5 * (last + now) * gained
         megno = 2.0 * weighted / now
         area = 0.5 * (megno + memory[ROWS.megno * LANES + i]) * (now - last)

@@ -353,7 +353,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         spectrum_error,
         history,
         times,
-        reached,
+        work.lived if work.streams else reached,
         error,
         ensemble.status,
         work.time,

@@ -14,7 +14,7 @@ from ...base.sums import length
 from ...flows import observers
 from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report
+from ...flows.flow import Flow, Report, no_memory
 from ...flows.motion import inverse_masses, motion, natural_rates
 from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, layout
@@ -129,6 +129,7 @@ class ChaosRun:
         start = self._start(deviations) if self.tangent else None
         self.k, self.m = self.flow.vectors, len(self.tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
+        self.lived = np.zeros(self.orbits)
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
         number_of_steps(time, 1 / self.rates)
         fits("history", self.orbits, len(chosen) + self.m + 1, slots)
@@ -223,6 +224,9 @@ class ChaosRun:
             )
         finally:
             self._read()
+            self.lived = self.ensemble.time.copy()
+        if self.flow.exact and self.tangent:
+            self.alone()
 
     def _read(self) -> None:
         """Take the readings of the streamed indicators from the memory of the observer."""
@@ -241,6 +245,19 @@ class ChaosRun:
         """Read the 0-1 test from the samples of the stream."""
         found = median_correlation(self.samples, self.counts, self.flow.threads, report)
         self.values[self.sampled[0][0]] = np.where(self.ensemble.status == Status.OK, found, np.nan)
+
+    def alone(self) -> None:
+        """Find where orbits of a map end that ended with their vectors, whose numbers may do so before: as without
+        them.
+        """
+        lost = np.flatnonzero(np.isin(self.ensemble.status, (Status.NONFINITE, Status.COLLAPSED)))
+        if not lost.size:
+            return
+        flow = replace(self.flow, vectors=0)
+        run = flow.ensemble(self.z0[:, lost])
+        flow.advance(run, observers.nothing(), *no_memory(run), time=self.time, observations=1)
+        ended = run.status != Status.OK
+        self.lived[lost[ended]], self.ensemble.status[lost[ended]] = run.time[ended], run.status[ended]
 
     def adopt(self, entry: Indicator, own: Callable, report: Report | None) -> None:
         """Run the pass of an indicator of its own; an orbit that fails in it is marked."""
@@ -271,7 +288,7 @@ class ChaosRun:
         # Volumes count from the start, whatever the angles between given vectors.
         growth = self.growth
         sums, half = growth.sums - self.first, growth.half_sums - self.first
-        if self.paired and self.k < 2 * self.n:
+        if self.paired and (self.k < 2 * self.n or self.flow.exact):  # an iterate may leave the rest no digits
             sums, half = (np.concatenate([s[: self.n], -s[: self.n][::-1]], axis=0) for s in (sums, half))
         with np.errstate(all="ignore"):
             now, before = sums / self.memory[ROWS.last], half / self.memory[ROWS.half]

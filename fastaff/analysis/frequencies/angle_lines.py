@@ -65,10 +65,13 @@ class LineTable:
             for angles, f, size in _signals(layout, signals.of(part)):
                 found = found_lines(f, interval, count, LINE_ORDER)
                 turns = found.nu * delay
-                amplitude = size[:, :, None] * found.amplitude * np.exp(-2j * np.pi * (turns - np.rint(turns)))
+                with np.errstate(all="ignore"):  # a size may be none, of numbers whose squares are none
+                    amplitude = size[:, :, None] * found.amplitude * np.exp(-2j * np.pi * (turns - np.rint(turns)))
+                known = np.isfinite(amplitude) & np.isfinite(found.error)
                 here = np.ix_(np.array(angles), np.arange(count), orbits[part])
-                self.nu[here], self.error[here] = (a.transpose(1, 2, 0) for a in (found.nu, found.error))
-                self.amplitude[here] = amplitude.transpose(1, 2, 0)
+                self.nu[here] = np.where(known, found.nu, 0.0).transpose(1, 2, 0)
+                self.error[here] = np.where(known, found.error, np.inf).transpose(1, 2, 0)
+                self.amplitude[here] = np.where(known, amplitude, 0.0).transpose(1, 2, 0)
 
     def result(self) -> AngleLines:
         """Return the lines."""

@@ -19,6 +19,7 @@ import numpy as np
 from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels.birkhoff import SHARPNESS
+from .integer_lattice import ball
 from .naff import FrequencyLines, followed_line, found_lines
 
 LINES, MORE_LINES = 4, 20
@@ -146,18 +147,8 @@ def _table(rank: int) -> tuple[np.ndarray, int, int]:
     long ones.
     """
     longest = LONGEST[min(rank, len(LONGEST)) - 1] if rank <= len(LONGEST) else 2
-    k = np.array([v for v in _vectors(rank, longest) if any(v)], np.int64)
-    length = np.abs(k).sum(axis=1)
-    k = k[np.argsort(length, kind="stable")]
-    return k, len(k), int((length <= longest // 2).sum())
-
-
-def _vectors(rank: int, longest: int) -> list[tuple[int, ...]]:
-    if rank == 0:
-        return [()]
-    return [
-        (first, *rest) for first in range(-longest, longest + 1) for rest in _vectors(rank - 1, longest - abs(first))
-    ]
+    k = ball(rank, longest)[1:]
+    return k, len(k), int((np.abs(k).sum(axis=1) <= longest // 2).sum())
 
 
 @functools.cache

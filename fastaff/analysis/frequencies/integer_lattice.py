@@ -6,6 +6,7 @@ comparison of two frequencies, which takes their errors.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from typing import NamedTuple
@@ -37,6 +38,21 @@ def box(orders: tuple[int, ...] | list[int]) -> np.ndarray:
         if ranges
         else np.zeros((1, 0), int)
     )
+
+
+@functools.cache
+def ball(rank: int, longest: int) -> np.ndarray:
+    """Return all integer vectors with |k|_1 <= longest, (terms, rank), by length, those of one length in ascending
+    order.
+    """
+    k = np.array(_ball(rank, longest), np.int64).reshape(-1, rank)
+    return k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
+
+
+def _ball(rank: int, longest: int) -> list[tuple[int, ...]]:
+    if rank == 0:
+        return [()]
+    return [(first, *rest) for first in range(-longest, longest + 1) for rest in _ball(rank - 1, longest - abs(first))]
 
 
 def determinant(matrix: np.ndarray) -> int:

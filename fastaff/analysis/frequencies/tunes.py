@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import reporter
+from ...base.numbers import reporter, whole
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
@@ -19,9 +19,11 @@ from ...compile.plane_loops import COLUMNS
 from ...compile.threads import checked_threads
 from ...flows.flow import Report
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
+from .angle_lines import AngleLines, LineTable
+from .angle_loops import Layout, Plain, Signals
 from .frequencies import MANY_TURNS, FrequencyKind
 from .fundamental import LINE_ORDER, drifts, line_rates, lines_of
-from .integer_lattice import box
+from .integer_lattice import ball
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
 from .readings import CHANGED, SAME
@@ -49,6 +51,19 @@ nobody's own.
 LONG = 500
 """Turns from which a line in such a bin is no chance."""
 
+HARMONIC, SHARED = 6, 2
+"""Harmonics of a plane's own line, and largest |k|_1 of combinations of other tunes beside them, that its lines are
+looked for among.
+"""
+
+NEAR = 3
+"""Bins within which the line of a mean turn is."""
+
+EXPLAINED, OPEN = 0.999, 0.02
+"""Share of the squared amplitudes that these must explain, and the share of the area that they could enclose from which
+the sense of the loop is known.
+"""
+
 RELATED, CHANCE = 5, 1e-3
 """Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance."""
 
@@ -66,7 +81,7 @@ class Tunes(Result):
     half to half by 0.3 cycles or more; DEPENDENT, a plane is at rest, or two tunes are related by
     small integers: locked, or lines of one motion; UNDECIDED, too short
     to tell; else INDEPENDENT; status (orbits,): OK, or NONFINITE of an orbit that ended, whose numbers are those of
-    its life.
+    its life. lines: the strongest lines of each plane's signal, where they were asked for.
     """
 
     names: tuple[str, ...]
@@ -78,6 +93,7 @@ class Tunes(Result):
     window: Annotated[np.ndarray, along("orbit", unit="turns")]
     kind: Annotated[np.ndarray, along("orbit")]
     status: Annotated[np.ndarray, along("orbit")]
+    lines: Annotated[AngleLines | None, along("orbit")] = None
 
     @property
     def signed(self) -> np.ndarray:
@@ -105,6 +121,7 @@ def tunes(
     *,
     coordinates: Any = None,
     method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
+    lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> Tunes:
@@ -115,20 +132,24 @@ def tunes(
     read some orbits at a time; or, with coordinates, a SectionMap, whose points are turns, or what has arrays (orbits,
     turns) by name: a mapping, a Dataset, a group of a file; coordinates: names of the 2n rows; method:
     `BirkhoffAverages()`, with lines where an average is off by more than `fallback` turns (default 1e-9), or
-    `NaffLines()`, or "birkhoff", "naff"; threads, report as in `integrate`. Returns Tunes. Raises ValueError or
-    TypeError naming orbit and sample of what is wrong; Interrupted on Ctrl-C, with `.partial`.
+    `NaffLines()`, or "birkhoff", "naff"; lines: so many of the strongest lines of each plane's signal too, as
+    `AngleLines` per turn, modulo 1, in [-1/2, 1/2); threads, report as in `integrate`. Returns Tunes. Raises ValueError
+    or TypeError naming orbit and sample of what is wrong; Interrupted on Ctrl-C, with `.partial`.
 
     Each plane's own ellipse, from the weighted second moments, is made a circle about its mean (what beta and alpha of
     an optics do), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from
     one sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): faster than any power of the number N of turns
     on a smooth curve, a line d turns from the tune and from an integer is damped below 2e-12 once d N > 9.6. Where the
     loop passes through its centre, as one of coupled planes may, the mean turn is no line: then it is the strongest
-    line of the plane, fitted with seven others, that is no small combination of the others' tunes. Tunes of motion in
+    line of the plane, fitted with seven others, that is no small combination of the others' tunes. Where all of these
+    are harmonics of one, as of a loop beside its centre, a crescent, it is that one, in the sense in which the loop
+    goes around its area; one that jumps across its centre from turn to turn may show a harmonic. Tunes of motion in
     time, without the modulus: `orbit_frequencies`.
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, what beats near a
     fraction p/m can do that are too slow to see, and rounding. Orbits that ended are cut to one of eight lengths in a
     factor of 2.
-    Cost: one pass for moments and one for angles, some 2 ns a plane and turn, and an FFT where lines are fitted.
+    Cost: one pass for moments and one for angles, some 2 ns a plane and turn, and an FFT where lines are fitted or
+    asked for.
     Memory: 128 MiB of samples or one orbit at a time, beyond what is handed in.
     Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); Laskar 1990, Icarus 88, 266
     (diffusion, lines); Courant & Snyder 1958, Ann. Phys. 3, 1 (ellipses).
@@ -136,7 +157,8 @@ def tunes(
     reporter(report)
     given = given_orbits("samples", samples, coordinates=coordinates, least=LEAST)
     fallback = checked_method(method).fallback
-    work = TuneWork(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report)
+    lines = None if lines is None else whole("lines", lines, 1)
+    work = TuneWork(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report, lines)
     with keeping("tunes", work.result):
         work.run()
     return work.result()
@@ -149,6 +171,7 @@ def tunes_of(
     turns: np.ndarray,
     window: np.ndarray,
     status: np.ndarray,
+    lines: AngleLines | None = None,
 ) -> Tunes:
     """Return the Tunes that means (n, orbits) over windows (orbits,) say, 0 of orbits without one."""
     known = np.isfinite(means.error) & (window > 0)
@@ -167,16 +190,19 @@ def tunes_of(
     kind[window / 2 * change > CHANGED] = FrequencyKind.IRREGULAR
     kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
     diffusion = np.where(some, np.log10(change + 1e-18), 0.0)
-    return Tunes(names, nu, error, method, diffusion, turns, window, kind, status)
+    return Tunes(names, nu, error, method, diffusion, turns, window, kind, status, lines)
 
 
 class TuneWork:
     """Tunes in the making; arrays hold what is known so far."""
 
-    def __init__(self, given: GivenOrbits, fallback: float, threads: int, report: Report | None):
+    def __init__(
+        self, given: GivenOrbits, fallback: float, threads: int, report: Report | None, lines: int | None = None
+    ):
         self.given, self.fallback, self.threads, self.report = given, fallback, threads, report
         rows, self.orbits, self.samples = given.shape
         n = rows // 2
+        self.lines = None if lines is None else LineTable(given.angles, lines, self.orbits)
         self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, self.orbits)), np.zeros((n, self.orbits), np.int8)
         self.turns, self.window = np.zeros((2, self.orbits), np.int64)
@@ -217,14 +243,26 @@ class TuneWork:
         self._with_lines(z, turning, means, method, length)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = means
         self.method[:, orbits], self.window[orbits] = method, length
+        if self.lines is not None:
+            self._lined(z, orbits, self.lines)
+
+    def _lined(self, z: np.ndarray, orbits: np.ndarray, table: LineTable) -> None:
+        """Fill in the lines of z (2n, orbits, samples)."""
+        n, portion = len(z) // 2, max(1, AT_ONCE // z.shape[2])
+        layout, order = Layout(Plain(self.given.angles), n), np.arange(2 * n).reshape(2, n).T.ravel()
+        for begin in range(0, orbits.size, portion):
+            part = orbits[begin : begin + portion]
+            s = np.ascontiguousarray(z[order, begin : begin + portion].swapaxes(0, 1))
+            ends = np.zeros((part.size, 2 * n))
+            table.adopt(part, layout, Signals(s, ends, ends, ends[:, 0]), 1.0, 0.0)
 
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
         """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""
         n, always = len(means.nu), self.fallback == 0
         needed = (means.error > self.fallback) & (turning.planes[:, :, COLUMNS.a] != 0).T
         steady = means.error / SAFETY * length < SAME
-        t = np.arange(length + 1)
-        for planes, orbits in _parts(needed, max(1, AT_ONCE // (length + 1))):
+        t, terms = np.arange(length + 1), 8 * (2 * HARMONIC + 1) * len(ball(n, SHARED)) + len(ball(n, COMBINED))
+        for planes, orbits in _parts(needed, max(1, AT_ONCE // max(length + 1, terms))):
             known, rough = turning.planes[orbits, planes], means.nu[planes, orbits]
             x, y = z[planes, orbits] - known[:, :1], z[n + planes, orbits] - known[:, 1:2]
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
@@ -235,9 +273,14 @@ class TuneWork:
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
             near, lines = steady[planes, orbits], lines_of(f, 1.0)
             others = np.where(steady, means.nu, np.nan)[:, orbits].T
-            centre = np.where(near, 0.0, _own_lines(f, lines, rough, planes, others))
-            worst = np.full(len(f), np.inf) if always else means.error[planes, orbits] / SAFETY
-            worst = np.where(near, worst, np.inf)  # what is no line at all says nothing of one
+            there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
+            turned = ~(near & there.any(axis=1)) | (np.abs(rough - np.rint(rough)) * length < SAME)
+            centre = np.zeros(len(f))
+            centre[turned] = _own_lines(
+                f[turned], lines.take(np.flatnonzero(turned)), rough[turned], planes[turned], others[turned]
+            )
+            # What is no line at all says nothing of one.
+            worst = np.where(~near | (centre != 0) | always, np.inf, means.error[planes, orbits] / SAFETY)
             found, uncertainty = line_rates(f, 1.0, centre, worst, lines)
             good = np.isfinite(uncertainty)
             i, o = planes[good], orbits[good]
@@ -250,7 +293,8 @@ class TuneWork:
     def result(self) -> Tunes:
         """Assemble the tunes."""
         means = Means(self.nu, self.error, self.halves)
-        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status)
+        lines = None if self.lines is None else self.lines.result()
+        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, lines)
 
 
 def _restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
@@ -267,26 +311,59 @@ def _restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
 def _own_lines(
     f: np.ndarray, lines: FrequencyLines, rough: np.ndarray, planes: np.ndarray, others: np.ndarray
 ) -> np.ndarray:
-    """Return the strongest of the `lines` of each signal f (signals, samples) that is no integer combination of the
-    tunes of the other planes, others (signals, n) with NaN where there is none; the strongest of all where there is no
-    such line.
+    """Return the own line of each signal f (signals, samples) among its `lines`: the one whose harmonics, with
+    combinations of the tunes of the other planes, others (signals, n) with NaN where there is none, all of them are,
+    else the strongest that is no such combination, else the strongest.
 
-    f turns by `rough` (signals,) less than the plane does.
+    f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop lies beside its centre, and the
+    strongest line says nothing of its sense: 0.
     """
+    if not len(f):
+        return np.zeros(0)
+    beside = np.abs(rough - np.rint(rough)) * f.shape[1] < SAME
     if f.shape[1] < LONG:
-        return found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0]
-    nu, size = lines.nu[:, :OWN_LINES], np.abs(lines.amplitude[:, :OWN_LINES])
+        return np.where(beside, 0.0, found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0])
     others = others.copy()
     others[np.arange(len(f)), planes] = np.nan
-    k = box([COMBINED] * others.shape[1])
-    k = k[np.abs(k).sum(axis=1) <= COMBINED]
-    with np.errstate(invalid="ignore"):
-        combined = np.where(k != 0, k * others[:, None, :], 0.0).sum(axis=2)
-        apart = nu[:, :, None] + rough[:, None, None] - combined[:, None, :]
-        foreign = (np.abs(apart - np.rint(apart)) * f.shape[1] < SHARP).any(axis=2)
+    nu, size = lines.nu[:, :OWN_LINES], np.abs(lines.amplitude[:, :OWN_LINES])
+    apart = (nu + rough[:, None])[:, :, None] - _combined(others, COMBINED)[:, None]
+    foreign = (np.abs(apart - np.rint(apart)) * f.shape[1] < SHARP).any(axis=2)
     own = np.where(foreign | (size < WEAK * size[:, :1]), 0.0, size)
     best = np.where(own.any(axis=1), own.argmax(axis=1), 0)
-    return nu[np.arange(len(f)), best]
+    first = _generators(lines, rough, others, foreign, f.shape[1])
+    found = nu[np.arange(len(f)), np.where(first < 0, best, first)]
+    return np.where(beside & (first < 0), 0.0, found)
+
+
+def _combined(others: np.ndarray, longest: int) -> np.ndarray:
+    """Return all combinations (signals, terms) of tunes with |k|_1 up to `longest`; NaN where one is not known."""
+    k = ball(others.shape[1], longest)
+    with np.errstate(invalid="ignore"):
+        return np.where(k != 0, k * others[:, None, :], 0.0).sum(axis=2)
+
+
+def _generators(
+    lines: FrequencyLines, rough: np.ndarray, others: np.ndarray, foreign: np.ndarray, samples: int
+) -> np.ndarray:
+    """Return which (signals,) of the `lines` has all of them for harmonics, with combinations of the others' tunes: in
+    the sense of the area that they enclose, and of the smallest harmonics; -1 where none has, or the area is too small.
+    """
+    nu, power = lines.nu + rough[:, None], np.abs(lines.amplitude) ** 2
+    order = np.arange(-HARMONIC, HARMONIC + 1)
+    terms = np.abs(order)[:, None] + np.abs(ball(others.shape[1], SHARED)).sum(axis=1)
+    combined, result, least = _combined(others, SHARED)[:, None, None], np.full(len(nu), -1), np.full(len(nu), np.inf)
+    for c in range(min(OWN_LINES, nu.shape[1])):
+        apart = nu[:, :, None, None] - (order * nu[:, c, None])[:, None, :, None] - combined
+        with np.errstate(invalid="ignore"):
+            fits = np.abs(apart - np.rint(apart)) * samples < SHARP
+        cost = np.where(fits, terms, 99).reshape(*nu.shape, -1)
+        harmonic = order[cost.argmin(axis=2) // terms.shape[1]]
+        explained = power * (cost.min(axis=2) < 99)
+        size, area = (np.abs(harmonic) * explained).sum(axis=1), (harmonic * explained).sum(axis=1)
+        good = (explained.sum(axis=1) > EXPLAINED * power.sum(axis=1)) & (area > OPEN * size) & (size < least)
+        good &= ~foreign[:, c] & np.isfinite(lines.error[:, c])
+        result[good], least[good] = c, size[good]
+    return result
 
 
 def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -23,6 +23,9 @@ from .energy_limits import NotReached, may_escape, too_low
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
 from .named_axes import are_named, by_name, checked_energy, checked_sign
 
+ENDLESS = 32
+"""Bounded pieces of a section beyond which there is no end of them, as of a potential that is periodic."""
+
 
 @dataclass(frozen=True)
 class Edge(Result, axis=None):
@@ -332,16 +335,22 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
             or f"energy {energy:g} does not reach the section {name}: the least energy there is "
             f"{_least(body, section, energy, rest, nodes):.6g}"
         )
-    parts = []
-    for low, high in found:
-        if np.isfinite([low, high]).all():
-            inside = extrema(rest, 1, np.linspace(low, high, 65)) if high > low else extrema(rest, 1, np.full(3, low))
-            parts.append(_Part(low, high, float(np.sqrt(max(0.0, inside.f.max())))))
+    bounded, parts = [ends for ends in found if np.isfinite(ends).all()], []
+    endless = len(bounded) > ENDLESS
+    for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
+        inside = extrema(rest, 1, np.linspace(low, high, 65)) if high > low else extrema(rest, 1, np.full(3, low))
+        parts.append(_Part(low, high, float(np.sqrt(max(0.0, inside.f.max())))))
     if not parts or not all(np.isfinite(part.top) for part in parts):
         if below := too_low(body, energy, p_eta, p_gamma):
             raise NotReached(below)
         why = may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
+    if endless:
+        low, high, top = parts[0]
+        raise ValueError(
+            f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
+            f"of the axes, such as (({low:.6g}, {high:.6g}), ({-top:.6g}, {top:.6g}))"
+        )
     return parts
 
 

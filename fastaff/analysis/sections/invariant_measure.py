@@ -182,7 +182,7 @@ def ranges_of(
         names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
         return Ranges(launching(model, energy, names, section, fixed, solve, sign, at_rest), ())
     if axes is None:
-        raise ValueError("axes must give the ranges (low, high) to draw from, by name, where solve is given")
+        raise ValueError("axes must give the ranges (low, high) to draw from, by name: nothing else bounds the starts")
     ranges = _ranges(axes)
     if not ranges:
         raise ValueError("axes must name one row at least")

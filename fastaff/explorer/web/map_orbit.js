@@ -5,7 +5,7 @@ import { reduced } from "./map_plane.js";
 import { fundamentalFrequencies, rotationNumber, windingNumber } from "./readings.js";
 import { wrong } from "./sections.js";
 
-const RENEWED = 8, ITERATES = 2048, REMOTEST = 1e150, LEAVING = 1e6, LOCKED = 12;
+const RENEWED = 8, ITERATES = 2048, LOCKED = 12;
 
 /** An orbit of iterates, followed slice by slice; its time is their number. */
 export class MapOrbit {
@@ -48,10 +48,9 @@ export class MapOrbit {
   /** Take the iterate that begins at a place of the block. */
   take(at, inside) {
     const { block, turns, system, plane } = this, first = at + turns.length, rows = 2*system.n, [i, j] = plane.rows, [T, S] = plane.periods;
-    let square = 0, sum = 0;
+    let sum = 0;
     for (let r = 0; r < rows; r++) sum += 0*block[first + r];
-    for (let r = 0; r < system.n; r++) square += block[first + r]**2;
-    if (sum !== 0 || !(square < this.motion.radius**2)) { this.end("escaped"); return; }
+    if (sum !== 0) { this.end("escaped"); return; }
     if (!inside) { this.end("collapsed"); return; }
     this.points.push(reduced(block[first + i], T), reduced(block[first + j], S));
     this.times.push(++this.steps);
@@ -149,8 +148,7 @@ function lockedPeriod({ value, error }, count) {
 
 /** The scales of a map's orbit: a radian an iterate, the ratio of coordinates and momenta from the derivative; as flows/motion.py. */
 function motionOfMap(system, P, periods, z0) {
-  const { n } = system, rows = 2*n, reach = Math.max(0, ...Array.from({ length: n }, (_, i) => (periods[i] ? 0 : Math.abs(z0[i]))));
-  const radius = reach > 0 ? Math.min(LEAVING*reach, REMOTEST) : REMOTEST, usable = (x) => (Number.isFinite(x) && x > 0 ? x : 1);
+  const { n } = system, rows = 2*n, usable = (x) => (Number.isFinite(x) && x > 0 ? x : 1);
   const M = Array.from({ length: rows }, (_, column) => {
     const image = new Float64Array(rows);
     system.tangent(z0, Float64Array.from({ length: rows }, (_, r) => Number(r === column)), P, image);
@@ -161,5 +159,5 @@ function motionOfMap(system, P, periods, z0) {
     if (periods[i]) return 1/usable(push > 0 ? 1/push : 1);
     return 1/usable(pull > 0 && push > 0 ? Math.sqrt(pull/push) : push > 0 ? 1/push : pull);
   });
-  return { rate: 1, W, radius };
+  return { rate: 1, W };
 }
