@@ -8,6 +8,7 @@ from scipy import optimize, stats
 
 import fastaff as fa
 from fastaff.analysis import NotReached
+from fastaff.analysis.sections.invariant_measure import measure_of
 from fastaff.jobs.launch import BLOCK, between
 
 HH = fa.HenonHeiles()
@@ -457,3 +458,50 @@ def test_sections_of_periodic_potentials_ask_for_ranges():
         z = fa.energy_sample(model, energy=energy, section="x=0", orbits=50, axes=axes).z0
         assert (np.abs(z[1]) <= half).all()
         np.testing.assert_allclose(model.kinetic_energy(*z[2:]) + model.potential_energy(*z[:2]), energy, atol=1e-13)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_wells_without_end_ask_for_ranges(n):
+    """Below and above the saddles of a lattice, with a period for each coordinate; a well's own ranges will do."""
+    rng = np.random.default_rng([43, n])
+    names = NAMES[:n]
+    unit, depth, shift = 10.0 ** rng.uniform(-3, 3, n), rng.uniform(0.5, 2.0, n), rng.normal()
+    given = {f"u{k}": unit[k] for k in range(n)} | {f"a{k}": depth[k] for k in range(n)}
+    text = " - ".join(f"a{k}*cos({name}/u{k})" for k, name in enumerate(names))
+    model = fa.hamiltonian(f"V0 - {text}", coordinates=" ".join(names), V0=shift, **given)
+    least, saddle = shift - depth.sum(), shift - depth.sum() + 2 * depth.min()
+    for energy in (least + 0.1 * (saddle - least), saddle - 0.1 * (saddle - least)):
+        with pytest.raises(ValueError, match="falls apart into wells without end: give ranges of the coordinates"):
+            fa.energy_sample(model, energy=energy, orbits=5)
+        axes = {name: (-np.pi * u, np.pi * u) for name, u in zip(names, unit)}
+        z = fa.energy_sample(model, energy=energy, orbits=50, axes=axes).z0
+        np.testing.assert_allclose(energies(model, z), energy, atol=1e-12)
+    with pytest.raises(ValueError, match="give ranges of the coordinates"):
+        fa.energy_sample(model, energy=saddle + 0.1 * (saddle - least), orbits=5)
+
+
+@pytest.mark.parametrize("text", ["(x**2 + y**2 - a**2)**2", "(x**2 - a**2)**2 + (y**2 - b**2)**2"])
+def test_rings_and_wells_far_apart_have_an_end(text):
+    rng = np.random.default_rng(44)
+    for height in (1e-3, 1e-1, 0.9):
+        a = 10.0 ** rng.uniform(-3, 3)
+        b = a * rng.uniform(0.5, 2.0)
+        given = {"a": a, "b": b} if "b" in text else {"a": a}
+        model = fa.hamiltonian(text, coordinates="x y", **given)
+        energy = height * min(a, given.get("b", a)) ** 4
+        z = fa.energy_sample(model, energy=energy, orbits=50, seed=2).z0
+        np.testing.assert_allclose(energies(model, z), energy, rtol=1e-9)
+        assert np.abs(z[0]).max() < 2 * a
+
+
+def test_few_of_the_points_tried_are_enough():
+    """A few times what is refused: whatever the seed, points are found."""
+    model = fa.hamiltonian("(x**2 - 1)**2 + (y**2 - 1)**2", coordinates="x y")
+    energy = 3e-5  # four wells of half-widths sqrt(E)/2: pi E of a box of 4.4
+    measure = measure_of(model, energy, None, None)
+    for seed in range(20):
+        z, _ = measure.draw(3, seed)
+        np.testing.assert_allclose(energies(model, z), energy, rtol=1e-9)
+    axes = {"x": (-30.0, 30.0), "y": (-30.0, 30.0)}  # 2e-3 of them
+    for seed in range(20):
+        fa.energy_sample(model, energy=1.0, axes=axes, fixed={"p_x": 0.0}, solve="p_y", orbits=1, seed=seed)

@@ -30,6 +30,9 @@ NODES = np.geomspace(1e-4, 1e3, 141)
 MARGIN, FACES = 0.03, 2048
 """What a box is wider than the chords on each side, and the points of a face that must be forbidden."""
 
+DECADES = 3
+"""Decades of distances, in chords, in which minima of one depth lie where there is no end of them."""
+
 STRIDE, STRIDES = 1 / 64, 200
 """Steps, in sizes of the box, of what tells wells in the box from what reaches into it from outside."""
 
@@ -46,11 +49,13 @@ class Box(NamedTuple):
 
 
 class NoWell(ValueError):
-    """Raised where nothing bounded is found: `least` is the least value met, NaN where it has no minimum."""
+    """Raised where nothing bounded is found: `least` is the least value met, NaN where it has no minimum; whether there
+    are wells without end, as of a potential that is periodic.
+    """
 
-    def __init__(self, least: float):
+    def __init__(self, least: float, endless: bool = False):
         super().__init__("no bounded well")
-        self.least = least
+        self.least, self.endless = least, endless
 
 
 def descended(
@@ -101,10 +106,10 @@ def box_of(floor: Floor, d: int, energy: float) -> Box:
     # Symmetric wells count as one: either both have an end or none.
     depth = np.rint((energy - value) / (energy - value[0]) * 1e6)
     wells = [np.flatnonzero(depth == level) for level in np.unique(depth)[::-1][:WELLS]]
-    low, high = _walked(floor, energy, [at[:, well] for well in wells])
+    low, high, endless = _walked(floor, energy, [at[:, well] for well in wells])
     bounded = np.isfinite(low).all(axis=0)
-    if not bounded.any():
-        raise NoWell(float(value[0]))
+    if endless or not bounded.any():
+        raise NoWell(float(value[0]), endless)
     least = min(float(value[well].min()) for well, kept in zip(wells, bounded) if kept)
     low, high = low[:, bounded].min(axis=1), high[:, bounded].max(axis=1)
     wide = MARGIN * (high - low)
@@ -131,15 +136,19 @@ def within(floor: Floor, box: Box, x: np.ndarray) -> np.ndarray:
     return np.asarray(((bottom > box.low[:, None]) & (bottom < box.high[:, None])).all(axis=0))
 
 
-def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest coordinates (d, wells) that walks from points of each well reach; infinite
-    where some chord has no end.
+def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Return the least and the largest coordinates (d, wells) that walks from points of each well reach, infinite
+    where some chord has no end; and whether there are wells without end, where no walk is made.
     """
     d, random = len(wells[0]), np.random.default_rng(SEED)
     x = np.stack([well[:, np.linspace(0, well.shape[1] - 1, WALKERS).astype(np.int64)] for well in wells], axis=1)
     low, high = np.full((2, d, len(wells)), np.inf) * np.array([1.0, -1.0])[:, None, None]
-    open_ = np.zeros(len(wells), bool)
+    open_, chords = np.zeros(len(wells), bool), np.empty_like(x)
     for k in range(-d, WALKS):
+        if k == 0 and any(map(_scattered, wells, chords.swapaxes(0, 1), open_)):
+            return low, high, True
+        if open_.all():
+            break
         if k < 0:  # along each coordinate, at all sizes
             direction = np.broadcast_to(np.eye(d)[:, [[k]]], x.shape)
         else:
@@ -148,6 +157,8 @@ def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.nd
         flat, ways = x.reshape(d, -1), direction.reshape(d, -1)
         nodes = radii() if k < 0 else NODES
         ahead, back = (_end(floor, energy, flat, sign * ways, nodes).reshape(x.shape[1:]) for sign in (1.0, -1.0))
+        if k < 0:
+            chords[k] = ahead + back
         open_ |= ~(np.isfinite(ahead) & np.isfinite(back)).all(axis=1)
         ahead, back = np.where(open_[:, None], 0.0, ahead), np.where(open_[:, None], 0.0, back)
         tips = np.concatenate([x + ahead * direction, x - back * direction], axis=2)
@@ -155,7 +166,15 @@ def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.nd
         if k >= 0:
             x = x + (random.uniform(size=x.shape[1:]) * (ahead + back) - back) * direction
     open_ |= ~(high > low).all(axis=0)
-    return np.where(open_, np.inf, low), np.where(open_, np.inf, high)
+    return np.where(open_, np.inf, low), np.where(open_, np.inf, high), False
+
+
+def _scattered(x: np.ndarray, chords: np.ndarray, open_: bool) -> bool:
+    """Tell whether minima (d, points) of one depth, with chords along the coordinates, lie ever further away."""
+    if open_:
+        return False
+    far = (np.abs(x) / np.median(chords, axis=1, keepdims=True)).max(axis=0)
+    return np.unique(np.floor(np.log10(far[far > 10]))).size >= DECADES
 
 
 def _end(floor: Floor, energy: float, x: np.ndarray, direction: np.ndarray, nodes: np.ndarray) -> np.ndarray:

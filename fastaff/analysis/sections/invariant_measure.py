@@ -23,8 +23,8 @@ from .named_axes import Launching, angle_names, angles_of, checked_names, launch
 BATCH = 4096
 """Points that are tried together: the first ones are the same however many are asked for."""
 
-FEWEST = 1e-6
-"""Least share of the points tried that may be found."""
+FEWEST, FEWEST_OF_RANGES, CHANCE = 1e-6, 1e-3, 3
+"""Least shares of the points tried that may be found, and by how many points fewer it must be: some chance is left."""
 
 
 class Momenta(NamedTuple):
@@ -105,7 +105,7 @@ class Measure(NamedTuple):
             z = self.momenta.lifted(self._full(x[:, chosen]), self._on_ball(normal[:, chosen], room[chosen]))
             found.append(z)
             kept, tried = kept + chosen.size, tried + BATCH
-            if kept < FEWEST * tried:
+            if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
                     f"energy {self.energy:g} reaches less than a millionth of the ranges of "
                     f"{', '.join(coordinate_names(self.momenta.model)[k] for k in self.free)}: narrow them, "
@@ -163,7 +163,7 @@ class Ranges(NamedTuple):
             z.append(lifted[:, found])
             points.append(values[:, found])
             kept, tried = kept + int(found.sum()), tried + batch
-            if kept < 1e-3 * tried:
+            if kept + CHANCE < FEWEST_OF_RANGES * tried:
                 what = dict(zip(self.names, self.ranges)) if self.ranges else "directions"
                 raise NotReached(
                     f"energy {self.launching.energy:g} reaches less than a thousandth of the {what}: "
@@ -235,7 +235,7 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
         try:
             box = box_of(measure.floor, len(measure.free), energy)
         except NoWell as problem:
-            raise _no_well(measure, problem.least) from None
+            raise _no_well(measure, problem) from None
         if not given:
             return box
         low, high = box.low.copy(), box.high.copy()
@@ -253,12 +253,16 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     return Box(low, high, least, False)
 
 
-def _no_well(measure: Measure, least: float) -> ValueError:
-    model, energy = measure.momenta.model, measure.energy
+def _no_well(measure: Measure, problem: NoWell) -> ValueError:
+    model, energy, least = measure.momenta.model, measure.energy, problem.least
     if energy <= least:
         where = "" if len(measure.free) == len(measure.at) else " on the section"
         return NotReached(f"energy {energy:g} lies below the minimum {least:.6g} of this system's energy{where}")
-    why = (None if isotropic(model) else may_escape(model, energy)) or f"energy {energy:g} does not bound the motion"
+    if problem.endless:
+        why = f"what energy {energy:g} allows falls apart into wells without end"
+    else:
+        escape = None if isotropic(model) else may_escape(model, energy)
+        why = escape or f"energy {energy:g} does not bound the motion"
     names = coordinate_names(model)
     ranges = ", ".join(f'"{names[k]}": (low, high)' for k in measure.free)
     return ValueError(f"{why}: give ranges of the coordinates, axes={{{ranges}}}")
