@@ -164,12 +164,6 @@ def wait(time, slots, lanes, fresh, t, memory):
     return found
 
 
-@jit
-def _log(length):
-    """Return ln length, -inf for 0."""
-    return log(length) if length != 0.0 else -math.inf
-
-
 @jit(constants=True)
 def orthonormalise(n, k, lanes, z, memory):
     """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into
@@ -194,7 +188,7 @@ def orthonormalise(n, k, lanes, z, memory):
                 for i in range(lanes):
                     memory[entry + i] = math.sqrt(memory[entry + i]) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
                 for i in range(lanes):
-                    memory[(at.sums + j) * LANES + i] += _log(memory[entry + i])
+                    memory[(at.sums + j) * LANES + i] += log(memory[entry + i])
             else:
                 for i in range(lanes):
                     memory[entry + i] = memory[entry + i] if memory[ROWS.due * LANES + i] > 0.0 else 0.0
@@ -235,7 +229,7 @@ def follow(n, k, lanes, memory):
                 entry = (at.columns + b * k + j) * LANES + i
                 square += memory[entry] * memory[entry]
             length = math.sqrt(square) if memory[ROWS.due * LANES + i] > 0.0 else 1.0
-            memory[(at.lengths + j) * LANES + i] += _log(length)
+            memory[(at.lengths + j) * LANES + i] += log(length)
             for b in range(j + 1):
                 memory[(at.columns + b * k + j) * LANES + i] /= length if length != 0.0 else 1.0
 
@@ -252,7 +246,7 @@ def grow(n, k, lanes, t, memory):
     for i in range(lanes):
         on = memory[ROWS.due * LANES + i] > 0.0
         last, now = memory[ROWS.last * LANES + i], t[i]
-        gained = _log(memory[at.factor * LANES + i])
+        gained = log(memory[at.factor * LANES + i])
         weighted = memory[ROWS.weighted * LANES + i] + 0.5 * (last + now) * gained
         megno = 2.0 * weighted / now
         area = 0.5 * (megno + memory[ROWS.megno * LANES + i]) * (now - last)

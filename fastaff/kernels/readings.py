@@ -100,5 +100,5 @@ def volume(growth, i, count):
 def alignment(growth, i):
     """Return log10 of SALI: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area."""
     logarithm = log_volume(growth, i, 2)
-    area = exp(max(logarithm, -700.0))
+    area = exp(logarithm)
     return (logarithm + 0.5 * log(2.0 / (1.0 + math.sqrt((1.0 - area) * (1.0 + area))))) / LN10
