@@ -1,7 +1,9 @@
-"""Ctrl-C in a long function: what was found until then is kept."""
+"""Ctrl-C in a long function: what was found until then is kept; and where it would break more than that, it waits."""
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -30,3 +32,31 @@ def keeping(function: str, partial: Callable[[], Any]) -> Iterator[None]:
         stopped = Interrupted(function)
         stopped.partial = partial()
         raise stopped from None
+
+
+@contextmanager
+def unbroken() -> Iterator[None]:
+    """Put signals off until the end of the block: what their handlers raise would be lost in the code of others, or
+    leave it half done.
+    """
+    if threading.current_thread() is not threading.main_thread():  # where nothing is raised
+        yield
+        return
+    before = {number: taken for number in signal.valid_signals() if callable(taken := signal.getsignal(number))}
+    arrived: list[int] = []
+    try:
+        for number in before:
+            signal.signal(number, lambda number, _: arrived.append(number))
+        yield
+    finally:
+        problem = None
+        for number, taken in before.items():
+            while signal.getsignal(number) is not taken:
+                try:
+                    signal.signal(number, taken)
+                except BaseException as raised:  # by a handler that is back in its place
+                    problem = raised
+        for late in arrived:
+            signal.raise_signal(late)
+        if problem is not None:
+            raise problem

@@ -26,7 +26,7 @@ from .commands.poincare import poincare
 from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts
-from .stops import EXIT_WRONG_INPUT, say
+from .stops import EXIT_WRONG_INPUT, Stops, say
 
 NARROWEST = 40
 COMMANDS: dict[str, Any] = {
@@ -72,7 +72,7 @@ def answer(arguments: list[str]) -> int:
         raise
     except (ValueError, TypeError, OSError, ImportError) as problem:
         own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
-        say(f"error: {_one_line(as_flags(str(problem), own))}")
+        _fail(_one_line(as_flags(str(problem), own)))
     return EXIT_WRONG_INPUT
 
 
@@ -89,7 +89,13 @@ def _missing(problem: Any, arguments: list[str]) -> str:
 def _refuse(problem: Any, arguments: list[str]) -> None:
     """Say what is wrong with the words of a command, and how to see those it takes."""
     command = [word for word in arguments[:1] if word in COMMANDS]
-    say(f"error: {_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
+    _fail(f"{_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
+
+
+def _fail(problem: str) -> None:
+    """Say in one line what is wrong, as the last word: a signal that comes now adds none."""
+    Stops.ended = True
+    say(f"error: {problem}")
 
 
 def _one_line(problem: Any) -> str:

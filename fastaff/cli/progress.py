@@ -59,6 +59,7 @@ class Progress:
         self.start, self.last = clock.perf_counter(), 0.0
 
     def __call__(self, fraction: float) -> None:
+        Stops.check()
         if fraction < self.last:
             self.bar.reset(self.task, rate="")
             self.start, self.share = clock.perf_counter(), 1.0

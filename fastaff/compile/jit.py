@@ -20,9 +20,11 @@ from numba import types
 from numba.core import cgutils
 from numba.core import config as _config
 from numba.core.ccallback import CFunc
+from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
+from ..base.interruption import unbroken
 from .cache import CodeCache
 from .callees import Callee
 
@@ -107,9 +109,20 @@ def who_else_writes(folder: Path) -> tuple[str, str] | None:
     return None
 
 
+@functools.cache
+def _shielded() -> None:
+    """Keep Ctrl-C out of where Numba does not survive it: what it loads once, and what LLVM calls from its own code."""
+    with unbroken():
+        cpu_target.typing_context.refresh()
+        cpu_target.target_context.refresh()
+        engine = cpu_target.target_context.codegen()._engine
+        engine.finalize_object = unbroken()(engine.finalize_object)
+
+
 @contextlib.contextmanager
-def uncollected() -> Iterator[None]:
-    """Put garbage collection off: it takes a fifth of the time of a compilation, which leaves little garbage."""
+def compiling() -> Iterator[None]:
+    """Compile something. Garbage collection waits: it takes a fifth of the time, and there is little garbage."""
+    _shielded()
     before = gc.isenabled()
     gc.disable()
     try:
@@ -134,7 +147,7 @@ def jit(function: Callable | None = None, *, constants: bool = False, inline: bo
     kernel: Any = numba.njit(function, nogil=True, error_model="numpy", inline=how)
     if (folder := cache_directory()) is not None:
         kernel._cache = CodeCache(function, folder)
-    kernel.compile = uncollected()(kernel.compile)
+    kernel.compile = compiling()(kernel.compile)
     if not inline:
         kernel.part = Callee(function, constants=constants)
         kernel.get_call_template, kernel.get_overload = kernel.part.get_call_template, kernel.part.get_overload
@@ -200,7 +213,7 @@ class BlockFunction(types.WrapperAddressProtocol):
         compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
         if cache and (folder := cache_directory()) is not None:
             compiled._cache = CodeCache(function, folder)
-        with uncollected():
+        with compiling():
             compiled.compile()
         self._compiled = compiled
         self._signature, self.shown = signature, str(signature)  # whose hash is quick
