@@ -1,0 +1,165 @@
+"""Signals that come where what they raise would break more than the call: they wait until that is done."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from fastaff.base.interruption import unbroken
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "raise_signal") or os.name != "posix", reason="signals of POSIX")
+
+
+class Late(Exception):
+    """What a handler raises."""
+
+
+@pytest.fixture
+def raising():
+    """Handlers that raise, of three signals."""
+
+    def handler(number, frame):
+        raise Late(number)
+
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGALRM]
+    before = [signal.signal(number, handler) for number in numbers]
+    yield handler
+    for number, taken in zip(numbers, before, strict=True):
+        signal.signal(number, taken)
+
+
+def handlers():
+    return {number: signal.getsignal(number) for number in signal.valid_signals()}
+
+
+def test_a_signal_waits_for_the_end_of_the_block(raising):
+    before, seen = handlers(), []
+
+    @unbroken()
+    def block():
+        os.kill(os.getpid(), signal.SIGTERM)
+        seen.append("done")
+
+    with pytest.raises(Late):
+        block()
+    assert seen == ["done"]
+    assert handlers() == before
+
+
+def test_what_the_block_raises_is_passed_on(raising):
+    before = handlers()
+
+    @unbroken()
+    def block(number):
+        os.kill(os.getpid(), number)
+        raise KeyError
+
+    with pytest.raises(KeyError):
+        block(0)
+    with pytest.raises(Late) as raised:
+        block(signal.SIGINT)
+    assert isinstance(raised.value.__context__, KeyError)
+    assert handlers() == before
+
+
+def test_blocks_within_blocks_and_ignored_signals(raising):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before, seen = handlers(), []
+    with unbroken():
+        os.kill(os.getpid(), signal.SIGINT)
+
+    @unbroken()
+    def block():
+        with unbroken():
+            os.kill(os.getpid(), signal.SIGALRM)
+        seen.append("outer")
+
+    with pytest.raises(Late):
+        block()
+    assert seen == ["outer"]
+    assert handlers() == before
+
+
+def test_other_threads_change_no_handlers(raising):
+    found, before = [], handlers()
+
+    def work():
+        with unbroken():
+            found.append(handlers())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert found == [before]
+
+
+def test_handlers_are_back_whatever_comes_while_they_are_put_back(raising):
+    before = handlers()
+    signal.setitimer(signal.ITIMER_REAL, 1e-4, 3e-5)
+    try:
+        for _ in range(300):
+            with contextlib.suppress(Late), unbroken():
+                pass
+    except Late:
+        pass
+    finally:
+        while signal.getitimer(signal.ITIMER_REAL) != (0.0, 0.0):
+            with contextlib.suppress(Late):
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+    assert handlers() == before
+
+
+COMPILER = """
+import os, signal, sys
+
+from numba.core.codegen import CPUCodeLibrary
+
+name, number, seen = sys.argv[1], int(sys.argv[2]), 0
+hook = CPUCodeLibrary.__dict__[name].__func__
+
+def sends(cls, *given):
+    global seen
+    seen += 1
+    if seen == number:
+        os.kill(os.getpid(), signal.SIGINT)
+    return hook(cls, *given)
+
+setattr(CPUCodeLibrary, name, classmethod(sends))
+import fastaff as fa
+
+def energy():
+    system = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y", coordinates="x y")
+    return fa.integrate(system, [0.0, 0.1, 0.3, 0.0], time=10.0, samples=2).energy_error.max()
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+try:
+    energy()
+    print("not interrupted", seen)
+except KeyboardInterrupt:
+    print("interrupted", energy() < 1e-8)
+"""
+"""A first integration, with Ctrl-C in the moment when LLVM calls Python for the n-th time."""
+
+
+@pytest.mark.parametrize("name", ["_object_getbuffer_hook", "_object_compiled_hook"])
+def test_ctrl_c_where_llvm_calls_python(name, tmp_path):
+    """Without `unbroken` it is lost there, and code that was to be loaded crashes at its first use."""
+
+    def run(number):
+        command = [sys.executable, "-c", COMPILER, name, str(number)]
+        environment = {**os.environ, "FASTAFF_CACHE_DIR": str(tmp_path / "cache")}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        return done.stdout.split()
+
+    if name == "_object_compiled_hook":  # of what is compiled
+        assert run(2) == ["interrupted", "True"]
+        return
+    count = int(run(-1)[-1])  # compiles; from now on code is loaded
+    assert count > 5
+    for number in (2, count // 2):
+        assert run(number) == ["interrupted", "True"]
