@@ -6,9 +6,11 @@ import subprocess
 import sys
 import threading
 
+import numpy as np
 import pytest
 
-from fastaff.base.interruption import unbroken
+from fastaff.base.interruption import recognized, unbroken
+from fastaff.jobs.guard import Hierarchy, Numbers
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "raise_signal") or os.name != "posix", reason="signals of POSIX")
 
@@ -108,6 +110,53 @@ def test_handlers_are_back_whatever_comes_while_they_are_put_back(raising, monke
     with pytest.raises(Late), unbroken():
         pass
     assert handlers() == before
+
+
+def locked():
+    """What Ctrl-C becomes in a lock that is not held any more."""
+    try:
+        raise KeyboardInterrupt
+    finally:
+        threading.Lock().release()
+
+
+def test_ctrl_c_of_which_others_make_another_exception():
+    with pytest.raises(RuntimeError):
+        locked()
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        recognized()(locked)()
+    assert stopped.value.__suppress_context__
+    with pytest.raises(RuntimeError, match="other"):
+        recognized()(other)()
+
+
+def other():
+    try:
+        raise ValueError
+    except ValueError:
+        raise RuntimeError("other")  # noqa: B904
+
+
+def test_ctrl_c_in_the_locks_of_a_store_is_no_damage(tmp_path):
+    class Locked:
+        def with_config(self, _):
+            return self
+
+        shape, ndim, dtype = (1, 1), 2, np.dtype(object)
+
+        def __getitem__(self, _):
+            locked()
+
+        def __setitem__(self, *_):
+            locked()
+
+    numbers = Numbers(tmp_path, "a", Locked())
+    with pytest.raises(KeyboardInterrupt):
+        numbers[...]
+    with pytest.raises(KeyboardInterrupt):
+        numbers[...] = 1.0
+    with pytest.raises(KeyboardInterrupt):
+        Hierarchy(tmp_path, Locked())["a"]
 
 
 COMPILER = """

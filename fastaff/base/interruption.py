@@ -35,6 +35,20 @@ def keeping(function: str, partial: Callable[[], Any]) -> Iterator[None]:
 
 
 @contextmanager
+def recognized() -> Iterator[None]:
+    """Raise Ctrl-C as such where the code of others, whose locks it met, makes another exception of it."""
+    try:
+        yield
+    except Exception as problem:
+        cause: BaseException | None = problem
+        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+            cause = cause.__cause__ or cause.__context__
+        if cause is not None:
+            raise cause from None
+        raise
+
+
+@contextmanager
 def unbroken() -> Iterator[None]:
     """Put signals off until the end of the block: what their handlers raise would be lost in the code of others, or
     leave it half done.

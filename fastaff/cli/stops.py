@@ -24,6 +24,9 @@ PATIENCE = 1.0
 OTHERS = ("matplotlib", "contourpy", "kiwisolver", "PIL")
 """Packages whose compiled code calls Python and takes an exception from there for wrong input, or crashes."""
 
+GOING = ("weakref.py", "_weakrefset.py")
+"""Modules that are called when objects go."""
+
 STOPPING = [number for name in ("SIGINT", "SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None]
 """Ctrl-C; what batch systems send; what a terminal sends when it is closed."""
 
@@ -63,9 +66,12 @@ def _wake(number: int) -> None:
 
 
 def _others(frame: FrameType | None) -> bool:
-    """Return whether a frame is of an import or of a package that an exception may break in the middle."""
+    """Return whether a frame is of an import, of what is called when objects go, whose exceptions are only printed, or
+    of a package that an exception may break in the middle.
+    """
     while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):  # the modules' own compiled code, too
+        path = frame.f_code.co_filename
+        if path.startswith("<frozen importlib") or path.endswith(GOING) or frame.f_code.co_name == "__del__":
             return True
         package = frame.f_globals.get("__name__", "").partition(".")[0]
         if package in OTHERS:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.interruption import recognized
 from ..base.numbers import MOST, fits, shown
 from .wording import Wrong
 
@@ -164,14 +165,16 @@ class Numbers:
         if value.dtype.kind in "fc" and (empty := np.isnan(value)).any():
             # What is no number has one form, whichever operation it came from: its sign depends on the company.
             value = np.where(empty, np.asarray(np.nan if value.dtype.kind == "f" else complex(np.nan, np.nan)), value)
-        self._array[key] = value
+        with recognized():
+            self._array[key] = value
 
     def __getitem__(self, key: Any) -> Any:
         try:
             last: Any = key[-1] if isinstance(key, tuple) and key else key
             for number in self._pieces(last if isinstance(last, slice) else slice(None)):
                 self._whole(number)
-            return self._array[key]
+            with recognized():
+                return self._array[key]
         except (OSError, Wrong):
             raise
         except Exception as problem:  # whatever a damaged or forged chunk leads to
@@ -236,7 +239,8 @@ class Hierarchy:
     def __getitem__(self, name: str) -> Any:
         if name not in self._known:
             try:
-                found = self._root[name]
+                with recognized():
+                    found = self._root[name]
             except KeyError:
                 raise Wrong(f"{self._path} is damaged: it has no {self._prefix}{name}") from None
             except Exception as problem:  # whatever a damaged or forged store leads to
@@ -254,7 +258,8 @@ class Hierarchy:
     def arrays(self) -> Iterator[tuple[str, Numbers]]:
         """Yield names and arrays of a group."""
         try:
-            names = sorted(self._root.array_keys())
+            with recognized():
+                names = sorted(self._root.array_keys())
         except Exception as problem:  # whatever a damaged or forged store leads to
             raise Wrong(f"{self._path} is damaged in {self._prefix}: {problem}") from None
         for name in names:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.interruption import recognized
 from ..base.placing import draft, umask
 from ..base.results import Column, columns
 from ..base.status import Status
@@ -159,6 +160,7 @@ class Store:
         return array.file(unit)
 
 
+@recognized()
 def create(
     path: Any,
     facts: Mapping[str, Any],
@@ -271,7 +273,8 @@ def facts_of(path: Path) -> dict[str, Any]:
 def _opened(path: Path, mode: Any) -> Any:
     zarr = _zarr()
     try:
-        return zarr.open_group(str(path), mode=mode, zarr_format=3, use_consolidated=False)
+        with recognized():
+            return zarr.open_group(str(path), mode=mode, zarr_format=3, use_consolidated=False)
     except OSError:
         raise
     except Exception as problem:  # whatever a damaged or forged store leads to
