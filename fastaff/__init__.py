@@ -59,7 +59,7 @@ def __getattr__(name: str) -> Any:
     Raises ImportError for such a name, whose message `from fastaff import name` shows too, AttributeError for others.
     """
     if name in _FOLDERS:
-        return import_module(f".{name}", __name__)
+        return _module(name)
     if name.startswith("_") and name != "__all__":
         raise AttributeError(f"fastaff has no {name!r}")
     names = _loaded()
@@ -69,16 +69,24 @@ def __getattr__(name: str) -> Any:
     if new in names["__all__"]:
         raise ImportError(f"fastaff.{name} is fastaff.{new} since version 0.2")
     for folder in ("analysis", "charts", "models", "quantum", "schemes"):
-        if new in import_module(f".{folder}", __name__).__all__:
+        if new in _module(folder).__all__:
             raise ImportError(f"fastaff.{name} is fastaff.{folder}.{new} since version 0.2")
     from .base.names import did_you_mean
 
     raise AttributeError(f"fastaff has no {name!r}.{did_you_mean(name, __dir__())} dir(fastaff) lists what it has")
 
 
+def _module(name: str) -> Any:
+    """Load a module of the package; Ctrl-C, which would leave others half loaded for good, waits for that."""
+    from .base.interruption import unbroken
+
+    with unbroken():
+        return import_module(f".{name}", __name__)
+
+
 def _loaded() -> dict[str, Any]:
     """Load the public names into this module, and return them with their list."""
-    public = import_module(".public", __name__)
+    public = _module("public")
     names = {name: getattr(public, name) for name in ("__all__", *public.__all__)}
     for name, value in names.items():
         globals().setdefault(name, value)

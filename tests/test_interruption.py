@@ -1,5 +1,6 @@
 """Signals that come where what they raise would break more than the call: they wait until that is done."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -8,8 +9,12 @@ import threading
 
 import numpy as np
 import pytest
+from llvmlite.binding import ffi
+from numba.core import event as events
+from numba.core.compiler_lock import global_compiler_lock
 
 from fastaff.base.interruption import recognized, unbroken
+from fastaff.compile import jit
 from fastaff.jobs.guard import Hierarchy, Numbers
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "raise_signal") or os.name != "posix", reason="signals of POSIX")
@@ -64,6 +69,42 @@ def test_what_the_block_raises_is_passed_on(raising):
     with pytest.raises(Late) as raised:
         block(signal.SIGINT)
     assert isinstance(raised.value.__context__, KeyError)
+    assert handlers() == before
+
+
+def test_each_signal_has_its_handler_whatever_others_raise(raising):
+    before, seen = handlers(), []
+    signal.signal(signal.SIGTERM, lambda number, frame: seen.append((number, frame is None)))
+
+    @unbroken()
+    def block():
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
+            os.kill(os.getpid(), number)
+
+    with pytest.raises(Late):
+        block()
+    assert seen == [(signal.SIGTERM, False)]
+    signal.signal(signal.SIGTERM, raising)
+    assert handlers() == before
+
+
+def test_a_block_takes_signals_when_it_suits(raising):
+    before, seen = handlers(), []
+
+    def block():
+        with unbroken() as take:
+            take()
+            os.kill(os.getpid(), signal.SIGTERM)
+            thread = threading.Thread(target=take)
+            thread.start()
+            thread.join()
+            seen.append("waits")
+            take()
+            seen.append("never")
+
+    with pytest.raises(Late):
+        block()
+    assert seen == ["waits"]
     assert handlers() == before
 
 
@@ -157,6 +198,86 @@ def test_ctrl_c_in_the_locks_of_a_store_is_no_damage(tmp_path):
         numbers[...] = 1.0
     with pytest.raises(KeyboardInterrupt):
         Hierarchy(tmp_path, Locked())["a"]
+
+
+def compiled_anew():
+    """A function that no other call has compiled."""
+    return jit.BlockFunction(lambda x: np.sin(x) + x, "float64(float64)", cache=False)
+
+
+@pytest.mark.skipif(jit.JIT_DISABLED, reason="no compiler")
+@pytest.mark.parametrize("name", ["translate_bytecode", "nopython_type_inference", "native_lowering"])
+def test_a_signal_in_the_compiler_waits_for_its_next_pass(name, raising):
+    class Sends(events.Listener):
+        seen = ()
+
+        def on_start(self, event):
+            self.seen = (*self.seen, event.data["name"])
+
+        def on_end(self, event):
+            if event.data["name"].startswith(name) and "sent" not in self.seen:
+                os.kill(os.getpid(), signal.SIGTERM)
+                self.seen = (*self.seen, "sent")
+
+    before, listens = handlers(), Sends()
+    with events.install_listener("numba:run_pass", listens), pytest.raises(Late):
+        compiled_anew()
+    assert listens.seen[-2] == "sent"  # behind it one pass, in which it was taken
+    assert gc.isenabled()
+    assert handlers() == before
+    free = []
+
+    def others():
+        for lock in (ffi.lib._lock._lock, global_compiler_lock._lock):
+            free.append(lock.acquire(timeout=60.0))
+            lock.release()
+
+    thread = threading.Thread(target=others)
+    thread.start()
+    thread.join()
+    assert free == [True, True]
+    assert compiled_anew().__wrapper_address__() != 0
+
+
+LOADER = """
+import os, signal, sys
+
+number, seen = int(sys.argv[1]), 0
+
+def watch(event, given):
+    global seen
+    if event == "import":
+        seen += 1
+        if seen == number:
+            os.kill(os.getpid(), signal.SIGINT)
+
+import fastaff as fa
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+try:
+    sys.addaudithook(watch)
+    fa.quantum
+    fa.integrate
+    print("not interrupted", seen)
+except KeyboardInterrupt:
+    print("interrupted", fa.quantum.spectrum is not fa.integrate)
+"""
+"""The first use of a name, with Ctrl-C at the n-th module that is looked for."""
+
+
+def test_ctrl_c_while_modules_are_loaded():
+    """Without `unbroken` later uses fail for good: partially initialized modules, or some that load but once."""
+
+    def run(number):
+        command = [sys.executable, "-c", LOADER, str(number)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        return done.stdout.split()
+
+    count = int(run(-1)[-1])
+    assert count > 300
+    for number in (3, count // 3, count // 2, 3 * count // 4):
+        assert run(number) == ["interrupted", "True"]
 
 
 COMPILER = """

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -49,28 +50,46 @@ def recognized() -> Iterator[None]:
 
 
 @contextmanager
-def unbroken() -> Iterator[None]:
-    """Put signals off until the end of the block: what their handlers raise would be lost in the code of others, or
-    leave it half done.
+def unbroken() -> Iterator[Callable[[], None]]:
+    """Put signals off until the end of the block, and yield what takes those that have come, at moments that suit it:
+    what their handlers raise would be lost in the code of others, or leave it half done.
     """
+    main = threading.get_ident()
     if threading.current_thread() is not threading.main_thread():  # where nothing is raised
-        yield
+        yield lambda: None
         return
     before = {number: taken for number in signal.valid_signals() if callable(taken := signal.getsignal(number))}
     arrived: list[int] = []
+
+    def take() -> None:
+        if threading.get_ident() == main:  # the code of others may ask from other threads
+            _taken(arrived, before)
+
+    problem = None
     try:
         for number in before:
             signal.signal(number, lambda number, _: arrived.append(number))
-        yield
+        yield take
     finally:
-        problem = None
         for number, taken in before.items():
             while signal.getsignal(number) is not taken:
                 try:
                     signal.signal(number, taken)
                 except BaseException as raised:  # by a handler that is back in its place
                     problem = raised
-        for late in arrived:
-            signal.raise_signal(late)
+        _taken(arrived, before)
         if problem is not None:
             raise problem
+
+
+def _taken(arrived: list[int], handlers: Mapping[int, Any]) -> None:
+    """Call the handlers of signals that have come, each, whatever the others raise."""
+    problem = None
+    while arrived:
+        number = arrived.pop(0)
+        try:
+            handlers[number](number, sys._getframe())
+        except BaseException as raised:
+            problem = raised
+    if problem is not None:
+        raise problem

@@ -371,8 +371,8 @@ def _register_methods(cls: type) -> None:
     """Teach Numba to call the plain methods of NamedTuple classes by name."""
     for name, _ in _methods(cls):
         if name not in _REGISTERED:
-            _REGISTERED.add(name)
             _register(name)
+            _REGISTERED.add(name)
 
 
 @infer_getattr

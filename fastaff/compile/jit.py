@@ -19,6 +19,7 @@ import numba
 from numba import types
 from numba.core import cgutils
 from numba.core import config as _config
+from numba.core import event as events
 from numba.core.ccallback import CFunc
 from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
@@ -119,17 +120,34 @@ def _shielded() -> None:
         engine.finalize_object = unbroken()(engine.finalize_object)
 
 
+class _Between(events.Listener):
+    """Take signals where a pass of the compiler begins: elsewhere they may leave it half done, locked for other threads
+    or with calls that it still takes for its own, or be lost.
+    """
+
+    def __init__(self, take: Callable[[], None]):
+        self._take = take
+
+    def on_start(self, event):
+        """Take what has come."""
+        self._take()
+
+    def on_end(self, event):
+        """Do nothing: what the pass has made is still to be kept."""
+
+
 @contextlib.contextmanager
 def compiling() -> Iterator[None]:
     """Compile something. Garbage collection waits: it takes a fifth of the time, and there is little garbage."""
     _shielded()
-    before = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if before:
-            gc.enable()
+    with unbroken() as take, events.install_listener("numba:run_pass", _Between(take)):
+        before = gc.isenabled()
+        gc.disable()
+        try:
+            yield
+        finally:
+            if before:
+                gc.enable()
 
 
 def jit(function: Callable | None = None, *, constants: bool = False, inline: bool = False) -> Callable:
