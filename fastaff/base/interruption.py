@@ -58,7 +58,7 @@ def unbroken() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():  # where nothing is raised
         yield lambda: None
         return
-    before = {number: taken for number in signal.valid_signals() if callable(taken := signal.getsignal(number))}
+    before: dict[int, Any] = {n: taken for n in signal.valid_signals() if callable(taken := signal.getsignal(n))}
     arrived: list[int] = []
 
     def take() -> None:
