@@ -136,11 +136,11 @@ def test_integrable_bodies_have_none():
 
     axes = ([0.5, 1.0, 2.0], [0.1, 0.4])
     found = fastaff.chaotic_fraction(
-        make, axes, names=("C", "p_gamma"), time=lambda body, z: 200 / body.potential.C**0.5
+        make, axes, names=("C", "p_gamma"), time=lambda body, z: 800 / body.potential.C**0.5
     )
     assert found.fraction.shape == (3, 2)
     assert (found.fraction == 0).all()
-    np.testing.assert_allclose(found.time[:, 1], 200 / np.sqrt([0.5, 1.0, 2.0]))
+    np.testing.assert_allclose(found.time[:, 1], 800 / np.sqrt([0.5, 1.0, 2.0]))
 
 
 def test_interval_is_wilsons():
@@ -152,7 +152,7 @@ def test_interval_is_wilsons():
 
 def test_an_energy_below_the_minimum_is_an_empty_case():
     found = fastaff.chaotic_fraction(
-        lambda energy: (NEO, starts(NEO, energy, 8)), ([0.05, 1.0],), names=("energy",), time=40.0
+        lambda energy: (NEO, starts(NEO, energy, 8)), ([0.05, 1.0],), names=("energy",), time=500.0
     )
     assert found.orbits.tolist() == [0, 8]
     assert np.isnan(found.fraction[0])
@@ -190,7 +190,7 @@ def test_ctrl_c_keeps_finished_cases():
         return NEO, starts(NEO, energy, 8)
 
     with pytest.raises(fastaff.Interrupted) as stopped:
-        fastaff.chaotic_fraction(make, ([1.0, 1.3, 1.1],), time=40.0)
+        fastaff.chaotic_fraction(make, ([1.0, 1.3, 1.1],), time=500.0)
     partial = stopped.value.partial
     assert partial.done.tolist() == [True, False, False]
     assert np.isfinite(partial.fraction).tolist() == [True, False, False]

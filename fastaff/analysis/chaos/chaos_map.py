@@ -28,6 +28,7 @@ from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
 from .indicators import (
     GALI,
+    MANY,
     MEGNO,
     OFLI,
     SALI,
@@ -151,13 +152,14 @@ def chaos_map(
 ) -> ChaosMap:
     """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; indicators: values such as (MEGNO(),
-    SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own; one alone, or a name, will do
-    ("sali", "megno,gali_4"); history: records of the streamed indicators, equidistant in time (of an adaptive scheme
-    the first steps past such times); early_stop: end an orbit when all indicators have called it chaotic (they must be
-    streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their lengths don't matter;
-    default: columns of a fixed random symplectic orthogonal matrix); the other options as in `integrate`. Returns
-    ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters: z0 (2n,) or (2n, orbits); time > 0: nothing is called regular before 100 natural periods; indicators:
+    values such as (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own; one
+    alone, or a name, will do ("sali", "megno,gali_4"); history: records of the streamed indicators, equidistant in time
+    (of an adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it
+    chaotic (they must be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their
+    lengths don't matter; default: columns of a fixed random symplectic orthogonal matrix); the other options as in
+    `integrate`. Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
+    `.partial`.
 
     Of a map the time is a number of iterates, values of exponents and limits count a radian for each; a spectrum takes
     2n vectors where it is not symplectic. OFLI and ReversibilityError need a flow.
@@ -333,7 +335,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
     verdicts[:, by_detection] = Character.CHAOTIC
     verdicts[:, ~sound] = Character.UNDECIDED
     verdict = _together(verdicts)
-    needed = np.max([2 * np.pi * max(entry.periods, entry.least) for entry in work.chosen]) / work.rates
+    needed = np.max([2 * np.pi * max(MANY, entry.least) for entry in work.chosen]) / work.rates
     longer = np.where((verdict == Character.UNDECIDED) & sound, np.maximum(needed, 4 * work.time), np.nan)
     spectrum, spectrum_error = work.exponents()
     # Exponents are read as decades of growth.
