@@ -27,7 +27,7 @@ STOREYS = (
     ("jobs",),
     ("explorer",),
     ("public",),
-    ("cli",),
+    ("cli", "__main__"),
 )
 """Folders of the package from the ground up: each imports only from those of storeys below, or of its own."""
 ROOMS = {

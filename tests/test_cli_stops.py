@@ -270,3 +270,10 @@ def test_workers_are_stopped_by_their_parent_alone(sent, tmp_path):
         assert done.returncode in (0, 130), (moment, done.stderr)
         assert "Traceback" not in done.stderr, moment
         assert done.returncode == 0 or "points are still to be computed" in done.stderr, moment
+
+
+def test_the_command_line_is_a_module_too(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "fastaff", "--version"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, f"{fa.__version__}\n")

@@ -223,3 +223,10 @@ def test_wrong_input(changed, said):
     given = {"axes": ([1.0],), "time": 10.0, **changed}
     with pytest.raises((ValueError, TypeError), match=said):
         fastaff.chaotic_fraction(lambda value: (NEO, starts(NEO, 1.0, 2)), **given)
+
+
+def test_a_time_that_decides_nothing_says_so():
+    found = fastaff.chaotic_fraction(lambda energy: (NEO, starts(NEO, energy, 8)), ([1.0, 1.1],), time=40.0)
+    assert np.isnan(found.fraction).all()
+    assert found.undecided.tolist() == [8, 8]
+    assert found.summary().endswith("a longer time may decide, 100 natural periods or more")

@@ -22,7 +22,7 @@ from ...flows.flow import Report
 from ...schemes.catalogue import VERNER9, RungeKutta, Splitting, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
-from .indicators import MEGNO, SALI, Indicator
+from .indicators import MANY, MEGNO, SALI, Indicator
 from .named_indicators import indicators_of
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
@@ -113,6 +113,8 @@ class ChaoticFraction(Result, axis=None):
             parts.append(f"{int(self.rescued.sum())} of them done again with the second scheme")
         if np.isfinite(found).any():
             parts.append(f"chaotic fraction {np.nanmin(found):.3f} ... {np.nanmax(found):.3f}")
+        elif self.undecided.any():
+            parts.append(f"a longer time may decide, {MANY:g} natural periods or more")
         return "; ".join(parts)
 
 

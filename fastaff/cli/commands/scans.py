@@ -152,10 +152,12 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     shown = "bars: 95 % of statistics; pale band: undecided orbits" if len(axes) == 1 else "largest 95 % half width "
     if len(axes) == 2:
         low, high = result.interval()
-        shown += f"{np.nanmax(high - low) / 2:.3f}"
-    empty = (
-        f"; {'grey' if len(axes) == 1 else 'hatched'}: the energy reaches nothing" if (result.orbits == 0).any() else ""
-    )
+        widest = np.max(high - low, where=np.isfinite(high), initial=0.0)
+        shown += f"{widest / 2:.3f}" if np.isfinite(high).any() else "unknown"
+    without = ["the energy reaches nothing"] if (result.orbits == 0).any() else []
+    if len(axes) == 2 and (np.isnan(result.fraction) & (result.orbits > 0)).any():
+        without.append("no orbit is decided")
+    empty = f"; {'grey' if len(axes) == 1 else 'hatched'}: {' or '.join(without)}" if without else ""
     said = (
         f"{int(result.orbits.max())} random orbits a case, uniform in area; indicators "
         f"{', '.join(result.indicators)}; {shown}{empty}"

@@ -1,0 +1,5 @@
+"""`python -m fastaff`: the command line where its script is not on the path."""
+
+from .cli.main import main
+
+main()
