@@ -23,9 +23,10 @@ from ...models.contracts import Kind, Model, Section, driven, kind_of
 from ...models.mechanics import energies
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations, residue_products
+from .closing_errors import Errors, closing_errors
 from .found_orbits import PeriodicOrbits, no_orbits, packed
 from .own_units import Scale, orbit_scale
-from .periodic_orbits import WAIT, periodic_orbits
+from .periodic_orbits import LONGER, WAIT, periodic_orbits
 from .return_map import (
     Returns,
     checked_return,
@@ -35,7 +36,6 @@ from .return_map import (
     finer_by,
     least_change,
     onto,
-    scheme_error,
     section_returns,
     step_goal,
     vector_field,
@@ -64,6 +64,9 @@ COARSER, SPARE = 1.25, 1e-2
 
 UNMOVED = 1e-12
 """Change of a return, in amplitudes, that is rounding: the orbit stays where it is whatever the parameter is."""
+
+UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
+"""Of a point that is not checked yet."""
 
 VANISHED = 1e-3
 """Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
@@ -182,7 +185,7 @@ def continuation(
         scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])
-        family = _Family(make, flow, section, period, limit, tolerance, kept, own, units)
+        family = _Family(make, flow, section, period, limit, tolerance, kept, own, units, LONGER * first.time[0])
         if parameter is not None:
             units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
         start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
@@ -230,7 +233,7 @@ def _bounds(bounds: Any) -> tuple[float, float]:
 @dataclass(frozen=True)
 class _Point:
     """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own
-    units, step of the scheme and the next one to try, error, and how many corrections it took."""
+    units, step of the scheme and the next one to try, errors, and how many corrections it took."""
 
     u: np.ndarray
     back: Returns
@@ -238,7 +241,7 @@ class _Point:
     scale: Scale
     step: float
     following: float
-    error: np.ndarray
+    errors: Errors
     corrections: int
 
 
@@ -247,7 +250,7 @@ class _Family:
     """The equations of a family: flow(z) = z on the section and the energy, for z and the energy or parameter.
 
     energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and
-    value.
+    value; wait: time to wait for a return at least, where none is given.
     """
 
     make: Callable
@@ -259,6 +262,7 @@ class _Family:
     energy: float | None
     own_step: bool
     units: np.ndarray
+    wait: float
 
     def at(self, value: float, step: float) -> Flow:
         """Return the flow at a value of the parameter."""
@@ -275,7 +279,9 @@ class _Family:
 
     def limit(self, scale: Scale) -> np.ndarray:
         """Return the time to wait for a return."""
-        return WAIT * self.period / scale.rate if self.max_time is None else np.array([self.max_time])
+        if self.max_time is not None:
+            return np.array([self.max_time])
+        return np.maximum(WAIT * self.period / scale.rate, self.wait)
 
     def returned(self, u: np.ndarray, scale: Scale, step: float) -> Returns:
         """Return what becomes of the orbit u = (z, value)."""
@@ -341,14 +347,16 @@ class _Family:
                 continue
             z = point.u[:-1, None]
             flow = self.at(point.u[-1], step)
-            change, error = scheme_error(flow, self.section, z, self.limit(scale), point.back, scale)
-            goal = step_goal(self.tolerance, z, point.back.monodromy, scale)
+            errors = closing_errors(flow, self.section, z, self.limit(scale), point.back, scale)
+            change, steps = errors.change, point.back.time / flow.step
+            goal = step_goal(self.tolerance, z, steps, point.back.monodromy, scale)
             if best is not None and change[0] > 0.5 * best[0]:
                 break  # rounding
             # At rest no step would show an error of the return, but its derivative has one.
             longer = self.own_step and change[0] < SPARE * goal[0] and not driven(flow.model)
             following = step * COARSER if longer else step
-            best = change[0], replace(point, step=step, following=following, error=error)
+            back = point.back._replace(time=errors.time)
+            best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
             if change[0] <= goal[0]:
                 break
             u, step = point.u, step / float(finer_by(change, goal, flow.scheme.order)[0])
@@ -376,14 +384,14 @@ class _Family:
                 return None
             short = (u[:-1] - back.points[0, -1]) / scale.rows[:, 0]
             size = float(np.linalg.norm(short))
-            goal = float(closing_goal(self.tolerance, z, back.monodromy, scale)[0])
+            goal = float(closing_goal(self.tolerance, z, back.time / step, back.monodromy, scale)[0])
             matrix = self.matrix(u, back, scale, step)
             if not np.isfinite(matrix).all():
                 return None
             border = np.insert(normal * own / self.units, rows, 0.0)
             if size <= goal or (size <= 30 * goal and size > 0.5 * before):
                 along = _tangent(matrix, border) * own / self.units
-                return _Point(u, back, along / np.linalg.norm(along), scale, step, step, np.zeros(1), k)
+                return _Point(u, back, along / np.linalg.norm(along), scale, step, step, UNKNOWN, k)
             right = np.concatenate([short, [0.0, 0.0, 0.0]])
             change = least_change(np.vstack([matrix, border])[None], right[None])[0]
             u = np.append(u[:-1] + change[:rows] * own[:-1], u[-1] if tangent is None else u[-1] + change[-1] * own[-1])
@@ -424,7 +432,8 @@ class _Family:
             point.back,
             point.scale,
             residual=residual,
-            error=point.error,
+            error=point.errors.orbit,
+            reduced_error=point.errors.reduced,
             iterations=count,
         )
 

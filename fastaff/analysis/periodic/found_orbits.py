@@ -57,10 +57,10 @@ class PeriodicOrbits(Result):
     derivative of the flow over the period at z; reduced (2n - 2, 2n - 2, orbits): that of the section map within the
     energy surface, in a basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error
     (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
-    the residual; iterations (orbits,): returns computed; status (orbits,) of `Status`; step (orbits,), inf for an
-    adaptive scheme; scale (2n, orbits): own units. names (2n,): of the rows. Of dz/dt = f(z) of d variables there are d
-    rows, reduced is (d - 1, d - 1, orbits), energy 0, and `paired` False: multipliers have no pairs, so that indices
-    and residues are NaN.
+    a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
+    computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
+    names (2n,): of the rows. Of dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits), energy
+    0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -72,6 +72,7 @@ class PeriodicOrbits(Result):
     reduced: Annotated[np.ndarray, along("direction", "start direction", "orbit")]
     residual: Annotated[np.ndarray, along("orbit")]
     error: Annotated[np.ndarray, along("orbit")]
+    reduced_error: Annotated[np.ndarray, along("orbit")]
     iterations: Annotated[np.ndarray, along("orbit")]
     status: Annotated[np.ndarray, along("orbit")]
     step: Annotated[np.ndarray, along("orbit", unit="time")]
@@ -88,6 +89,37 @@ class PeriodicOrbits(Result):
         """
         matrices = np.moveaxis(self.reduced, -1, 0)
         return each(np.linalg.eigvals, matrices, matrices.shape[2:], np.complex128).T
+
+    @property
+    def multiplier_errors(self) -> np.ndarray:
+        """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_error`: a multiplier's condition
+        times that, or where multipliers meet what such a change of the matrix can do at most.
+
+        Of a pair of 1e6 and 1e-6 the small one is lost where the matrix is known to 1e-6: it is the inverse of the
+        other.
+        Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
+        """
+        matrices, off = np.moveaxis(self.reduced, -1, 0), self.reduced_error
+        m = matrices.shape[1]
+        condition = each(_conditions, matrices, (m,), np.float64)
+        with np.errstate(all="ignore"):
+            whole = 2 * np.linalg.norm(matrices, axis=(1, 2)) + off
+            return np.fmin(condition * off[:, None], (whole ** (1 - 1 / m) * off ** (1 / m))[:, None]).T
+
+    @property
+    def residue_errors(self) -> np.ndarray:
+        """Estimates of the errors of `residues` (n - 1, orbits): that of the trace for n = 2, else by those of the
+        multipliers.
+        """
+        if not self.paired or len(self.reduced) == 2:
+            error = np.sqrt(2) / 4 * self.reduced_error + (0.0 if self.paired else np.nan)
+            return np.broadcast_to(error, self.indices.shape).copy()
+        values, off = self.multipliers, self.multiplier_errors
+        with np.errstate(all="ignore"):
+            away = np.abs((values + 1 / values)[:, None] - self.indices)
+            nearest = np.where(np.abs(values)[:, None] >= 1 - MARGINAL, away, np.inf).argmin(axis=0)
+            own, error = (np.take_along_axis(rows, nearest, axis=0) for rows in (values, off))
+            return (np.abs(1 - own**-2.0) * error + error**2) / 4
 
     @property
     def indices(self) -> np.ndarray:
@@ -174,9 +206,26 @@ class PeriodicOrbits(Result):
         return chart_row(self.z, name)
 
     def summary(self) -> str:
-        """Say in one line what became of the guesses, and of which kind the orbits are."""
-        kinds, counts = np.unique(self.stability[self.status == Status.OK], return_counts=True)
-        return describe(self.status, ", ".join(f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)))
+        """Say in one line what became of the guesses, of which kind the orbits are, and how many are hardly known."""
+        good = self.status == Status.OK
+        kinds, counts = np.unique(self.stability[good], return_counts=True)
+        parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]
+        vague = int((self.error[good] > SAME).sum())
+        if vague:
+            parts.append(
+                f"{vague} known to less than {SAME:g} of their size (rounding times the multipliers, or steps)"
+            )
+        return describe(self.status, ", ".join(parts))
+
+
+def _conditions(matrix: np.ndarray) -> np.ndarray:
+    """Return the conditions of a matrix's eigenvalues: by how much more than it they change."""
+    _, right = np.linalg.eig(matrix)
+    try:
+        left = np.linalg.inv(right)
+    except np.linalg.LinAlgError:
+        return np.full(len(matrix), np.inf)
+    return np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
 
 
 def packed(
@@ -190,6 +239,7 @@ def packed(
     *,
     residual: np.ndarray,
     error: np.ndarray,
+    reduced_error: np.ndarray,
     iterations: np.ndarray,
     status: np.ndarray | None = None,
 ) -> PeriodicOrbits:
@@ -207,7 +257,8 @@ def packed(
     d = dimension(model)  # without an idle row
     z, points, time, error = z[:d], points[:, :, :d], found.time.copy(), error.copy()
     monodromy = found.monodromy[:, :d, :d].copy()
-    for array in (points, time, monodromy, reduced, error):
+    reduced_error = reduced_error.copy()
+    for array in (points, time, monodromy, reduced, error, reduced_error):
         array[~good] = np.nan
     return PeriodicOrbits(
         z,
@@ -219,6 +270,7 @@ def packed(
         np.moveaxis(reduced, 0, -1),
         residual,
         error,
+        reduced_error,
         iterations,
         status,
         np.array(np.broadcast_to(flow.step, good.shape)),
@@ -246,5 +298,5 @@ def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
     paired = kind_of(model) is not Kind.FLOW
     z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
     reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
-    state = z, whole, np.zeros((rows, 0, 0)), none, none, matrices, reduced, none, none, whole, whole, none, z
+    state = z, whole, np.zeros((rows, 0, 0)), none, none, matrices, reduced, none, none, none, whole, whole, none, z
     return PeriodicOrbits(*state, row_names(model), section, scheme, paired)

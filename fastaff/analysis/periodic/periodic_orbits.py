@@ -17,6 +17,7 @@ from ...flows.options import Options
 from ...formulas.section_text import section_of
 from ...models.contracts import Kind, Map, Model, Section, driven, kind_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from .closing_errors import closing_errors
 from .found_orbits import PeriodicOrbits, packed
 from .own_units import Scale, orbit_scale
 from .return_map import (
@@ -29,7 +30,6 @@ from .return_map import (
     finer_by,
     least_change,
     onto,
-    scheme_error,
     section_gradient,
     section_returns,
     step_goal,
@@ -45,8 +45,10 @@ LEAPS, LEAP = 3, 1.0
 RESTS = 1e-6
 """Speed, in own units and radians, below which an orbit of dz/dt = f(z) rests."""
 
-WAIT = 20 * 2 * np.pi
-"""Radians of an orbit's motion to wait for a crossing."""
+WAIT, LONGER = 20 * 2 * np.pi, 8
+"""Radians of an orbit's motion to wait for a crossing, and how many times longer where there is none: the motion near
+the start may be much faster than what follows.
+"""
 
 
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
@@ -73,7 +75,8 @@ def periodic_orbits(
     or (2n, orbits), guesses, which are first moved to the section and the energy, and along the flow where they pass
     the section the wrong way; section: a value of `fastaff.models.sections`, of a map None; period >= 1: the number of
     crossings after which the orbit closes; energy: a number, or one for each orbit (None: that of each guess);
-    max_time: for the `period` crossings (None: 20 turns of each guess's own frequency for each); tolerance: an orbit is
+    max_time: for the `period` crossings (None: 20 turns of each guess's own frequency for each, and 160 where
+    these are too few); tolerance: an orbit is
     OK once |flow(z) - z| <= tolerance |M| in own units, what a change of z by `tolerance` does (but not less than
     rounding of z); iterations: most returns computed for an orbit with one step; step: as in `integrate`; None: for
     each orbit its own, shortened until that moves the return no more than the tolerance; scheme, rtol, atol, threads as
@@ -136,6 +139,7 @@ class _State:
     share: np.ndarray
     residual: np.ndarray
     error: np.ndarray
+    reduced_error: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
     live: np.ndarray
@@ -191,6 +195,7 @@ class _Search:
             np.ones(orbits),
             np.full(orbits, np.inf),
             np.full(orbits, np.nan),
+            np.full(orbits, np.nan),
             np.zeros(orbits, np.int64),
             status,
             reached,
@@ -209,7 +214,7 @@ class _Search:
             if not live.size:
                 return
             trial = state.trial[:, live]
-            back = section_returns(self._flow(state.step[live]), self.section, trial, self.period, state.limit[live])
+            back = self._returned(state, live)
             state.iterations[live] += 1
             size = state.scale.of(live).norm(back.points[:, -1] - trial.T)
             size = np.where(back.status == Status.OK, size, np.inf)
@@ -238,6 +243,23 @@ class _Search:
             state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, energy, scale)[0]
         state.live[:] = False  # what others do later gives no orbit more iterations
 
+    def _returned(self, state: _State, live: np.ndarray) -> Returns:
+        """Return what becomes of the trials of the live ones; the first time those that are late get more time, if that
+        is not given.
+        """
+
+        def run(which: np.ndarray) -> Returns:
+            flow = self._flow(state.step[which])
+            return section_returns(flow, self.section, state.trial[:, which], self.period, state.limit[which])
+
+        back = run(live)
+        late = (back.status == Status.TOO_FEW_CROSSINGS) & (state.iterations[live] == 0) & (self.max_time is None)
+        if late.any():
+            state.limit[live[late]] *= LONGER
+            for all_orbits, some in zip(back, run(live[late]), strict=True):
+                all_orbits[late] = some
+        return back
+
     def shorten(self, state: _State, *, last: bool) -> np.ndarray:
         """Estimate the errors of orbits; unless it is the last time give those whose step is too long a shorter one and
         let them go on. Returns which (orbits,).
@@ -248,8 +270,11 @@ class _Search:
             order, scale = self.flow.scheme.order, state.scale.of(which)
             z, found = state.z[:, which], Returns(*(entry[which] for entry in state.found))
             flow = self._flow(state.step[which])
-            change, state.error[which] = scheme_error(flow, self.section, z, state.limit[which], found, scale)
-            goal = step_goal(self.tolerance, z, found.monodromy, scale)
+            limit = state.limit[which]
+            change, state.error[which], state.reduced_error[which], state.found.time[which] = closing_errors(
+                flow, self.section, z, limit, found, scale
+            )
+            goal = step_goal(self.tolerance, z, found.time / flow.step, found.monodromy, scale)
             # An orbit that does not close may not for the error of the step.
             goal = np.where(state.status[which] == Status.OK, goal, np.maximum(goal, 0.01 * state.residual[which]))
             again[which] = (change > goal) & (not last)
@@ -267,7 +292,9 @@ class _Search:
         return again
 
     def _goal(self, state: _State, which: np.ndarray) -> np.ndarray:
-        return closing_goal(self.tolerance, state.z[:, which], state.found.monodromy[which], state.scale.of(which))
+        found, scale = state.found, state.scale.of(which)
+        steps = found.time[which] / self._flow(state.step[which]).step
+        return closing_goal(self.tolerance, state.z[:, which], steps, found.monodromy[which], scale)
 
     def _rests(self, state: _State, which: np.ndarray) -> np.ndarray:
         """Tell which orbits (orbits,) are equilibria of dz/dt = f(z), which return after any time."""
@@ -312,6 +339,7 @@ class _Search:
             state.scale,
             residual=state.residual,
             error=state.error,
+            reduced_error=state.reduced_error,
             iterations=state.iterations,
             status=state.status,
         )

@@ -40,9 +40,14 @@ ASIDE = 1e-2
 """Displacement, relative or in the coordinates' unit, of a neighbour of an orbit at rest."""
 
 COMPLEX_STEP = 1e-100
-RANK = 1e-8
+RANK, STRETCHED, SHARPEST = 1e-8, 1e2, 1e-14
 """Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic
-neighbours.
+neighbours; of the largest beyond such a size, which an unstable orbit's M has, less, as others fall like its inverse:
+down to what rounding leaves.
+"""
+
+WALK = 1.5
+"""Roundings of a state after a step, beside the root of the number of steps: those of about 17 stages.
 """
 
 FINER = 8.0
@@ -296,9 +301,22 @@ def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     x = np.full((len(matrix), matrix.shape[2]), np.nan)
     good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
     if good.any():
-        inverse = np.linalg.pinv(matrix[good], rcond=RANK)
-        x[good] = (inverse @ right[good, :, None])[..., 0]
+        x[good] = (inverses(matrix[good]) @ right[good, :, None])[..., 0]
     return x
+
+
+def inverses(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverses (k, columns, rows) on all directions of a matrix (k, rows, columns) that are known; NaN where
+    it is not finite.
+    """
+    inverse = np.full(matrix.swapaxes(1, 2).shape, np.nan)
+    good = np.isfinite(matrix).all(axis=(1, 2))
+    if good.any():
+        with np.errstate(over="ignore"):
+            size = np.maximum(np.linalg.norm(matrix[good], axis=(1, 2)) / STRETCHED, 1.0)
+            cut = np.maximum(RANK / size**2, SHARPEST)
+        inverse[good] = np.linalg.pinv(matrix[good], rcond=cut)
+    return inverse
 
 
 def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
@@ -360,17 +378,23 @@ def closing_matrix(
     return matrix
 
 
-def closing_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return how near to z (2n, orbits) an orbit must return to be closed, in own units."""
+def way_rounding(z: np.ndarray, steps: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return what rounding makes of phase points z (2n, orbits) in so many steps, in own units: a random walk."""
+    return scale.rounding(z) * np.fmax(2.0, WALK * np.sqrt(steps))
+
+
+def closing_goal(tolerance: float, z: np.ndarray, steps: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+    """Return how near to z (2n, orbits) an orbit must return in so many steps to be closed, in own units."""
     size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
-    return np.maximum(tolerance, 4 * scale.rounding(z)) * np.maximum(1.0, size)
+    return np.maximum(tolerance, 2 * way_rounding(z, steps, scale)) * np.maximum(1.0, size)
 
 
-def step_goal(tolerance: float, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+def step_goal(tolerance: float, z: np.ndarray, steps: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
     """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on
     the way.
     """
-    return np.maximum(tolerance, 4 * scale.rounding(z) * np.linalg.norm(scale.matrix(monodromy), axis=(1, 2)))
+    size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
+    return np.maximum(tolerance, 2 * way_rounding(z, steps, scale) * size)
 
 
 def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
@@ -380,49 +404,13 @@ def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
     return np.where(np.isfinite(factor), factor, 2.0)
 
 
-def scheme_error(
-    flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much the scheme misplaces the return of z (2n, orbits), and the closed orbit itself; in own units
-    (orbits,).
-
-    From steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8: one return more.
-    """
-    if flow.exact:
-        back, gain = found, 0.0
-    elif flow.adaptive:
-        other, gain = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol), 1.0
-    else:
-        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
-    if not flow.exact:
-        back = section_returns(other, section, z, found.points.shape[1], limit)
-    with np.errstate(all="ignore"):
-        moved = gain * (back.points[:, -1] - found.points[:, -1]) / scale.rows.T
-        matrix = closing_matrix(flow.model, section, z, found.points[:, -1], found.monodromy, scale)
-        rounding = scale.rounding(z) * np.maximum(
-            2.0, 0.5 * np.sqrt(found.time / flow.step)
-        )  # grows like a random walk
-        short = np.abs(moved) + np.abs(found.points[:, -1] - z.T) / scale.rows.T + rounding[:, None]
-        shift = (np.abs(_inverses(matrix))[:, :, : len(z)] @ short[:, :, None])[:, :, 0]
-        later = gain * np.abs(back.time - found.time) * scale.rate + 4e-16 * found.time * scale.rate
-        shift[:, -1] += later
-        change = np.hypot(np.linalg.norm(moved, axis=1), later)
-    return np.where(np.isnan(change), np.inf, change), np.linalg.norm(shift, axis=1)
-
-
-def _inverses(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverses (orbits, columns, rows) that `least_change` applies."""
-    return each(lambda A: np.linalg.pinv(A, rcond=RANK), matrix, matrix.shape[:0:-1], np.float64)
-
-
 def stability_indices(S: np.ndarray) -> np.ndarray:
     """Return lambda + 1/lambda of the pairs of eigenvalues of a symplectic matrix: roots of its characteristic
     polynomial in that sum.
 
     The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev
-    series.
+    series: of its first half, the sums of products of large multipliers, as the small ones have no digits beside these.
     """
     m = len(S) // 2
-    c = np.poly(S)
-    series = np.concatenate([[c[m]], (c[:m] + c[:m:-1])[::-1]])
-    return 2 * np.polynomial.chebyshev.chebroots(series).astype(np.complex128)
+    c = np.poly(S)[: m + 1][::-1]
+    return 2 * np.polynomial.chebyshev.chebroots(np.append(c[0], 2 * c[1:])).astype(np.complex128)
