@@ -336,3 +336,42 @@ def test_wrong_texts(text, given, error, message):
 def test_what_a_flow_has_not_is_refused(call, error, message):
     with pytest.raises(error, match=message):
         call(np.ones((3, 2)))
+
+
+def test_flows_know_no_units():
+    # Roessler's equations with each variable in a unit of its own, and time too: against scipy in units of 1.
+    def roessler(t, v):
+        return [-v[1] - v[2], v[0] + 0.2 * v[1], 0.2 + v[2] * (v[0] - 5.7)]
+
+    text = "x' = (-Y*y - Z*z)/(X*T); y' = (X*x + 0.2*Y*y)/(Y*T); z' = (0.2 + Z*z*(X*x - 5.7))/(Z*T)"
+    z = np.array([[1.0, -2.0, 0.0], [2.0, 0.5, -3.0], [0.1, 0.0, 0.02]])
+    truth = [solve_ivp(roessler, (0, 15), column, method="DOP853", rtol=3e-14, atol=1e-15).y[:, -1] for column in z.T]
+    for X, Y, Z, T in ((1e8, 1e8, 1e8, 1e-9), (1e14, 1e14, 1e14, 1e3), (1e-9, 1e-9, 1e-9, 1.0), (1e3, 1e-2, 1e5, 1e9)):
+        bound = 1e-9 if X == Y else 1e-6  # a variable of 1e-9 of another one: rounding of both counts alike
+        model = fa.flow(text, X=X, Y=Y, Z=Z, T=T)
+        unit = np.array([[1 / X], [1 / Y], [1 / Z]])
+        for scheme in ("dop853", "verner9"):
+            run = fa.integrate(model, z * unit, time=15 * T, scheme=scheme)
+            assert np.all(run.status == fa.Status.OK)
+            assert np.abs(run.z / unit - np.array(truth).T).max() < bound
+
+
+def test_hamiltonians_of_adaptive_schemes_know_no_units():
+    for unit in (1e-10, 1.0, 1e10):
+        model = fa.hamiltonian("k*(x**2 + y**2)/2 + k/L*(x**2*y - y**3/3)", k=1e-6, L=unit)
+        start = unit * np.array([0.1, 0.2, 3e-4, 1e-4])
+        run = fa.integrate(model, start, time=2e5, scheme="dop853")
+        if unit == 1e-10:
+            first = run.z / unit
+        assert np.abs(run.z / unit - first).max() < 1e-8
+
+
+def test_a_variable_of_rounding_noise_alone_does_not_stop_a_flow():
+    flow = fa.flow("x' = A*sin(z) + C*cos(y); y' = A*cos(z); z' = C*sin(y)", A=0.0, C=1.0)
+    run = fa.integrate(flow, [0.0, np.pi / 2, 0.0], time=100.0)  # cos(pi/2) is 6e-17: x is noise
+    assert run.status[0] == fa.Status.OK
+    assert np.allclose(run.z[1:, 0], [np.pi / 2, 100.0], rtol=1e-14)
+    lorenz = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+    axis = fa.integrate(lorenz, [0.0, 0.0, 20.0], time=30.0)
+    assert np.all(axis.z[:2] == 0)
+    assert np.allclose(axis.z[2], 20 * np.exp(-80.0), rtol=1e-9)

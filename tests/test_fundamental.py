@@ -344,3 +344,22 @@ def test_signals_as_large_as_numbers_can_be():
         assert np.isfinite(found.nu).all()
     found = naff(0.9 * top * np.exp(2j * np.pi * 0.1713 * np.arange(400)), 1.0, lines=1)
     assert abs(found.nu[0] - 0.1713) < 1e-12
+
+
+def test_lines_too_close_to_tell_are_undecided_and_their_errors_know():
+    # Foucault's pendulum and two coupled oscillators, which are linear: no such time tells their frequencies apart.
+    rng = np.random.default_rng(6)
+    z = rng.normal(size=(4, 16))
+    for split, time in ((1e-3, 400.0), (1e-5, 1000.0), (1e-2, 200.0)):
+        turning = fa.hamiltonian("w**2*(x**2 + y**2)/2", rotation=split, w=1.7)
+        coupled = fa.hamiltonian("(x**2 + y**2 + d*x*y)/2", d=2 * split)
+        for model, exact in ((turning, [1.7 - split, 1.7 + split]), (coupled, np.sqrt([1 - split, 1 + split]))):
+            found = fa.frequency_map(model, z, time=time)
+            off = np.abs(found.nu[:, None] - np.array(exact)[:, None] / (2 * np.pi)).min(axis=1)
+            assert (found.kind == FrequencyKind.IRREGULAR).sum() <= 1  # where the beat goes through zero
+            assert np.all(off <= 10 * found.error)
+            assert (off <= found.error).mean() > 0.9
+            assert np.all(found.error[:, found.kind == FrequencyKind.UNDECIDED].max(axis=0) * time >= 1)
+    apart = fa.frequency_map(fa.hamiltonian("(x**2 + (1 + d)**2*y**2)/2", d=1e-5), z, time=1000.0)
+    assert np.abs(apart.omega - [[1.0], [1 + 1e-5]]).max() < 1e-11  # which do not know of one another
+    assert np.all(apart.kind == FrequencyKind.INDEPENDENT)

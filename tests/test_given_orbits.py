@@ -380,3 +380,21 @@ def test_points_of_a_section_are_turns():
     ].all()
     with pytest.raises(ValueError, match="samples are points of a section: coordinates must say in which planes"):
         fa.tunes(cut)
+
+
+def test_rows_of_a_labelled_array_go_by_their_labels():
+    xarray = pytest.importorskip("xarray")
+    turn = np.arange(400)
+    rows = np.array([np.cos(0.3 * turn), np.cos(1.1 * turn), -np.sin(0.3 * turn), -np.sin(1.1 * turn)])[:, None]
+    exact = np.array([0.3, 1.1]) / (2 * np.pi)
+    labels = {"coordinate": ["x", "px", "y", "py"]}
+    mixed = xarray.DataArray(rows[[0, 2, 1, 3]], dims=("coordinate", "particle", "turn"), coords=labels)
+    for array in (mixed, mixed.transpose("turn", "particle", "coordinate")):
+        assert np.allclose(fa.tunes(array, coordinates="x y px py").nu[:, 0], exact, atol=1e-12)
+        assert np.allclose(fa.tunes(array, coordinates=["y", "py"]).nu[:, 0], exact[1:], atol=1e-12)
+        with pytest.raises(ValueError, match="coordinates='x y px py'"):
+            fa.tunes(array)
+        with pytest.raises(ValueError, match="got 'pz'"):
+            fa.tunes(array, coordinates="x y px pz")
+    plain = xarray.DataArray(rows, dims=mixed.dims)
+    assert np.array_equal(fa.tunes(plain, coordinates="a b c d").nu, fa.tunes(rows).nu)

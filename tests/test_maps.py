@@ -510,7 +510,7 @@ def test_a_map_that_misses_something_is_named():
 
     with pytest.raises(TypeError, match="must be a model"):
         fa.integrate(StandardMap, [0.0, 1.0], time=3)
-    bad = fa.mapping("p1 = p + a*x; x1 = x + p1", periods={"x": "a"}, a=1.0)._replace(a=-1.0)
+    bad = fa.mapping("p1 = p + a*sin(2*pi*x/a); x1 = x + p1", periods={"x": "a"}, a=1.0)._replace(a=-1.0)
     with pytest.raises(ValueError, match="periods must be positive"):
         fa.integrate(bad, [0.0, 1.0], time=3)
 
@@ -699,3 +699,30 @@ def test_errors_of_doublings_hold():
         assert [found.event for found in branch.bifurcations] == [fa.analysis.Event.DOUBLING]
         (found,) = branch.bifurcations
         assert abs(found.value - 4.0 / c) <= found.error < 1e-7 / c
+
+
+def test_periods_that_a_map_has_not_got_are_refused():
+    text = "p1 = p + K*sin(x); x1 = x + p1"
+    for periods, said in (({"x": 2}, "got 2:"), ({"x": "4*pi", "p": 1}, r"periods\['p'\].*got 1:")):
+        with pytest.raises(ValueError, match=f"must be one of the map's.*{said}|{said}"):
+            fa.mapping(text, periods=periods, K=0.9)
+    with pytest.raises(ValueError, match=r"the image of x is .* a period later"):
+        fa.mapping("p1 = p + K*sin(x); x1 = x/2 + p1", periods={"x": "2*pi"}, K=0.9)
+    # Multiples of the least period, maps that wind twice, sawteeth, any unit: all of these have theirs.
+    fa.mapping(text, periods={"x": "4*pi", "p": "4*pi"}, K=0.9)
+    fa.mapping("p1 = p + K*sin(x); x1 = 2*x + p1", periods={"x": "2*pi"}, K=0.9)
+    fa.mapping("p1 = p + K*atan(tan(pi*x))/pi; x1 = x + p1", periods={"x": 1}, K=0.3)
+    for unit in (1e-9, 360.0, 1e9):
+        fa.mapping("p1 = p + K*P*sin(2*pi*x/P); x1 = x + p1", periods={"x": "P"}, K=0.1, P=unit)
+
+
+def test_maps_that_are_real_only_far_away():
+    text = "p1 = p + 0.1/sqrt(x - a) - 0.1; x1 = x + p1"
+    far, near = fa.mapping(text, a=1e5), fa.mapping(text, a=0.0)
+    starts = np.array([[1.3, 2.0], [0.0, 0.0]])
+    there = fa.frequency_map(far, starts + np.array([[1e5], [0.0]]), time=1000)
+    here = fa.frequency_map(near, starts, time=1000)
+    assert np.abs(there.nu - here.nu).max() < 1e-8
+    fa.mapping("p1 = p + sqrt(1 - (x - a)**2); x1 = x + p1", a=1e3)
+    with pytest.raises(ValueError, match="real"):
+        fa.mapping("p1 = p + sqrt(-1 - x**2*q**2); x1 = x + p1; q1 = q; y1 = y")

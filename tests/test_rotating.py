@@ -736,3 +736,19 @@ def test_jobs_and_commands_turn(tmp_path):
 def test_the_explorer_refuses_what_turns():
     with pytest.raises(TypeError, match="rotating frame"):
         fa.explore(fa.hamiltonian("(x**2 + y**2)/2", rotation=0.1))
+
+
+def test_the_rounding_of_many_turns_is_part_of_the_error():
+    # An isotropic well in a frame that turns fast: at rest its orbits are ellipses, in closed form.
+    rng = np.random.default_rng(12)
+    for rate, well, time in ((1000.0, 1.7, 30.0), (-200.0, 0.9, 40.0)):
+        model = fa.hamiltonian("w**2*(x**2 + y**2)/2", rotation=rate, w=well)
+        z = rng.normal(size=(4, 24))
+        c, s = np.cos(well * time), np.sin(well * time)
+        q, p = c * z[:2] + s / well * z[2:], -well * s * z[:2] + c * z[2:]
+        angle = float(mpmath.fmod(mpmath.mpf(rate) * time, 2 * mpmath.pi))
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        found = fa.integrate(model, z, time=time)
+        ratio = np.abs(found.z - np.concatenate([turn @ q, turn @ p])) / found.error
+        assert (ratio <= 1).mean() > 0.97
+        assert ratio.max() < 10

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..models.contracts import driven
+from ..models.mechanics import turns
 from .flow import Flow, Wear
 from .motion import Motion
 from .time_transformed import TransformedFlow
@@ -32,6 +33,8 @@ HALVINGS = 3
 """How often steps are halved at most beyond the first pair of runs."""
 
 NOISE = float(np.finfo(float).eps)
+TURNED = 12 * NOISE
+"""Rounding of the angle by which a frame turns: that of sums of fractions of a step, alike in all steps."""
 """Rounding error of a kick."""
 
 EARLY = 100.0
@@ -139,6 +142,9 @@ def estimated(
     order, part = flow.scheme.order, share_of(flow)
     spans = np.maximum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
+    if turns(flow.model):
+        angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
+        noise = noise + TURNED * plan.motion.far * angle
     local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
     with np.errstate(all="ignore"):
         if flow.alike:

@@ -21,7 +21,7 @@ from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
-from ..models.contracts import damped, dimension, driven, moving
+from ..models.contracts import Kind, damped, dimension, driven, kind_of, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
 from . import observers
@@ -158,7 +158,7 @@ class Flow:
         """
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes(self.model, z0)).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
-        guess = np.maximum(guess, 1e-6)
+        guess = np.where(guess > 0, guess, 1e-6)
         if driven(self.model):
             guess = np.full_like(guess, 1e-3 * self.model.period)
         return np.where(np.isfinite(self.step), self.step, guess)
@@ -354,6 +354,8 @@ class Flow:
             b,
             errors,
             dense,
+            self.model.degrees_of_freedom,
+            kind_of(self.model) is Kind.FLOW,
             self.rtol,
             self.atol,
             np.array(np.broadcast_to(time, orbits), dtype=np.float64),

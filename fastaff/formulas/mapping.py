@@ -19,6 +19,12 @@ from .grammar import CONSTANTS, FUNCTIONS, Program, parse
 from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
 
+TRIED = 400
+"""Points around the origin, and as many farther away, at which a map is tried."""
+
+SAME = 1e-10
+"""Part of the images by which they may differ a period later, by rounding."""
+
 
 def mapping(
     text: str,
@@ -37,11 +43,11 @@ def mapping(
     stand for what comes later; coordinates, momenta: the names of the variables, in pairs (default: x with p, p_x or
     px; q_1 with p_1; else the first half of the images are those of coordinates); periods: of coordinates and momenta
     that have one, numbers or formulas of parameters, {"x": "2*pi"}: they are brought back to half a period around 0
-    after each iterate; domain: a formula of the coordinates that is positive where the map lives, such as an aperture,
-    beyond which an orbit ends; parameters: each by its name, floats. Returns a model with the parameters as its fields,
-    which stay run-time values; `.symplectic` says whether it is that. Raises ValueError or TypeError for what is no
-    such text (nothing is ever executed), a name without a value or a value without use; ImportError where a new text
-    finds no SymPy.
+    after each iterate, and are refused where the images of points a period apart are not; domain: a formula of the
+    coordinates that is positive where the map lives, such as an aperture, beyond which an orbit ends; parameters: each
+    by its name, floats. Returns a model with the parameters as its fields, which stay run-time values; `.symplectic`
+    says whether it is that. Raises ValueError or TypeError for what is no such text (nothing is ever executed), a name
+    without a value or a value without use; ImportError where a new text finds no SymPy.
 
     A map's time is a whole number of iterates, exponents and tunes are per iterate; it has neither step nor scheme nor
     energy. An orbit ends, in all analyses alike, with the first iterate that is outside the domain (`COLLAPSED`) or not
@@ -156,9 +162,34 @@ def remade(request: tuple, values: tuple) -> Any:
 
 
 def _tried(model: Any) -> None:
-    """Refuse a map that has a finite image nowhere around the origin."""
-    z = 1.5 * np.random.default_rng(5).uniform(-1, 1, (2 * model.degrees_of_freedom, 400))
+    """Refuse a map that has a finite image nowhere, around the origin, its parameters or far away, or not the periods
+    that it is said to have.
+    """
+    random, periods = np.random.default_rng(5), np.array(model.periods(), dtype=float)[:, None]
+    near = random.uniform(-1, 1, (len(periods), TRIED)) * np.where(periods > 0, periods / 2, 1.5)
+    size = 10.0 ** random.uniform(-12, 15, TRIED)
+    far = random.choice([0.0, *map(float, model)], near.shape) + size * random.uniform(-1, 1, near.shape)
+    z = np.concatenate([near, np.where(periods > 0, near, far)], axis=1)
+    image = _images(model, z)
+    real = np.isfinite(image).all(axis=0)
+    if not real.any():
+        raise ValueError(f"text: the map has a finite real image at none of {real.size} points up to 1e15 from 0")
+    names, z, image = (*model.coordinates, *model.momenta), z[:, real], image[:, real]
+    for row in np.flatnonzero(periods[:, 0] > 0):
+        later = _images(model, z + periods * (np.arange(len(periods)) == row)[:, None])
+        with np.errstate(all="ignore"):
+            turns = np.where(periods > 0, np.rint((later - image) / np.where(periods > 0, periods, 1.0)), 0.0)
+            off = np.abs(later - image - turns * periods) > SAME * (np.abs(image) + np.abs(later))
+        if off.any(axis=0).mean() > 0.25:
+            at, worst = np.argwhere(off.T)[0]
+            place = ", ".join(f"{name} = {number:.4g}" for name, number in zip(names, z[:, at], strict=True))
+            raise ValueError(
+                f"periods[{names[row]!r}] must be one of the map's, got {periods[row, 0]:.9g}: at {place} the image "
+                f"of {names[worst]} is {image[worst, at]:.9g} and {later[worst, at]:.9g} a period later"
+            )
+
+
+def _images(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the images (2n, points) of points z."""
     with np.errstate(all="ignore"):
-        images = [np.broadcast_to(row, 400) for row in model.iterate(*z)]
-    if not np.isfinite(images).all(axis=0).any():
-        raise ValueError("text: the map has a finite real image at none of 400 points with |z| < 1.5")
+        return np.array([np.broadcast_to(row, z.shape[1]) for row in model.iterate(*z)])

@@ -160,12 +160,21 @@ def is_isotropic(trial: Trial) -> bool:
 
 
 def check_real(program: Program, parameters: Mapping[str, float], coordinates: tuple[str, ...], argument: str) -> None:
-    """Refuse a formula of coordinates that is real nowhere that is tried."""
+    """Refuse a formula of coordinates that is real nowhere that is tried: around the origin, then around the
+    parameters and ever farther away.
+    """
     trial = Trial(program, parameters)
-    for _ in range(20 * POINTS):
-        if (
-            trial.value({name: trial.uniform(-1.5, 1.5) for name in coordinates}, trial.generic_parameters())
-            is not None
-        ):
+    for k in range(40 * POINTS):
+        generic = trial.generic_parameters()
+        centres, size = [0.0, *generic.values()], 1.5
+        if k >= 20 * POINTS:
+            size = 10 ** trial.uniform(-12, 15)
+        point = {}
+        for name in coordinates:
+            centre = centres[trial.random.randrange(len(centres))] if k >= 20 * POINTS else 0
+            point[name] = centre + size * trial.uniform(-1, 1)
+        if trial.value(point, generic) is not None:
             return
-    raise ValueError(f"{argument}: the formula has no finite real value at any of {20 * POINTS} points with |q| < 1.5")
+    raise ValueError(
+        f"{argument}: the formula has no finite real value at any of {40 * POINTS} points up to 1e15 from 0"
+    )

@@ -8,7 +8,7 @@ from ...schemes.catalogue import RungeKutta, Splitting
 from .angle_lines import LineTable
 from .angle_loops import Layout
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
-from .readings import CHANGED, Reading
+from .readings import CHANGED, RESOLVED, Reading
 
 
 class Found:
@@ -44,9 +44,13 @@ class Found:
         """Return what the frequencies over that time and their change say of each orbit."""
         m, change = self.layout.m, self.change
         turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
-        changed = (time / 2 * change[:m].max(axis=0, initial=0.0) > CHANGED) | (self.rank == 0)
+        cycles = time / 2 * change[:m].max(axis=0, initial=0.0)
         kind = np.where(self.rank < len(self.nu), FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
-        kind[changed] = FrequencyKind.IRREGULAR
+        # Two steady lines closer than 1/time, such as those of a slow precession, look alike and may change by a turn.
+        vague = (time * np.where(np.isfinite(self.error[:m]), self.error[:m], 0.0) >= 1).any(axis=0)
+        vague = (self.rank == 0) | (vague & (not self.layout.body))
+        kind[vague] = FrequencyKind.UNDECIDED
+        kind[cycles > np.where(vague, RESOLVED, CHANGED)] = FrequencyKind.IRREGULAR
         kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
         return kind
 

@@ -36,8 +36,9 @@ class FrequencyMap(Result):
     value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
     DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show the
     leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is
-    too short to tell. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n,
-    orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
+    too short to tell, as where two lines are closer than 1/time (a slow precession, weakly coupled modes), whose errors
+    are then 1/time or more. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis
+    (n, n, orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
     Frequencies that all have basis 1 are those of the coordinates' own lines; a singular basis tells that the leading
     lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
     nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,); t (orbits,) the

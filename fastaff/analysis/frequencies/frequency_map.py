@@ -29,6 +29,7 @@ from .fundamental import fastest
 from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
+from .turning import unresolved
 
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
@@ -333,4 +334,7 @@ class FrequencyWork:
         found = (basis[-1, -1] == 1) & (basis[-1, :-1] == 0).all(axis=0) & (np.abs(nu[-1] - known) <= 2 * error[-1])
         nu[-1] = np.where(found, known, nu[-1])
         error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])
+        # Beside a fraction of the drive an orbit may turn in an island, too slowly to see.
+        slow = known * unresolved(nu[:-1] / known, self.time * known)
+        error[:-1] = error[:-1] + np.where(found, slow, 0.0)
         return nu, error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -27,6 +28,12 @@ ROUGH = 0.1
 
 SAME = 0.5
 """Cycles over the window by which a mean rate may be off the line that it should be."""
+
+RESOLVED, CRISP = 1.5, 1e-6
+"""Cycles over the window between two frequencies that lines tell apart, and errors up to which they need not be."""
+
+BLUR = 4.0
+"""Factor of the errors of closer ones all the same: all windows see the same of a beat."""
 
 ROUNDING = 1e-13
 AT_ONCE = 256
@@ -125,6 +132,8 @@ def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Rea
         lost = found.drifting | _without_lines(own, rough, s, loops, centre, stride, dt, threads)
         steady = np.where(lost[:, None], 0.0, centre)
     chosen, combination = librations(_with_lines(own, s, loops, steady, stride, dt, fallback, threads))
+    if not layout.body:
+        chosen = chosen._replace(error=_blurred(chosen, found, time))
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(centre), n, n), np.int64)
@@ -171,6 +180,25 @@ def _with_scheme(
         leading_error,
         basis,
     )
+
+
+def _blurred(rates: _Rates, found: Modes, time: float) -> np.ndarray:
+    """Return the errors (orbits, m) of rates whose lines are as close as 1/time, within which two look like one.
+
+    Known to 1/time only are loops that no line of the lattice explains, and two frequencies as close as that where not
+    both are sharp, as those of two coordinates that do not know of one another are.
+    """
+    nu, error, some = rates.nu, rates.error, found.owned & (rates.nu > 0)
+    vague = found.moving & ~found.owned & (found.combination == 0).all(axis=2)
+    near = np.zeros_like(vague)
+    for i, j in itertools.combinations(range(nu.shape[1]), 2):
+        with np.errstate(invalid="ignore"):
+            pair = some[:, i] & some[:, j] & (np.abs(nu[:, i] - nu[:, j]) * time < RESOLVED)
+            both = pair & ((error[:, i] + error[:, j]) * time > CRISP)
+        for k in (i, j):
+            near[:, k] |= pair
+            vague[:, k] |= both
+    return np.where(near, BLUR * error, error) + vague / time
 
 
 def _modes(s: np.ndarray, dt: float, threads: int) -> tuple[Modes, np.ndarray]:

@@ -126,7 +126,7 @@ def _within(weights: np.ndarray) -> tuple[int, int]:
     return (int(some[0]), int(some[-1]) + 1) if some.size else (0, 0)
 
 
-def unresolved(rotation: np.ndarray, steps: np.ndarray | int) -> np.ndarray:
+def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around
     between the m.
 

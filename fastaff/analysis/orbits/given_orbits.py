@@ -100,7 +100,8 @@ def given_orbits(
         order = tuple(_order(name, part, 2) for part in parts)
     else:
         part = _source(name, value)
-        parts, order = (part,), (_order(name, part, 3),)
+        order = (_order(name, part, 3),)
+        parts = (_rows_of(name, part, order[0][0], names),)
     shape = _shape(name, parts, order)
     if dt is None and times is None:
         times = _coordinate(parts[0], order[0])
@@ -251,13 +252,41 @@ def _check_shape(name: str, shape: tuple[int, int, int], part: Any, least: int) 
     )
 
 
+def _rows_of(name: str, part: Any, axis: int, names: tuple[str, ...] | None) -> Any:
+    """Return a labelled array with its rows in the order of `names`, where its labels are names; raises ValueError for
+    labels that say that the rows are in another order, or that only some of the names are among.
+    """
+    labels = _labels(part, axis)
+    if labels is None or labels.dtype.kind not in "UOT" or not hasattr(part, "isel"):
+        return part
+    known = [str(label) for label in labels]
+    if names is None:
+        paired = list(zip(known[::2], known[1::2], strict=False))
+        if len(known) > 2 and all(p.strip("_") in (f"p{q}", f"p_{q}", f"v{q}", f"v_{q}") for q, p in paired):
+            wanted = " ".join([*known[::2], *known[1::2]])
+            raise ValueError(
+                f"{name} has rows {' '.join(known)}, each momentum behind its coordinate: give the order q1, ..., qn, "
+                f"p1, ..., pn, coordinates={wanted!r}"
+            )
+        return part
+    missing = [entry for entry in names if entry not in known]
+    if missing and len(missing) < len(names):
+        raise ValueError(f"coordinates must be names in {name}, which has {shown(known)}, got {missing[0]!r}")
+    return part if missing else part.isel({part.dims[axis]: [known.index(entry) for entry in names]})
+
+
+def _labels(part: Any, axis: int) -> np.ndarray | None:
+    """Return the labels that a labelled array has along an axis; None where it has none."""
+    dims, coords = getattr(part, "dims", None), getattr(part, "coords", None)
+    if not isinstance(dims, tuple) or coords is None or dims[axis] not in coords:
+        return None
+    return np.asarray(coords[dims[axis]])
+
+
 def _coordinate(part: Any, order: tuple[int, ...]) -> Any:
     """Return the times that a labelled array has along its samples; None where it has none."""
-    dims, coords = getattr(part, "dims", None), getattr(part, "coords", None)
-    if not isinstance(dims, tuple) or coords is None or dims[order[-1]] not in coords:
-        return None
-    labels = np.asarray(coords[dims[order[-1]]])
-    return labels if labels.dtype.kind in "iuf" else None
+    labels = _labels(part, order[-1])
+    return labels if labels is not None and labels.dtype.kind in "iuf" else None
 
 
 def _interval(dt: Any, times: Any, samples: int) -> tuple[float, float | None]:

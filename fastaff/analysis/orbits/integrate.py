@@ -97,10 +97,11 @@ def integrate(
     Kutta scheme, the name of one of the package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which
     chooses by trial, or None: the splitting with the fewest forces for the accuracy (BLANES_MOAN6 from 1e-7, below it
     BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given;
-    docs/schemes.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme;
-    energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads; report(fraction). Returns
-    Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for wrong input; Interrupted
-    on Ctrl-C, with `.partial`.
+    docs/schemes.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme,
+    in parts of each coordinate and of that or, where it is larger, of what its rate makes of a step, so that neither
+    knows of units; energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads;
+    report(fraction). Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for
+    wrong input; Interrupted on Ctrl-C, with `.partial`.
 
     A map is iterated `time` times, which is a whole number that `samples` divides; it has neither step nor scheme, and
     no energy: its energy errors are 0.
