@@ -295,7 +295,7 @@ CALLS = {
     "islands": (fa.islands, {"points": POINTS, "max_period": 4}),
     "level_diagram": (fa.quantum.level_diagram, {"make": own_harmonic, "values": [1.0, 2.0], **Q, "count": 2}),
     "level_list": (fa.quantum.level_list, {"classes": lambda: [result("levels")]}),
-    "mapping": (fa.mapping, {"text": "p1 = p + K*sin(x); x1 = x + p1", "periods": {"x": 6.3}, "K": 1.0}),
+    "mapping": (fa.mapping, {"text": "p1 = p + K*sin(x); x1 = x + p1", "periods": {"x": "2*pi"}, "K": 1.0}),
     "mean_spacing_ratio": (fa.quantum.mean_spacing_ratio, {"spectra": [LEVELS]}),
     "naff": (fa.naff, {"signal": RING, "dt": 0.1, "lines": 2}),
     "number_packet": (fa.quantum.number_packet, {"body": HARMONIC, "n": (3, 2), **Q, "width": (1.0, 0.0)}),
