@@ -21,7 +21,7 @@ from ..flows.checks import NATURAL, checked_model
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
-from ..formulas.mapping import mapping
+from ..formulas.mapping import mapping, untried
 from ..formulas.section_text import section_named
 from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
 from ..schemes.catalogue import scheme_named
@@ -99,7 +99,7 @@ class Answers:
         try:
             for _ in range(64):
                 try:
-                    _typed(message, dict.fromkeys(names, 1.0))
+                    _typed(message, dict.fromkeys(names, 1.0), known=False)
                     break
                 except ValueError as problem:
                     unknown = str(problem).partition("unknown name '")[2].partition("'")[0]
@@ -327,8 +327,8 @@ def _label(name: str) -> str:
     return ("p_" if stem != name else "") + LETTERS.get(stem, stem)
 
 
-def _typed(given: dict[str, Any], parameters: dict[str, Any]) -> Any:
-    """Return the model of a typed formula."""
+def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True) -> Any:
+    """Return the model of a typed formula; known: whether the parameters have values, else any will do."""
     text = given["formula"]
     if given["kind"] == "body":
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
@@ -339,7 +339,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any]) -> Any:
     if given["kind"] == "map":
         angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
         periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in angles)}
-        return mapping(text, periods=periods, **parameters)
+        return mapping(text, periods=periods, **parameters) if known else untried(text, parameters, periods=periods)
     return checked_model(hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters), kinds=NATURAL)
 
 

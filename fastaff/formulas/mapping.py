@@ -56,14 +56,26 @@ def mapping(
     Source: Meiss 1992, Rev. Mod. Phys. 64, 795 (symplectic maps); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
     (SymPy).
     """
-    values = values_of(parameters, ())
+    model = untried(text, parameters, coordinates, momenta, periods, domain)
+    _tried(model)
+    return model
+
+
+def untried(
+    text: str,
+    parameters: Mapping[str, float],
+    coordinates: str | Sequence[str] | None = None,
+    momenta: str | Sequence[str] | None = None,
+    periods: Mapping[str, float | str] | None = None,
+    domain: str | None = None,
+) -> Any:
+    """Return the map of a text as `mapping` does, whatever its images are with these parameters."""
+    values = values_of(dict(parameters), ())
     found = statements(text, tuple(values))
     q, p = _paired(found.variables, coordinates, momenta)
     request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p), values))
     cls: Any = _class(request, found, values)
-    model = cls(*values.values())
-    _tried(model)
-    return model
+    return cls(*values.values())
 
 
 def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
