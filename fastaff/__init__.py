@@ -5,7 +5,6 @@ is in `analysis`, `charts`, `models`, `schemes`, `formulas`, `files`, `jobs`; qu
 `plot`: each is loaded when it is first used, and so are the names themselves (`fastaff.public`).
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -77,11 +76,10 @@ def __getattr__(name: str) -> Any:
 
 
 def _module(name: str) -> Any:
-    """Load a module of the package; Ctrl-C, which would leave others half loaded for good, waits for that."""
-    from .base.interruption import unbroken
+    """Load a module of the package."""
+    from .base.interruption import imported
 
-    with unbroken():
-        return import_module(f".{name}", __name__)
+    return imported(f".{name}", __name__)
 
 
 def _loaded() -> dict[str, Any]:

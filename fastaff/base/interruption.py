@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 
@@ -38,13 +39,14 @@ def keeping(function: str, partial: Callable[[], Any]) -> Iterator[None]:
 @contextmanager
 def recognized() -> Iterator[None]:
     """Raise Ctrl-C as such where the code of others, whose locks it met, makes another exception of it."""
+    earlier = sys.exc_info()[1]  # which the caller has dealt with
     try:
         yield
     except Exception as problem:
         cause: BaseException | None = problem
-        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        while cause is not earlier and cause is not None and not isinstance(cause, KeyboardInterrupt):
             cause = cause.__cause__ or cause.__context__
-        if cause is not None:
+        if cause is not earlier and cause is not None:
             raise cause from None
         raise
 
@@ -80,6 +82,14 @@ def unbroken() -> Iterator[Callable[[], None]]:
         _taken(arrived, before)
         if problem is not None:
             raise problem
+
+
+def imported(name: str, package: str | None = None) -> Any:
+    """Return a module, loaded where it is not yet: Ctrl-C would leave others half loaded for good,
+    and waits.
+    """
+    with unbroken():
+        return import_module(name, package)
 
 
 def _taken(arrived: list[int], handlers: Mapping[int, Any]) -> None:

@@ -21,7 +21,6 @@ import html
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import singledispatch
-from importlib import import_module
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self, cast
 
@@ -30,6 +29,7 @@ import numpy as np
 from . import status as outcomes
 from .axes import Axes, declared, padded
 from .display import brief, screen, short
+from .interruption import imported
 from .numbers import an_array, shown
 from .provenance import provenance
 
@@ -47,7 +47,7 @@ class Drawable:
     def plot(self, *others: Any, **options: Any) -> Any:
         """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
         Returns the artists drawn. Raises TypeError where there is no such figure."""
-        import_module("..plot", __package__)  # which registers its figures; loaded when it is first used
+        imported("..plot", __package__)  # which registers its figures; loaded when it is first used
         return drawn(self, *others, **options)
 
 
@@ -175,7 +175,7 @@ class Result(Drawable):
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """
-        import_module("..files", __package__)  # which registers how
+        imported("..files", __package__)  # which registers how
         return saved(self, path, force=force, **parameters)
 
     def to_dict(self) -> dict[str, Any]:
@@ -189,7 +189,7 @@ class Result(Drawable):
     def to_xarray(self) -> Any:
         """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
         try:
-            import xarray
+            xarray = imported("xarray")
         except ImportError:
             raise ImportError(
                 "to_xarray needs xarray: install fastaff[io], or take to_dict(), which needs nothing"

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.interruption import imported
 from ..compile import cache, jit
 from .ceiling import ceiling
 from .equations import split
@@ -182,7 +183,7 @@ def rebuild(request: tuple, values: tuple) -> Any:
 
 def _derive(request: Request, programs: Any, values: Mapping[str, float]) -> str:
     try:
-        import sympy  # noqa: F401
+        imported("sympy")
     except ImportError:
         raise ImportError("a formula that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
     with ceiling():

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.interruption import imported
 from ..compile import jit
 from .ceiling import ceiling
 from .formula import checked_names, values_of
@@ -132,7 +133,7 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
 
     def derived() -> str:
         try:
-            import sympy  # noqa: F401
+            imported("sympy")
         except ImportError:
             raise ImportError("a map that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
         with ceiling():

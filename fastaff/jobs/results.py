@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.interruption import imported
 from .job import Job
 from .scans import FoundCases, assembled
 from .store import ATTEMPT, DONE, WAITING, Store
@@ -132,9 +133,7 @@ class JobResults:
         """Open the store as an xarray.DataTree, whose arrays are read when they are used."""
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
-        import xarray
-
-        return xarray.open_datatree(str(self.path), engine="zarr")
+        return imported("xarray").open_datatree(str(self.path), engine="zarr")
 
     def to_netcdf(self, path: Any) -> None:
         """Write the store as NetCDF, for other programs."""

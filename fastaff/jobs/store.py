@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.interruption import recognized
+from ..base.interruption import imported, recognized
 from ..base.placing import draft, umask
 from ..base.results import Column, columns
 from ..base.status import Status
@@ -283,10 +283,9 @@ def _opened(path: Path, mode: Any) -> Any:
 
 def _zarr() -> Any:
     try:
-        import zarr
+        return imported("zarr")
     except ImportError:
         raise ImportError("stores need zarr and xarray: pip install 'fastaff[io]'") from None
-    return zarr
 
 
 def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> None:

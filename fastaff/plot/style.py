@@ -10,6 +10,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar, cast
 
+from ..base.interruption import imported
 from ..base.numbers import real
 
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
@@ -95,9 +96,7 @@ class Artists(NamedTuple):
 
 def styled() -> Any:
     """Return the context in which figures are made; it leaves the settings of Matplotlib as they were."""
-    import matplotlib
-
-    return matplotlib.rc_context({**SETTINGS, **INK, **PAPER})
+    return imported("matplotlib").rc_context({**SETTINGS, **INK, **PAPER})
 
 
 def light(colour: Any) -> bool:
@@ -132,13 +131,9 @@ def figure(function: Function) -> Function:
 
     @functools.wraps(function)
     def draw(*given: Any, ax: Any = None, **options: Any) -> Any:
-        import matplotlib
-
-        with matplotlib.rc_context(SETTINGS):
+        with imported("matplotlib").rc_context(SETTINGS):
             if ax is None:
-                import matplotlib.pyplot as plt
-
-                ax = plt.subplots(layout="constrained")[1]
+                ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
             _check(ax, options.get("size"))
             with _inked(ax):
                 return function(*given, ax=ax, **options)
