@@ -117,6 +117,40 @@ def test_several_threads_of_a_user_at_once():
     assert python(code) == [" ".join(["True"] * 8)]
 
 
+ENDLESS = {
+    "integrate": "fa.integrate(body, z0, time=1e9, step=0.05, threads={threads})",
+    "naff": "fa.naff(np.random.default_rng(1).normal(size=(9000, 8192)), dt=1.0, lines=9, threads={threads})",
+    "calls": "[fa.integrate(body, z0, time=9.0, step=0.05, threads={threads}) for _ in range(10**7)]",
+}
+
+
+@pytest.mark.skipif(jit.JIT_DISABLED, reason="no threads")
+@pytest.mark.parametrize(("name", "threads"), [("integrate", 2), ("naff", 2), ("calls", 1)])
+def test_the_interpreter_ends_while_daemon_threads_compute(name, threads):
+    """It waits for none of them to be done; none writes to memory that it lets go of, or takes half for a result. Nor
+    does other work wait for them.
+    """
+    code = f"""
+        import atexit, threading
+        begun = threading.Event()
+        atexit.register(lambda: print(np.array_equal(whole, fa.integrate(body, z0, time=50.0, step=0.05, threads=2).z)))
+
+        def work():
+            begun.set()
+            try:
+                {ENDLESS[name].format(threads=threads)}
+            except Exception:
+                pass
+            print("done")
+
+        threading.Thread(target=work, daemon=True).start()
+        begun.wait()
+        fa.integrate(body, z0, time=200.0, step=0.05, threads=1)
+        print("left")
+        """
+    assert python(code) == ["left", "True"]
+
+
 @pytest.mark.skipif(jit.JIT_DISABLED, reason="no threads")
 def test_the_number_of_threads_is_that_of_the_user():
     code = """

@@ -20,7 +20,7 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.compile import packing
-from fastaff.compile.threads import Task, settle
+from fastaff.compile.threads import Task, available_threads, settle
 
 TRIES = 150 * TIMES
 
@@ -76,6 +76,24 @@ def test_what_a_task_raises_is_its_owners():
     with pytest.raises(ZeroDivisionError):
         task.ended(0.0)
     settle([task])
+
+
+def test_a_task_needs_no_thread_that_is_busy():
+    """Others may keep all threads for hours."""
+    go = threading.Event()
+    long = [Task(go.wait) for _ in range(2 * available_threads())]
+    for task in long:
+        task.begin()
+    said = []
+    task = Task(lambda: said.append(1))
+    task.begin()
+    settled(task)
+    go.set()
+    for entry in (*long, *(Task(lambda: None) for _ in range(available_threads()))):
+        entry.begin()
+        settled(entry)
+    task.make()
+    assert said == [1]
 
 
 def test_a_thread_keeps_nothing_of_what_it_has_done():

@@ -18,7 +18,7 @@ from numba.extending import intrinsic, register_model
 from .callees import Callee
 from .jit import JIT_DISABLED, POINTS, BlockFunction
 from .pointers import address
-from .threads import Task, default_threads
+from .threads import Task, default_threads, ending
 
 QUICK = 0x405
 """Flags of an array in one piece (NPY_ARRAY_C_CONTIGUOUS) of its own (NPY_ARRAY_OWNDATA) that may be written to
@@ -154,15 +154,17 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
 
     # A caller that is interrupted lets go of memory to which the others may still write: they hold it too.
     others = [Task(functools.partial(_holding, share, memory, arguments)) for _ in range(min(threads, units) - 1)]
-    try:
-        for other in others:
-            other.begin()
-        share()
-    finally:
-        end[0] = 0
-        for other in others:
-            while not (other.withdrawn() or other.ended(1.0)):  # one that has not begun would wait for a free thread
-                pass
+    with ending(functools.partial(end.__setitem__, 0, 0)):
+        try:
+            for other in others:
+                other.begin()
+            share()
+        finally:
+            end[0] = 0
+            for other in others:
+                # One that has not begun would wait for a free thread.
+                while not (other.withdrawn() or other.ended(1.0)):
+                    pass
 
 
 def _holding(call: Callable[[], object], *_held: Any) -> None:

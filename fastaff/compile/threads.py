@@ -11,7 +11,8 @@ import contextlib
 import functools
 import os
 import threading
-from collections.abc import Callable, Iterable
+import time as clock
+from collections.abc import Callable, Iterable, Iterator
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -53,13 +54,14 @@ class Task:
 
     def __init__(self, call: Callable[[], object]):
         self._call = call
-        self._made_by: dict[str, str] = {}
+        self._made_by: dict[str, object] = {}
         self._bell: SimpleQueue[None] = SimpleQueue()
-        self._done = False
+        self._begun = self._done = False
         self._problem: BaseException | None = None
 
     def begin(self) -> None:
         """Let a thread make the call."""
+        self._begun = True
         _tasks(os.getpid()).put(self)
 
     def withdrawn(self) -> bool:
@@ -67,19 +69,24 @@ class Task:
         return self._made_by.setdefault("by", "nobody") == "nobody" or self._done
 
     def ended(self, seconds: float) -> bool:
-        """Return whether the call has ended, after at most so many seconds; what it raised is raised."""
+        """Return whether the call has ended, after at most so many seconds; what it raised is raised. Where all threads
+        are busy with the work of others until then, it gets one of its own.
+        """
         if not self._done:
             with contextlib.suppress(Empty):
                 self._bell.get(timeout=seconds)
         if not self._done:
+            if self._begun and not self._made_by:
+                _Worker(target=self.make, daemon=True).start()
             return False
         if self._problem is not None:
             raise self._problem
         return True
 
     def make(self) -> None:
-        """Make the call, unless it was taken back."""
-        if self._made_by.setdefault("by", "a thread") != "a thread":
+        """Make the call, unless it was taken back or another thread has."""
+        mine = object()
+        if self._made_by.setdefault("by", mine) is not mine:
             return
         try:
             self._call()
@@ -88,6 +95,52 @@ class Task:
         finally:
             self._done = True
             self._bell.put(None)
+
+
+class _Worker(threading.Thread):
+    """A thread that makes what others have begun."""
+
+
+_UNDER_WAY: dict[object, Callable[[], object]] = {}
+"""How work of threads but the main one is told to come to an end."""
+
+_ENDING = threading.Event()
+"""Whether the interpreter ends, which lets go of what daemon threads hold while their compiled code uses it."""
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_UNDER_WAY.clear)  # a fork has none of these threads
+
+
+@contextlib.contextmanager
+def ending(stop: Callable[[], object]) -> Iterator[None]:
+    """Run compiled code that stop() brings to an end before its time. Where the interpreter ends meanwhile it is called
+    and waited for, and the thread, which is a daemon's, ends with SystemExit: what it has come to is no result.
+    """
+    thread = threading.current_thread()
+    if thread is threading.main_thread() or isinstance(
+        thread, _Worker
+    ):  # in which the interpreter ends; which has an owner
+        yield
+        return
+    mark = object()
+    _UNDER_WAY[mark] = stop
+    try:
+        if _ENDING.is_set():
+            raise SystemExit
+        yield
+    finally:
+        _UNDER_WAY.pop(mark, None)
+    if _ENDING.is_set():
+        raise SystemExit
+
+
+@atexit.register
+def _end() -> None:
+    _ENDING.set()
+    while _UNDER_WAY:
+        for stop in list(_UNDER_WAY.values()):
+            stop()
+        clock.sleep(0.001)
 
 
 def settle(tasks: Iterable[Task]) -> None:
@@ -108,11 +161,12 @@ def _tasks(process: int) -> SimpleQueue[Task | None]:
             task.make()
             del task  # and what it holds
 
-    threads = [threading.Thread(target=work, name=f"fastaff-{n}", daemon=True) for n in range(available_threads())]
+    threads = [_Worker(target=work, name=f"fastaff-{n}", daemon=True) for n in range(available_threads())]
     for thread in threads:
         thread.start()
 
     def end() -> None:
+        _end()
         _tasks.cache_clear()
         for _ in threads:
             tasks.put(None)

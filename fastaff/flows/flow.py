@@ -16,7 +16,7 @@ from ..compile import damping
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
-from ..compile.threads import Task, settle
+from ..compile.threads import Task, ending, settle
 from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
@@ -65,15 +65,16 @@ def launch(
         return
 
     task = Task(partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads))
-    try:
-        task.begin()
-        while not task.ended(0.1):
-            if report is not None and work > 0:
-                report(min(1.0, float(progress.sum()) / work))
-    except BaseException:
-        stop[0] = 1  # whatever happened, the kernel must not be left running
-        settle([task])
-        raise
+    with ending(partial(stop.fill, 1)):
+        try:
+            task.begin()
+            while not task.ended(0.1):
+                if report is not None and work > 0:
+                    report(min(1.0, float(progress.sum()) / work))
+        except BaseException:
+            stop[0] = 1  # whatever happened, the kernel must not be left running
+            settle([task])
+            raise
 
 
 class Wear(NamedTuple):

@@ -16,7 +16,7 @@ from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.results import Result
-from ...compile.threads import Task, checked_threads, settle
+from ...compile.threads import Task, checked_threads, ending, settle
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
@@ -181,16 +181,17 @@ def followed_line(
 def _together(work: Callable[[int], None], workers: int, stop: threading.Event, progress: Callable[[], Any]) -> None:
     """Run work(worker) of each of several threads; an error or Ctrl-C stops all of them."""
     tasks = [Task(functools.partial(work, worker)) for worker in range(workers)]
-    try:
-        for task in tasks:
-            task.begin()
-        for task in tasks:
-            while not task.ended(0.1):
-                progress()
-    except BaseException:
-        stop.set()
-        settle(tasks)
-        raise
+    with ending(stop.set):
+        try:
+            for task in tasks:
+                task.begin()
+            for task in tasks:
+                while not task.ended(0.1):
+                    progress()
+        except BaseException:
+            stop.set()
+            settle(tasks)
+            raise
 
 
 class _Scratch:
