@@ -33,9 +33,10 @@ HALVINGS = 3
 """How often steps are halved at most beyond the first pair of runs."""
 
 NOISE = float(np.finfo(float).eps)
+"""Rounding error of a kick."""
+
 TURNED = 12 * NOISE
 """Rounding of the angle by which a frame turns: that of sums of fractions of a step, alike in all steps."""
-"""Rounding error of a kick."""
 
 EARLY = 100.0
 """Radians up to which orbits are slowed three times as much: before an orbit has returned to a hyperbolic point a few
