@@ -22,7 +22,6 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from ..base.interruption import unbroken
 from ..base.placing import sweep
 
 SUFFIX = ".code"
@@ -104,7 +103,6 @@ class CodeCache(NullCache):
         """The folder."""
         return str(self._folder)
 
-    @unbroken()  # LLVM asks Python for the code, and runs without where that fails
     def load_overload(self, sig, target_context):
         """Return the code for a signature, None where there is none."""
         target_context.refresh()

@@ -21,7 +21,6 @@ from numba.core import cgutils
 from numba.core import config as _config
 from numba.core import event as events
 from numba.core.ccallback import CFunc
-from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
@@ -110,16 +109,6 @@ def who_else_writes(folder: Path) -> tuple[str, str] | None:
     return None
 
 
-@functools.cache
-def _shielded() -> None:
-    """Keep Ctrl-C out of where Numba does not survive it: what it loads once, and what LLVM calls from its own code."""
-    with unbroken():
-        cpu_target.typing_context.refresh()
-        cpu_target.target_context.refresh()
-        engine = cpu_target.target_context.codegen()._engine
-        engine.finalize_object = unbroken()(engine.finalize_object)
-
-
 class _Between(events.Listener):
     """Take signals where a pass of the compiler begins: elsewhere they may leave it half done, locked for other threads
     or with calls that it still takes for its own, or be lost.
@@ -138,8 +127,9 @@ class _Between(events.Listener):
 
 @contextlib.contextmanager
 def compiling() -> Iterator[None]:
-    """Compile something. Garbage collection waits: it takes a fifth of the time, and there is little garbage."""
-    _shielded()
+    """Compile or load something. Signals wait for the next pass: LLVM asks Python for code, and goes on without where
+    that fails. Garbage collection waits: it takes a fifth of the time, and there is little garbage.
+    """
     with unbroken() as take, events.install_listener("numba:run_pass", _Between(take)):
         before = gc.isenabled()
         gc.disable()

@@ -117,9 +117,8 @@ def ending(stop: Callable[[], object]) -> Iterator[None]:
     and waited for, and the thread, which is a daemon's, ends with SystemExit: what it has come to is no result.
     """
     thread = threading.current_thread()
-    if thread is threading.main_thread() or isinstance(
-        thread, _Worker
-    ):  # in which the interpreter ends; which has an owner
+    # In the main thread the interpreter ends; workers have an owner.
+    if thread is threading.main_thread() or isinstance(thread, _Worker):
         yield
         return
     mark = object()
@@ -141,6 +140,24 @@ def _end() -> None:
         for stop in list(_UNDER_WAY.values()):
             stop()
         clock.sleep(0.001)
+
+
+def together(calls: Iterable[Callable[[], object]], stop: Callable[[], object], between: Callable[[], object]) -> None:
+    """Make calls in threads, with between() about ten times a second in this one; whatever comes, stop() brings all of
+    them to an end and none is left running.
+    """
+    tasks = [Task(call) for call in calls]
+    with ending(stop):
+        try:
+            for task in tasks:
+                task.begin()
+            for task in tasks:
+                while not task.ended(0.1):
+                    between()
+        except BaseException:
+            stop()
+            settle(tasks)
+            raise
 
 
 def settle(tasks: Iterable[Task]) -> None:

@@ -16,7 +16,7 @@ from ..compile import damping
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
-from ..compile.threads import Task, ending, settle
+from ..compile.threads import together
 from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
@@ -58,23 +58,17 @@ def launch(
     The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised
     when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here.
     """
-    if steps <= BRIEF and not JIT_DISABLED:
-        run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
+
+    def tell() -> None:
         if report is not None and work > 0:
             report(min(1.0, float(progress.sum()) / work))
-        return
 
-    task = Task(partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads))
-    with ending(partial(stop.fill, 1)):
-        try:
-            task.begin()
-            while not task.ended(0.1):
-                if report is not None and work > 0:
-                    report(min(1.0, float(progress.sum()) / work))
-        except BaseException:
-            stop[0] = 1  # whatever happened, the kernel must not be left running
-            settle([task])
-            raise
+    if steps <= BRIEF and not JIT_DISABLED:
+        run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
+        tell()
+        return
+    run = partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
+    together([run], partial(stop.fill, 1), tell)
 
 
 class Wear(NamedTuple):

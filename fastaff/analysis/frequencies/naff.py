@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.results import Result
-from ...compile.threads import Task, checked_threads, ending, settle
+from ...compile.threads import checked_threads, together
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
@@ -155,7 +154,8 @@ def found_lines(
         if workers == 1:
             analyse(0, report)
         else:
-            _together(analyse, workers, stop, lambda: report is not None and report(float(finished.mean())))
+            calls = [functools.partial(analyse, worker) for worker in range(workers)]
+            together(calls, stop.set, lambda: report is not None and report(float(finished.mean())))
     return found()
 
 
@@ -176,22 +176,6 @@ def followed_line(
         transforms = np.fft.fft(signal[part, begin:end] * window.weight)
         follow_lines(transforms, window, work, count[part], which[part], u[part], a[part], found[part])
     return np.where(which < count, found / unit, np.nan)
-
-
-def _together(work: Callable[[int], None], workers: int, stop: threading.Event, progress: Callable[[], Any]) -> None:
-    """Run work(worker) of each of several threads; an error or Ctrl-C stops all of them."""
-    tasks = [Task(functools.partial(work, worker)) for worker in range(workers)]
-    with ending(stop.set):
-        try:
-            for task in tasks:
-                task.begin()
-            for task in tasks:
-                while not task.ended(0.1):
-                    progress()
-        except BaseException:
-            stop.set()
-            settle(tasks)
-            raise
 
 
 class _Scratch:
