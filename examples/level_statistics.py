@@ -69,11 +69,11 @@ for low, high in itertools.pairwise(WINDOWS):
     chosen = [(E[kept], x[kept]) for E, x, kept in zip(spectra, unfolded, inside) if np.count_nonzero(kept) > 2]
     ratios.append(fastaff.quantum.mean_spacing_ratio([E for E, _ in chosen]))
     spacings.append(np.concatenate([np.diff(x) for _, x in chosen]))
-for low, high, ratio, share, theory, s in zip(WINDOWS, WINDOWS[1:], ratios, chaos.fraction, expected, spacings):
+for k, (low, high, ratio, theory, s) in enumerate(zip(WINDOWS, WINDOWS[1:], ratios, expected, spacings)):
     fit = fastaff.quantum.fit_spacings(s, fastaff.quantum.BerryRobnik)
     print(
-        f"E = {low:.2f} ... {high:.2f}: {ratio.ratios} ratios, <r> = {ratio.value:.4f} +- {ratio.error:.4f}; classical "
-        f"share {share:.3f}, "
+        f"E = {low:.2f} ... {high:.2f}: {ratio.ratios} ratios, <r> = {ratio.value:.4f} +- {ratio.error:.4f}; "
+        f"{chaos.shares.of(k).said()}, "
         f"which gives {theory:.4f}; fitted to P(s) {fit.law.chaotic:.3f} ({fit.low:.3f} ... {fit.high:.3f}); mean "
         f"spacing {s.mean():.3f}"
     )

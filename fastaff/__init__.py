@@ -5,6 +5,7 @@ is in `analysis`, `charts`, `models`, `schemes`, `formulas`, `files`, `jobs`; qu
 `plot`: each is loaded when it is first used, and so are the names themselves (`fastaff.public`).
 """
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -53,9 +54,10 @@ _RENAMED = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a folder of the package or its public names when one is first used; say where a name of version 0.1 is now.
+    """Load a folder of the package or its public names when one is first used.
 
-    Raises ImportError for such a name, whose message `from fastaff import name` shows too, AttributeError for others.
+    Raises AttributeError for a name that is none, which says where one of version 0.1 is now; in `from fastaff import
+    name`, which shows no AttributeError, ImportError with the same message.
     """
     if name in _FOLDERS:
         return _module(name)
@@ -65,11 +67,11 @@ def __getattr__(name: str) -> Any:
     if name in names:
         return names[name]
     new = _RENAMED.get(name, name)
-    if new in names["__all__"]:
-        raise ImportError(f"fastaff.{name} is fastaff.{new} since version 0.2")
-    for folder in ("analysis", "charts", "models", "quantum", "schemes"):
-        if new in _module(folder).__all__:
-            raise ImportError(f"fastaff.{name} is fastaff.{folder}.{new} since version 0.2")
+    for folder in ("", "analysis.", "charts.", "models.", "quantum.", "schemes."):
+        if new in (_module(folder[:-1]).__all__ if folder else names["__all__"]):
+            importing = sys._getframe(1).f_code.co_name == "_handle_fromlist"  # of importlib
+            kind = ImportError if importing else AttributeError
+            raise kind(f"fastaff.{name} is fastaff.{folder}{new} since version 0.2")
     from .base.names import did_you_mean
 
     raise AttributeError(f"fastaff has no {name!r}.{did_you_mean(name, __dir__())} dir(fastaff) lists what it has")

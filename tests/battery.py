@@ -412,6 +412,7 @@ CONTAINERS = {
     "Tunes",
     "ResonanceLine",
     "Character",
+    "Shares",
     "Event",
     "FrequencyKind",
     "Interrupted",
@@ -440,8 +441,12 @@ FORMULAS = {
     "squares",
     "from_planes",
     "to_planes",
+    "interval",
+    "of",
 }
-"""Methods of models and sections: arithmetic that kernels compile, without checks."""
+"""Methods of models and sections: arithmetic that kernels compile, without checks; and of shares, which the battery
+calls through their results.
+"""
 
 
 PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) for name in home.__all__}
@@ -470,7 +475,16 @@ def discovered():
 
 def arguments(name):
     """Names of the arguments of a call."""
-    taken, given = CALLS[name]
+    return list(dict.fromkeys([*(p.name for p in _parameters(name)), *CALLS[name][1]]))
+
+
+def defaults(name):
+    """Values that the arguments of a call have by themselves."""
+    return {p.name: p.default for p in _parameters(name) if p.default is not Parameter.empty}
+
+
+def _parameters(name):
+    taken = CALLS[name][0]
     while isinstance(taken, partial):
         taken = taken.args[0]
     if getattr(taken, "__name__", "") == "call":
@@ -479,8 +493,7 @@ def arguments(name):
     elif getattr(taken, "__name__", "") == "<lambda>":
         taken = PUBLIC[name]
     kinds = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
-    found = [p.name for p in signature(taken).parameters.values() if p.kind not in kinds and p.name != "self"]
-    return list(dict.fromkeys([*found, *given]))
+    return [p for p in signature(taken).parameters.values() if p.kind not in kinds and p.name != "self"]
 
 
 # --- values -------------------------------------------------------------------------------------------------------
@@ -491,6 +504,31 @@ class Thing:
 
     def __repr__(self):
         return "Thing()"
+
+
+class Quantity(np.ndarray):
+    """Numbers with a unit, as Astropy's are: NumPy strips the unit in silence, and a single one of no unit alone is a
+    float.
+    """
+
+    def __new__(cls, value, unit):
+        found = np.asarray(value).view(cls)
+        found.unit = unit
+        return found
+
+    def __array_finalize__(self, source):
+        self.unit = getattr(source, "unit", "")
+
+    def __getitem__(self, key):
+        return Quantity(np.asarray(self)[key], self.unit)
+
+    def __repr__(self):
+        return f"<Quantity {np.asarray(self)} {self.unit}>"
+
+    def __float__(self):
+        if self.unit not in ("", "%"):
+            raise TypeError("only dimensionless scalar quantities can be converted to Python scalars")
+        return float(np.asarray(self)) / (100 if self.unit else 1)
 
 
 def _nested(depth):
@@ -634,6 +672,60 @@ def like(value):
     return {f"argument with {name}" if not name.startswith("as") else name: entry for name, entry in changed.items()}
 
 
+OTHERS = {("EnergyGrid.spread", "values"), ("PeriodicOrbits.take", "items"), ("SectionMap.take", "items")}
+"""Arguments that take other things than real numbers too: values of any kind, masks."""
+
+
+def astray(value):
+    """What looks like a number or an array of them, and is it only if a part of it is thrown away."""
+    if isinstance(value, (bool, np.bool_)) or callable(value):
+        return {}
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        return {}
+    if array.dtype.kind not in "iufc" or not array.size:
+        return {}
+    rows = list(array) if array.ndim else []
+    hidden = np.ma.masked_array(array, np.arange(array.size).reshape(array.shape) == 0)
+    found = {
+        "in degrees": Quantity(array, "deg"),
+        "in percent": Quantity(100 * array, "%"),
+        "in a list, in degrees": [Quantity(row, "deg") for row in rows],
+        "in a tuple, in percent": tuple(Quantity(row, "%") for row in rows),
+        "in a list, masked": [hidden[k] for k in range(len(rows))],
+        "in a list, one of them true": [bool(rows[0].all()), *array[1:].tolist()] if array.ndim == 1 else [],
+        "in a list, all of them true": np.ones(array.shape, bool).tolist() if rows else [],
+    }
+    if array.dtype.kind != "c":
+        found |= {
+            "complex64": array.astype(np.complex64)[()] + np.complex64(1j),
+            "clongdouble": array.astype(np.clongdouble)[()] + np.clongdouble(1j),
+            "complex list": (array + 1j).tolist(),
+        }
+    if not array.ndim:
+        found |= {
+            "complex of no dimensions": np.array(complex(array, 1.0)),
+            "true of no dimensions": np.array(True),
+            "text of no dimensions": np.array(str(value)),
+            "seconds": np.timedelta64(5, "s"),
+            "masked": hidden,
+        }
+    return {name: entry for name, entry in found.items() if not isinstance(entry, (list, tuple)) or entry}
+
+
+def numeric(name):
+    """Arguments of a call that are numbers or arrays of them, given or by default, or nothing."""
+    values = {key: usual(name, key) for key in arguments(name) if (name, key) not in OTHERS}
+    return {key: value for key, value in values.items() if astray(value)}
+
+
+def usual(name, argument):
+    """What an argument of a call is, given or by default; a number where that is nothing."""
+    value = CALLS[name][1].get(argument, defaults(name).get(argument))
+    return 1.0 if value is None else value
+
+
 def inputs():
     """Every input: (name of the call, argument, name of the value)."""
     for name, (_, given) in CALLS.items():
@@ -712,12 +804,17 @@ def outcome(name, *replaced):
     """Call with arguments replaced, each by the name of a value; return "accepted", "refused", or what is wrong in
     words.
 
-    A refusal names one of these arguments, or another one of the call that it does not go with.
+    A refusal names one of these arguments, or another one of the call that it does not go with, and says so once.
     """
     given, wanted = base(name), [argument for argument, _ in replaced]
     names = "|".join(re.escape(other.rstrip("s")) for other in {*arguments(name), *wanted})
     for argument, value in replaced:
-        given[argument] = VALUES[value] if value in VALUES else like(given[argument])[value]
+        if value in VALUES:
+            given[argument] = VALUES[value]
+        elif argument in given and value in (others := like(given[argument])):
+            given[argument] = others[value]
+        else:
+            given[argument] = astray(usual(name, argument))[value]
     own = any(argument in FUNCTIONS and callable(given[argument]) for argument in wanted)
     long = any(argument in LONG for argument in wanted)
     timed = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
@@ -737,6 +834,8 @@ def outcome(name, *replaced):
         text = str(problem)
         if not re.search(rf"(?<![a-zA-Z])({names})(?![a-rt-zA-Z])", text) and not own:
             return f"{type(problem).__name__} without the name {' or '.join(map(repr, wanted))}: {text[:200]}"
+        if again := re.search(r"(\b\w+ (?:must|takes) ).*\1", text):
+            return f"says twice {again[1]!r}: {text[:200]}"
         return "refused" if len(text) < 3000 else f"a message of {len(text)} characters"
     except Exception as problem:
         return "refused" if own else f"{type(problem).__name__}: {str(problem)[:200]}"

@@ -1,6 +1,7 @@
 """Settings that all tests share."""
 
 import os
+import shutil
 
 # Two test runs on two cores: threads of BLAS that wait for one another made matrices of 500 rows ten times slower.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -17,3 +18,21 @@ def two_threads():
     """Skip where Numba has one thread only."""
     if (os.cpu_count() or 1) < 2 or os.environ.get("NUMBA_NUM_THREADS") == "1":
         pytest.skip("needs two threads")
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory):
+    """A store of a small job, which nobody changes."""
+    from job_cases import SMALL_GRID
+
+    import fastaff
+
+    path = tmp_path_factory.mktemp("made") / "s"
+    fastaff.run(SMALL_GRID, path)
+    return path
+
+
+@pytest.fixture
+def store(made, tmp_path):
+    """A copy of it."""
+    return shutil.copytree(made, tmp_path / "s")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from own_models import HenonHeilesInUnits
 
@@ -26,6 +28,9 @@ CELLS = Job(
     integrate=MOTION,
 )
 """Orbits of which some escape, on a grid of which the energy reaches some cells only."""
+
+SMALL_GRID = replace(CELLS, starts=Starts(grid="3x5", range1="-0.1:0.2", range2="-0.1:0.1"), unit=4)
+"""The same on fifteen points."""
 
 JOBS = {
     "cells": CELLS,

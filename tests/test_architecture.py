@@ -193,10 +193,51 @@ def test_importing_the_package_is_light():
         "import fastaff, sys, numba\n"
         "fastaff.Body\n"
         "from numba.core.registry import CPUDispatcher\n"
-        "print(sum(bool(v.signatures) for m in list(sys.modules.values()) if m.__name__.startswith('fastaff')"
+        "sys.modules['nameless'] = object()\n"  # as others leave there
+        "print(sum(bool(v.signatures) for name, m in list(sys.modules.items()) if name.startswith('fastaff')"
         " for v in vars(m).values() if isinstance(v, CPUDispatcher)))"
     )
     assert int(compiled) == 0
+
+
+MISSING = """
+import sys
+sys.modules["{package}"] = None
+import fastaff, numpy as np
+from fastaff import plot
+from fastaff.jobs import Job, Motion, Store
+results = fastaff.integrate(fastaff.HenonHeiles(), [0.1, 0.0, 0.0, 0.1], time=1.0, step=0.1)
+asked = {asked}
+for act in asked:
+    try:
+        act()
+    except ImportError as problem:
+        assert "pip install 'fastaff[{extra}]'" in str(problem) and "{package}" in str(problem), problem
+    else:
+        raise SystemExit(f"nothing was needed by {{act}}")
+print(len(asked))
+"""
+
+
+@pytest.mark.parametrize(
+    ("package", "extra", "asked"),
+    [
+        (
+            "matplotlib",
+            "plot",
+            "[results.plot, plot.styled] + "
+            "[lambda n=n: getattr(plot, n)(None, None) for n in plot.__all__ if n.startswith('plot_')]",
+        ),
+        ("xarray", "io", "[results.to_xarray]"),
+        ("zarr", "io", "[lambda: fastaff.run(Job(starts=[0.1, 0, 0, 0.1], model=fastaff.HenonHeiles(), "
+            "integrate=Motion(time=1.0)), STORE)]"),
+        ("sympy", "symbolic", "[lambda: fastaff.hamiltonian('x**2*0.7312', coordinates='x'), lambda: "
+            "fastaff.mapping('p1 = p + 0.7312*sin(x); x1 = x + p1')]"),
+    ],
+)  # fmt: skip
+def test_what_needs_a_package_that_is_missing_says_which_extra(package, extra, asked, tmp_path):
+    asked = asked.replace("STORE", repr(str(tmp_path / "store")))
+    assert int(run(MISSING.format(package=package, extra=extra, asked=asked))) > 0
 
 
 PUBLIC = list(battery.PUBLIC.items())
@@ -251,6 +292,9 @@ def test_names_of_version_0_1_say_where_they_are():
             exec(f"from fastaff import {name}", {})
         module, _, new = str(caught.value).split()[2].rpartition(".")
         assert hasattr(importlib.import_module(module), new)
+        assert not hasattr(fastaff, name)
+        with pytest.raises(AttributeError, match=f"^{re.escape(str(caught.value))}$"):
+            getattr(fastaff, name)
     assert not hasattr(fastaff, "nothing")
     assert set(fastaff.__all__) <= set(dir(fastaff))
     assert len(fastaff.__all__) <= 84

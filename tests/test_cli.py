@@ -295,7 +295,9 @@ def test_chaos_map_command(tmp_path, capsys):
     assert arrays["cell"].size == orbits == 20 - arrays["forbidden"].sum()
     assert metadata["time"] == 400
     assert metadata["interrupted"] is False
-    assert f"chaotic fraction {metadata['fraction']:.3f}" in said
+    assert f"{fastaff.load(tmp_path / 'c.npz').shares.said()}; {orbits} orbits" in said
+    assert (arrays["interval"][0] < metadata["fraction"]) & (metadata["fraction"] < arrays["interval"][1])
+    assert arrays["bounds"].shape == (2,)
     assert (
         f"{int(((arrays['verdict'] == fastaff.analysis.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic"
         in said
@@ -337,7 +339,9 @@ def test_chaos_map_of_random_orbits_over_periods(tmp_path):
 def test_scans(tmp_path, capsys):
     common = ["chaos-map", *SURFACE[2:], "--orbits", "6", "--time", "500", "--early-stop"]
     assert cli.main([*common, "--scan", "energy=0.1:1.5:3", "--out", str(tmp_path / "one")]) == 0
-    assert "1 empty, where the energy reaches nothing" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "1 empty, where the energy reaches nothing" in said
+    assert fastaff.load(tmp_path / "one.npz").shares.said() in said
     arrays, metadata = files.contents(tmp_path / "one.npz")
     assert metadata["names"] == ["energy"]
     np.testing.assert_allclose(arrays["axes_0"], [0.1, 0.8, 1.5])

@@ -92,6 +92,18 @@ def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
     assert (tmp_path / "s.pdf").read_bytes().startswith(b"%PDF")
 
 
+def test_captions_say_what_is_open_of_a_chaotic_fraction(tmp_path, monkeypatch):
+    """Of a map, and of a scan over two parameters, which shows neither intervals nor undecided orbits."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*MAP, "--out", "m", "--no-figure"]) == 0
+    drawn, _ = _of_file(tmp_path / "m.npz", Look())
+    plane = ["--scan", "energy=1:1.5:2", "--scan", "K=1:2:2"]
+    assert cli.main([*MAP, *plane, "--out", "s", "--no-figure"]) == 0
+    scan, _ = _of_file(tmp_path / "s.npz", Look())
+    for name, figure in (("m", drawn["chaos_map"]), ("s", scan["scan"])):
+        assert files.load(f"{name}.npz").shares.said() in " ".join(figure.get_supxlabel().split("\n"))
+
+
 def test_captions_are_mathematics():
     import fastaff as fa
 

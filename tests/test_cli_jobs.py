@@ -15,7 +15,7 @@ import pytest
 from fastaff import files
 from fastaff.cli import main as cli
 from fastaff.cli import options
-from fastaff.jobs import Job, JobResults
+from fastaff.jobs import Job, JobResults, Store
 from fastaff.jobs.analyses import Chaos, Frequencies, Poincare
 
 pytest.importorskip("cyclopts")
@@ -312,6 +312,28 @@ def test_another_job_in_a_store_is_refused_by_the_field(tmp_path, capsys, monkey
     assert "[chaos_map] time was 10.0, is 20.0" in capsys.readouterr().err
     assert cli.main(["run", "a.toml", "--quiet", "--overwrite"]) == 0
     assert JobResults.stored("a.zarr")["chaos_map"].time == 20.0
+
+
+def test_a_store_of_another_processor(tmp_path, capsys, monkeypatch):
+    """It is read, and goes on where that is asked for; its log moves no cursor."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(TABLES + "[starts]\norbits = 6\n[poincare]\ncrossings = 3\n")
+    assert cli.main(["run", "a.toml", "--quiet"]) == 0
+    store = Store("a.zarr", writing=True)
+    store.tell(processor="core2 sse2")
+    store.forget(0)
+    with open("a.zarr/units.jsonl", "a") as log:
+        log.write(json.dumps({"number": "\x1b[31m", "orbits": 1, "seconds": 1e9, "statuses": {}, "energy_error": 0.0}))
+    capsys.readouterr()
+    assert cli.main(["status", "a.zarr"]) == 0
+    said = capsys.readouterr().out
+    assert "\x1b" not in said
+    assert "go on with: fastaff resume a.zarr" in said
+    for command in (["resume", "a.zarr"], ["run", "a.toml"]):
+        assert cli.main(command) == 2
+        assert "another kind of processor: it had core2" in capsys.readouterr().err
+    assert cli.main(["resume", "a.zarr", "--other-processor", "--workers", "1"]) == 0
+    assert "processors of several kinds" in capsys.readouterr().out
 
 
 def test_sizes_in_bytes():

@@ -114,9 +114,10 @@ def test_one_class(m, l, capsys, tmp_path):
     assert "Friedrichs" in metadata["method"]
     printed = rows(captured.out)
     assert len(printed) == 6
-    assert float(printed[0]["E"]) == pytest.approx(GROUND[m, l], abs=2e-13)
-    for row, E, label in zip(printed, truth.E, truth.n.T):
-        assert abs(float(row["E"]) - E) <= 1e-13
+    assert float(printed[0]["E"]) == pytest.approx(GROUND[m, l], abs=1e-12)
+    for row, E, error, label in zip(printed, truth.E, truth.error, truth.n.T):
+        assert error < 1e-12
+        assert abs(float(row["E"]) - E) <= 5e-13  # the digits that the error leaves
         assert [int(row["n_r"]), int(row["n_vartheta"])] == label.tolist()
         assert (row["converged"], row["degeneracy"]) == ("yes", "1")
         assert row["(m, l)"] == f"({m},{l})"
@@ -239,9 +240,10 @@ def test_ctrl_c_keeps_what_is_complete(capsys, tmp_path, monkeypatch):
         count.append(1)
         if len(count) == 3:
             raise KeyboardInterrupt
-        return fastaff.quantum.spectrum_table(*args, **choices)
+        return tables(*args, **choices)
 
-    monkeypatch.setattr(listing, "spectrum_table", stopping)
+    tables = listing.tables_below
+    monkeypatch.setattr(listing, "tables_below", stopping)
     assert cli.main(["spectrum", "--model", "harmonic", "--below", "9.5", "--out", str(tmp_path / "s")]) == 130
     arrays, metadata = files.contents(tmp_path / "s.npz")
     end = metadata["complete_below"]

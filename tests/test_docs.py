@@ -1,11 +1,14 @@
 """The site and README: links lead to files, code runs, every public name has its place, docstrings become fields."""
 
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import fastaff
@@ -102,6 +105,103 @@ def test_commands_of_readme_run(tmp_path, monkeypatch):
         assert main(words) == 0, command
     assert (tmp_path / "fastaff-poincare.png").exists()
     assert fastaff.files.contents(tmp_path / "fastaff-poincare.npz")
+
+
+def printed():
+    """Command lines of README, pages and the help, in blocks of text and within lines; cells run in the build."""
+    from fastaff.cli.options import HELP
+
+    found = re.findall(r"`(fastaff [^`]*)`", HELP)
+    for page in [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]:
+        if "_generated" in page.parts or "_build" in page.parts:
+            continue
+        blocks = re.findall(r"^```([^\n]*)\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+        texts = "".join(block for kind, block in blocks if kind in ("", "text", "console"))
+        found += [line for line in texts.replace("\\\n", " ").splitlines() if line.startswith("fastaff ")]
+        found += re.findall(r"`(fastaff [^`]*)`", re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL))
+    return list(dict.fromkeys(found))
+
+
+SMALLER = [
+    (r"(--(?:axes|scan) \S+=\S+:\S+):\d+", r"\1:2"),
+    (r"--grid \S+", "--grid 3x3"),
+    (r"--time \d+", "--time 100"),
+    (r"--orbits \d+", "--orbits 4"),
+    (r"--levels \d+", "--levels 3"),
+    (r"-8:8", "-1:1"),
+    (r"K=0.2:10", "K=2:4"),
+    (r"job\.(toml|zarr)", r"map.\1"),
+]
+"""What makes a command short: its numbers of things, never its options."""
+
+
+def shortened(line):
+    """Return a command that does the same with less."""
+    for pattern, instead in SMALLER:
+        line = re.sub(pattern, instead, line)
+    command = line.split()[1]
+    if command in ("poincare", "frequency-map", "chaos-map"):
+        if not re.search("--(grid|axes|file|orbits|scan)", line):
+            line += " --grid 3x3"
+        line += " --orbits 4" * ("--scan" in line)
+        line += " --crossings 5" * (command == "poincare" and "--crossings" not in line)
+    return line
+
+
+COMPUTES = list(dict.fromkeys(shortened(line) for line in printed() if len(line.split()) > 2 and "..." not in line))
+"""Those that are whole: of the others the names are looked at."""
+
+LONG = "fastaff spectrum --m 0 --l 0 --levels 3 --scan"
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """A folder with a job, its store and starting points, as pages name them."""
+    folder = tmp_path_factory.mktemp("stored")
+    job = fastaff.Job(
+        model=fastaff.HenonHeiles(),
+        surface=fastaff.jobs.Surface(energy=0.1),
+        starts=fastaff.jobs.Starts(grid="3x3"),
+        frequency_map=fastaff.jobs.Frequencies(time=200.0),
+    )
+    (folder / "map.toml").write_text(job.text())
+    fastaff.run(job, folder / "map.zarr")
+    np.save(folder / "starts.npy", [[0.1, 0.5], [0.0, 0.2]])
+    return folder
+
+
+@pytest.mark.parametrize(
+    "line", [pytest.param(line, marks=[pytest.mark.slow] * line.startswith(LONG)) for line in COMPUTES]
+)
+def test_printed_commands_run(line, stored, tmp_path, monkeypatch):
+    """All of them, with less to compute, figures included."""
+    from fastaff.cli.main import main
+
+    there = shutil.copytree(stored, tmp_path / "there")
+    monkeypatch.chdir(there)
+    before = set(there.iterdir())
+    if "--write-job map.toml" in line:
+        (there / "map.toml").unlink()
+    words = shlex.split(line)[1:]
+    assert main(words) == 0
+    assert set(there.iterdir()) > before or words[0] in ("run", "resume", "rerun", "status") or "--write-job" in line
+
+
+def test_what_printed_commands_name_exists():
+    """Commands, targets of make, files that Python runs, and extras of the package."""
+    from fastaff.cli.application import COMMANDS
+
+    assert len(COMPUTES) > 20
+    assert {line.split()[1] for line in printed()} - {"--help", "--version", "--install-completion"} <= {*COMMANDS}
+    targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    extras = re.findall(r"^(\w+) = \[", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    for page in PAGES:
+        text = page.read_text()
+        assert {*re.findall(r"(?:^|`)make ([a-z][\w-]*)", text, re.MULTILINE)} <= {*targets}, page
+        for name in re.findall(r"(?:^|`)python ([\w/]+\.py)", text, re.MULTILINE):
+            assert (ROOT / name).exists(), (page, name)
+        for names in re.findall(r"pip install \S*\[([\w,]+)\]", text):
+            assert {*names.split(",")} <= {*extras}, (page, names)
 
 
 def test_every_public_name_is_on_one_page():

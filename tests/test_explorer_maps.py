@@ -249,7 +249,7 @@ def test_orbits_that_leave_keep_what_is_known():
         )
     for heard, (model, z0) in zip(explored(tasks), cases, strict=True):
         chaos = fa.chaos_map(model, z0, time=5000)
-        status = {fa.Status.ESCAPED: "escaped", fa.Status.NONFINITE: "escaped", fa.Status.COLLAPSED: "collapsed"}
+        status = {fa.Status.ESCAPED: "escaped", fa.Status.NONFINITE: "escaped", fa.Status.LOST: "lost"}
         last, survived = of(heard, "reading", 1)[-1], int(chaos.t[0]) - 1
         assert 0 < survived < 4999
         assert (last["status"], last["crossings"]) == (status[fa.Status(chaos.status[0])], survived)

@@ -54,8 +54,9 @@ def test_chaos_and_what_is_refused():
         fit_samples(wave)
     with pytest.raises(ValueError, match="samples must be of an orbit that moves"):
         fit_samples(0 * wave, 1.0)
-    wave[1, 400:] = np.nan
-    with pytest.raises(ValueError, match=r"samples must be finite, got .* at sample 400"):
-        fit_samples(wave, 1.0)
+    for gone in (np.nan, 0.0):
+        wave[:, 400:] = gone
+        with pytest.raises(ValueError, match=r"samples must be finite and move to the last one, got .* sample 400 on"):
+            fit_samples(wave, 1.0)
     with pytest.raises(ValueError, match="at least 384 samples"):
         fit_samples(wave[:, :300], 1.0)

@@ -75,6 +75,27 @@ def test_all_frequencies_of_a_linear_chain(n):
         assert (resonances(f).rank == 0).mean() >= 0.99
 
 
+def test_resonant_orbits_say_that_their_basis_is_another():
+    """Near 1 : 2, systems and orbits at random: nu are the lines of x and y, or the summary counts the orbit as of
+    another basis, whose integers lead back to these lines.
+    """
+    rng = np.random.default_rng(13)
+    spring = "(w*w*x**2 + y**2)/2 + e*x*y**2"
+    seen = 0
+    for _ in range(12):
+        model = hamiltonian(spring, w=rng.uniform(1.95, 2.05), e=rng.uniform(0.03, 0.4))
+        f = frequency_map(model, rng.uniform(-0.3, 0.3, (4, 20)), time=600.0)
+        through = np.einsum("ijo,jo->io", f.basis, f.nu)
+        slack = f.leading_error + np.einsum("ijo,jo->io", np.abs(f.basis), np.where(np.isfinite(f.error), f.error, 0))
+        known = f.basis.any(axis=1) & f.regular
+        assert (np.abs(through - f.leading) <= slack)[known].all()
+        off = (known & (np.abs(f.nu - f.leading) > f.error + f.leading_error)).any(axis=0)
+        assert not (off & ~f.other_basis).any()
+        assert f"{f.other_basis.sum()} by another basis" in f.summary() or not f.other_basis.any()
+        seen += off.sum()
+    assert 20 < seen < 220
+
+
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
 def test_the_accuracy_asked_for_is_reached(accuracy):
     """Steps as long as it allows; what the time leaves is below 1e-12 here: few lines, far apart."""

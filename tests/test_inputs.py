@@ -57,6 +57,25 @@ def test_inputs(name):
     assert judged(name, EACH, 1) == {}
 
 
+@pytest.mark.parametrize("name", battery.CALLS)
+def test_nothing_in_particular_is_taken_nowhere(name):
+    """In place of any argument, needed here or not."""
+    said = {argument: battery.outcome(name, (argument, "object")) for argument in battery.arguments(name)}
+    assert set(said.values()) <= {"refused"}, said
+
+
+@pytest.mark.parametrize("name", [name for name in battery.CALLS if battery.numeric(name)])
+def test_no_part_of_a_number_is_thrown_away(name):
+    """Of what is complex, masked, True or has a unit, in place of each number and array: nothing is taken."""
+    taken = {}
+    for argument, value in battery.numeric(name).items():
+        for kind in battery.astray(value):
+            said = battery.outcome(name, (argument, kind))
+            if said != "refused":
+                taken[argument, kind] = said
+    assert taken == {}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", battery.CALLS)
 def test_many_inputs(name):

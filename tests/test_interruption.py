@@ -202,7 +202,7 @@ def test_ctrl_c_in_the_locks_of_a_store_is_no_damage(tmp_path):
         def with_config(self, _):
             return self
 
-        shape, ndim, dtype = (1, 1), 2, np.dtype(object)
+        shape, ndim, dtype = (0, 1), 2, np.dtype(object)
 
         def __getitem__(self, _):
             locked()

@@ -12,26 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from job_cases import CELLS, JOBS, MOTION, bits
+from job_cases import JOBS, MOTION, bits
+from job_cases import SMALL_GRID as JOB
 
 import fastaff as fa
-from fastaff.jobs import JobResults, Starts
-from fastaff.jobs.store import ATTRIBUTES, Store
+from fastaff.jobs import JobResults
+from fastaff.jobs.store import ATTRIBUTES, FORMAT, Store
 from fastaff.jobs.wording import Wrong
-
-JOB = replace(CELLS, starts=Starts(grid="3x5", range1="-0.1:0.2", range2="-0.1:0.1"), unit=4)
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    path = tmp_path_factory.mktemp("made") / "s"
-    fa.run(JOB, path)
-    return path
-
-
-@pytest.fixture
-def store(made, tmp_path):
-    return shutil.copytree(made, tmp_path / "s")
 
 
 def edit(path, change):
@@ -147,10 +134,10 @@ def test_what_is_no_store(tmp_path):
 # --- forged -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", [0, 2, 99, -1, None, "1", [1], {}])
+@pytest.mark.parametrize("version", [0, 1, FORMAT + 1, 99, -1, None, "2", [2], {}])
 def test_other_formats(version, store):
     tell(store, lambda facts: facts.update(format=version))
-    refused(store, "has the format .*; this version of fastaff reads 1")
+    refused(store, f"has the format .*; this version of fastaff reads {FORMAT}")
 
 
 @pytest.mark.parametrize("root", ["null", "[]", "1", '"x"', "{", "[" * 10**5, "NaN", "\x00"])

@@ -395,13 +395,15 @@ def test_a_full_disk(after, tmp_path, whole, monkeypatch):
     def put(path, value, exclusive=False):
         count[0] += 1
         if count[0] > after:
-            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+            raise OSError(errno.ENOSPC, "No space left on device")
         return real(path, value, exclusive)
 
     monkeypatch.setattr(_local, "_put", put)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(OSError, match="No space left") as caught:
         fa.run(replace(CELLS, unit=7), tmp_path / "s")
     monkeypatch.undo()
+    assert str(tmp_path / "s") in str(caught.value.filename)
+    assert (f"go on with: fastaff resume {tmp_path / 's'}" in str(caught.value)) == (tmp_path / "s").exists()
     assert not [entry for entry in tmp_path.rglob("*") if entry.name.endswith(".partial")]
     assert [entry.name for entry in tmp_path.iterdir()] == (["s"] if (tmp_path / "s").exists() else [])
     assert bits(fa.run(replace(CELLS, unit=7), tmp_path / "s")) == whole("cells")

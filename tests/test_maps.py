@@ -180,7 +180,7 @@ def test_iterates_are_the_crossings_of_a_map():
     with np.errstate(all="ignore"):
         inside = np.logical_and.accumulate(naive[:, 0] ** 2 + naive[:, 1] ** 2 < 4.0, axis=0)
     # A particle is lost on the turn after its last state.
-    lost = found.status == fa.Status.COLLAPSED
+    lost = found.status == fa.Status.LOST
     assert 20 < lost.sum() < 280
     np.testing.assert_array_equal(found.counts, inside.sum(axis=0))
     early = found.points[:, :5, ~lost]

@@ -300,10 +300,11 @@ def test_shift_of_frequency_is_a_phase(shift, start, bins, ratio, order):
         (ValueError, "dt must be finite", {"dt": float("nan")}),
         (TypeError, "dt must be a real", {"dt": "1"}),
         (ValueError, "lines must be at least 1, got 0", {"lines": 0}),
-        (TypeError, "lines must be an integer, got 1.5", {"lines": 1.5}),
-        (ValueError, "window_order must be from 0 to 12, got -1", {"window_order": -1}),
-        (TypeError, "window_order must be an integer, got 2.0", {"window_order": 2.0}),
-        (TypeError, "window_order must be an integer, got True", {"window_order": True}),
+        (TypeError, "lines must be a whole number, got 1.5", {"lines": 1.5}),
+        (ValueError, "window_order must be at least 0, got -1", {"window_order": -1}),
+        (ValueError, "window_order must be at most 12, got 13", {"window_order": 13}),
+        (TypeError, "window_order must be a whole number, got 2.0", {"window_order": 2.0}),
+        (TypeError, "window_order must be a whole number, got True", {"window_order": True}),
     ],
 )
 def test_bad_input(kind, words, change):

@@ -192,6 +192,58 @@ def test_an_indicator_of_ones_own_is_checked(change, error, message):
         )
 
 
+def nothing_of_some(growth, i):
+    if time(growth, i) < 0.0:
+        return 1.0
+
+
+def unknown(growth, i):
+    return np.nan
+
+
+def of_half_a_digit(growth, i):
+    return np.float16(1.0)
+
+
+def of_a_text(growth, i):
+    return "calm"
+
+
+@pytest.mark.parametrize("above", [True, False])
+@pytest.mark.parametrize("more", [{}, {"early_stop": True}, {"history": 3}])
+@pytest.mark.parametrize("reading", [unknown, nothing_of_some])
+def test_an_indicator_that_says_nothing_leaves_all_undecided(reading, more, above):
+    own = fa.analysis.TangentIndicator("own", reading, limit=2.0, above=above)
+    found = fa.chaos_map(HenonHeiles(), HENON[:, :3], time=400.0, step=0.1, indicators=(own, fa.SALI()), **more)
+    alone = fa.chaos_map(HenonHeiles(), HENON[:, :3], time=400.0, step=0.1, indicators=(own,), **more)
+    assert np.isnan(found.own).all()
+    assert (found.verdicts[0] == fa.analysis.Character.UNDECIDED).all()
+    assert (alone.verdict == fa.analysis.Character.UNDECIDED).all()
+    assert (alone.status == fa.Status.OK).all()
+    assert np.isfinite(found.sali).all()
+
+
+@pytest.mark.parametrize("reading", [of_half_a_digit, of_a_text])
+def test_an_indicator_that_numba_cannot_compile_is_refused_by_name(reading):
+    own = fa.analysis.TangentIndicator("own", reading, limit=2.0)
+    with pytest.raises(TypeError, match=r"reading must be a function reading.* for Numba: ."):
+        fa.chaos_map(HenonHeiles(), HENON[:, 0], time=10.0, step=0.1, indicators=(own,))
+
+
+@pytest.mark.parametrize("said", [np.nan, None, 3, True, [True], np.ones(7, bool), np.ones(2), np.array(True), "calm"])
+def test_what_a_judge_says_is_checked(said):
+    own = fa.analysis.TangentIndicator("own", decades, limit=2.0, judge=lambda *_: said)
+    with pytest.raises(TypeError, match="judge of the indicator own must return an array of 2 True or False, got"):
+        fa.chaos_map(HenonHeiles(), HENON[:, :2], time=10.0, step=0.1, indicators=(own,))
+
+
+def test_what_a_judge_says_stays_his():
+    kept = np.ones(2, bool)
+    own = fa.analysis.TangentIndicator("own", decades, limit=9.0, judge=lambda *_: kept)
+    fa.chaos_map(HenonHeiles(), HENON[:, :2], time=10.0, step=0.1, indicators=(own,))
+    assert kept.all()
+
+
 def test_the_example_of_both():
     """The area is that of the spectrum's two positive exponents, and orbits end at their first point far out."""
     path = Path(__file__).parents[1] / "examples" / "own_indicator.py"

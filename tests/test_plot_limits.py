@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import inspect
+import warnings
 from dataclasses import replace
 
+import battery
 import numpy as np
 import pytest
 
@@ -13,6 +17,9 @@ pytest.importorskip("matplotlib")
 import matplotlib.pyplot as plt
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+
+from fastaff.plot.figures import FIGURES
+from fastaff.plot.quantum_chaos import plot_spacings
 
 MODEL, SECTION = fa.HenonHeiles(lam=1.0), fa.Linear((1, 0, 0, 0))
 
@@ -135,3 +142,55 @@ def test_orbits_that_are_chosen(ax):
 def test_a_mask_colours(ax, crossings):
     points = crossings.plot(ax=ax, values=np.arange(6) % 2 == 0).points
     assert set(points.get_array()) == {0.0, 1.0}
+
+
+# --- what is no value of an option ------------------------------------------------------------------------------------
+
+WRONG = [object(), "nothing", -1, float("nan"), [1, "a"], {}, np.zeros((3, 3, 3, 3)), np.inf]
+FOUND = [name for name in battery.CALLS if "." not in name and name not in battery.OF_TEXTS]
+FOUND = [name for name in FOUND if name.islower() or name == "AlphaTurning"]  # one section of a body
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_options_of_figures_are_taken_or_refused(name):
+    """Anything in the place of any option of the figure of a result: drawn, or TypeError or ValueError."""
+    result = battery.CALLS[name][0](**battery.base(name))
+    drawn = FIGURES.get(type(result))
+    options = [] if drawn is None else list(inspect.signature(drawn).parameters.values())[1:]
+    for option in options:
+        if option.name == "ax" or option.kind in (option.VAR_KEYWORD, option.VAR_POSITIONAL):
+            continue
+        for wrong in WRONG:
+            with warnings.catch_warnings(), contextlib.suppress(TypeError, ValueError):
+                warnings.simplefilter("ignore")  # of matplotlib, about what it was given
+                drawn(result, ax=Figure().subplots(), **{option.name: wrong})
+
+
+LAW = fa.quantum.BerryRobnik(0.3)
+
+
+@pytest.mark.parametrize("laws", [[LAW, fa.quantum.Brody(0.5)], (LAW,), LAW, {"mine": LAW}, [], {}], ids=repr)
+def test_laws_of_spacings_with_labels_or_without(ax, laws):
+    drawn = plot_spacings(np.random.default_rng(1).exponential(size=50), laws, ax=ax)
+    expected = laws.values() if isinstance(laws, dict) else laws if isinstance(laws, (list, tuple)) else [laws]
+    assert len(drawn.lines) == len(expected)
+    for line, law in zip(drawn.lines, expected, strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), law.density(line.get_xdata()))
+    labels = [line.get_label() for line in drawn.lines]
+    assert labels == (["mine"] if isinstance(laws, dict) and laws else [repr(law) for law in expected])
+
+
+@pytest.mark.parametrize(
+    "laws", [fa.quantum.BerryRobnik, [fa.quantum.BerryRobnik], {"a": 0.3}, [LAW, 0.3], 0.3, "GOE", None]
+)
+def test_what_are_no_laws(ax, laws):
+    with pytest.raises(TypeError, match=r"^laws must be laws of spacings, or such by their labels"):
+        plot_spacings([0.5, 1.0], laws, ax=ax)
+
+
+@pytest.mark.parametrize(
+    "given", [{"bins": 0}, {"bins": 2.5}, {"top": 0.0}, {"top": "a"}, {"spacings": [np.nan]}, {"spacings": "a"}]
+)
+def test_what_is_no_histogram(ax, given):
+    with pytest.raises((TypeError, ValueError), match=f"^{next(iter(given))} "):
+        plot_spacings(**{"spacings": [0.5, 1.0], "laws": [LAW], "ax": ax, **given})

@@ -583,7 +583,7 @@ def test_whole_floats_are_quantum_numbers():
         (lambda: AngleFactor(0, 0.0, np.inf), ValueError, "b must be finite"),
         (lambda: PlaneFactor(0, 0.0, 1.0)([1.0, np.nan]), ValueError, "radius must lie"),
         (lambda: AngleFactor(0, 0.0, 1.0)(4.0), ValueError, "vartheta must lie"),
-        (lambda: AngleFactor(0, 0.0, 1.0)(1j), TypeError, "vartheta must be real"),
+        (lambda: AngleFactor(0, 0.0, 1.0)(1j), TypeError, "vartheta must be an array of real numbers"),
         (lambda: laplacian(ELLIPTIC), ValueError, "chart must be one of"),
         (lambda: constant_operators(HARMONIC, ELLIPTIC), ValueError, "chart must be alpha-beta"),
         (lambda: hamiltonian_operator(HARMONIC, hbar=-1.0), ValueError, "hbar must be positive"),
@@ -650,5 +650,5 @@ def test_amplitudes_of_numbers_are_numbers(states_of_every_solver):
     ],
 )
 def test_quantum_numbers_that_are_none_are_named(m, error):
-    with pytest.raises(error, match="m must be a whole number"):
+    with pytest.raises(error, match=r"m must be (a whole number|finite)"):
         wave(m=m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import battery
 import numpy as np
 import pytest
 from scipy import stats
@@ -230,3 +231,28 @@ def test_a_time_that_decides_nothing_says_so():
     assert np.isnan(found.fraction).all()
     assert found.undecided.tolist() == [8, 8]
     assert found.summary().endswith("a longer time may decide, 100 natural periods or more")
+
+
+def test_maps_lose_orbits_through_an_aperture_and_to_infinity():
+    """None of them is done again by a scheme of systems in time."""
+    rng = np.random.default_rng(0)
+    henon = "x1 = 1 - a*x**2 + p; p1 = b*x"
+    makes = {
+        "NONFINITE": lambda a: (fastaff.mapping(henon, a=a, b=0.3), rng.uniform(-2, 2, (2, 40))),
+        "LOST": lambda a: (fastaff.models.OneTurnMap(octupole=-0.3, aperture=a), rng.uniform(-0.6, 0.6, (4, 40))),
+    }
+    for name, make in makes.items():
+        found = fastaff.chaotic_fraction(make, ([0.8, 1.1],), time=700)
+        gone = found.statuses[fastaff.Status[name]]
+        assert (gone > 3).all()
+        np.testing.assert_array_equal(found.failed, gone)
+        assert (found.sound > 0).all()
+        assert not found.rescued.any()
+        assert f"{gone.sum()} {name} (" in found.summary()
+
+
+@pytest.mark.parametrize("kind", ["in degrees", "complex64", "in percent", "in a list, masked"])
+def test_what_a_case_starts_from_is_plain_numbers(kind):
+    z0 = battery.astray(battery.Z4)[kind]
+    with pytest.raises((TypeError, ValueError), match="z0 must"):
+        fastaff.chaotic_fraction(lambda lam: (fastaff.HenonHeiles(lam), z0), ([1.0],), time=20.0, step=0.1)

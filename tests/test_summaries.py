@@ -2,12 +2,15 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import battery
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 import fastaff as fa
+from fastaff.analysis import Shares
 from fastaff.base.status import Status, describe
 
 RNG = np.random.default_rng(7)
@@ -54,6 +57,23 @@ def test_chaos_maps(seed):
     adds_up(replace(found, status=random_status(50), verdict=RNG.integers(3, size=50)))
     adds_up(replace(found, status=np.zeros(50, np.int64), verdict=RNG.integers(3, size=50)))
     adds_up(replace(found, status=np.full(50, 3), verdict=RNG.integers(3, size=50)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_frequency_maps(seed):
+    """All OK orbits are of one kind: by the own lines, by another basis, irregular or undecided."""
+    call, options = battery.CALLS["frequency_map"]
+    found = call(**options).take(np.zeros(50, np.int64))
+    n = len(found.nu)
+    basis = np.where(RNG.uniform(size=50) < 0.5, np.eye(n, dtype=np.int64)[:, :, None], RNG.integers(-2, 3, (n, n, 50)))
+    found = replace(found, status=random_status(50), kind=RNG.integers(4, size=50), basis=basis)
+    adds_up(found)
+    rows = [[row for row in matrix.T if row.any()] for matrix in basis.T]
+    other = [any(np.abs(row).sum() != 1 or row.min() < 0 for row in each) for each in rows]
+    places = [any(row[k] != 1 for k, row in enumerate(matrix.T) if row.any()) for matrix in basis.T]
+    fine = (found.status == Status.OK) & (found.kind < 2)
+    np.testing.assert_array_equal(found.other_basis, fine & (np.array(other) | places))
+    adds_up(replace(found, status=np.full(50, 3)))
 
 
 def test_resonances_and_periodic_orbits():
@@ -106,3 +126,67 @@ def test_levels():
 def test_islands():
     found = fa.islands(np.repeat(battery.POINTS[:, :, None], 5, axis=2), max_period=4)
     assert sum(counts(found.summary())) == 5
+
+
+# --- shares of chaotic orbits -----------------------------------------------------------------------------------------
+
+
+def random_shares(sets):
+    """Counts of chaotic, regular and undecided orbits, many and few of each, and none of some."""
+    return Shares(*(np.rint(10 ** RNG.uniform(-1, 3, (3, sets))).astype(int) * (RNG.uniform(size=(3, sets)) > 0.15)))
+
+
+def test_shares_are_those_of_wilson():
+    found = random_shares(200)
+    for k, (chaotic, regular, undecided) in enumerate(zip(*found)):
+        one = found.of(k)
+        if chaotic + regular == 0:
+            assert np.isnan([one.fraction, *one.interval()]).all()
+            continue
+        exact = binomtest(int(chaotic), int(chaotic + regular)).proportion_ci(method="wilson")
+        np.testing.assert_allclose(one.interval(), exact, atol=1e-9)
+        np.testing.assert_allclose(one.fraction, chaotic / (chaotic + regular), atol=0)
+        total = chaotic + regular + undecided
+        np.testing.assert_allclose(one.bounds, [chaotic / total, (chaotic + undecided) / total], atol=1e-15)
+
+
+def test_the_interval_covers_the_share_that_was_drawn():
+    p, n = RNG.uniform(size=20000), RNG.integers(20, 2000, 20000)
+    chaotic = RNG.binomial(n, p)
+    low, high = Shares(chaotic, n - chaotic, np.zeros_like(n)).interval()
+    assert 0.94 < ((low <= p) & (p <= high)).mean() < 0.96
+
+
+@pytest.mark.parametrize("sets", [1, 7])
+def test_a_fraction_is_said_with_what_is_open(sets):
+    """The numbers of the sentence: fraction, interval, percent undecided and bounds, least and largest of each."""
+    for _ in range(30):
+        found = random_shares(sets)
+        said, decided = found.said(), found.chaotic + found.regular
+        if not decided.any():
+            assert said == f"chaotic fraction unknown: none of {found.undecided.sum()} orbits is decided"
+            continue
+        with np.errstate(all="ignore"):
+            share = 100 * found.undecided / found.sound
+        parts = (
+            [found.fraction, found.interval(), share, found.bounds]
+            if found.undecided.any()
+            else [found.fraction, found.interval()]
+        )
+        heads = ["chaotic fraction ", "95 %: ", "; ", "with them "]
+        for part, head, digits in zip(parts, heads, (3, 3, 1, 3)):
+            low, high = re.search(head + r"([\d.]+)(?: \.\.\. ([\d.]+))?(?: |$|\))", said).groups()
+            np.testing.assert_allclose(float(low), np.nanmin(part), atol=0.501 * 10.0**-digits)
+            np.testing.assert_allclose(float(high or low), np.nanmax(part), atol=0.501 * 10.0**-digits)
+        assert ("% undecided, with them" in said) == bool(found.undecided.any())
+    assert Shares(*np.array([114, 517, 620])).said() == (
+        "chaotic fraction 0.181 of the decided orbits (95 %: 0.153 ... 0.213); "
+        "49.6 % undecided, with them 0.091 ... 0.587"
+    )
+
+
+def test_no_share_is_printed_bare():
+    """Only `Shares` writes a chaotic fraction."""
+    for path in Path(fa.__file__).parent.rglob("*.py"):
+        if path.name != "shares.py":
+            assert not re.search(r"[Cc]haotic (fraction|share) {", path.read_text()), path

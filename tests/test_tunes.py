@@ -548,3 +548,79 @@ def test_digits_of_averages_tell_order_from_chaos():
     other = fa.orbit_frequencies(orbits.samples.transpose(1, 2, 0), 1e4 * (orbits.times[1] - orbits.times[0]))
     assert one.digits[0] > 9 > 4 > one.digits[1]
     np.testing.assert_allclose(one.digits[1], other.digits[1], atol=1e-3)
+
+
+# --- orbits that are lost ---------------------------------------------------------------------------------------------
+
+FILLED = ["zeros", "frozen", "sentinel"]
+"""What trackers write behind a lost particle."""
+
+
+def lost(rng, fill, n, samples):
+    """Orbits (2n, orbits, samples) of known tunes, all but each third lost at some turn; tunes, turns that they live,
+    and which of them end.
+    """
+    orbits = 36
+    nu = np.concatenate([apart(rng, orbits, samples) for _ in range(n)])[:n]
+    z = optics(rng, circles(rng, nu, samples))
+    life = np.where(np.arange(orbits) % 3 > 0, rng.integers(1, samples - 1, orbits), samples)
+    life[1::6] = samples - rng.integers(2, 9, life[1::6].size)  # near the end, where weights hide it
+    for k in np.flatnonzero(life < samples):
+        last = z[:, k, [life[k] - 1]]
+        z[:, k, life[k] :] = {"zeros": 0.0, "frozen": last, "sentinel": rng.choice([-1.0, 999.0, 1e30])}[fill]
+    return z, nu, life - (fill == "frozen") * (life < samples), life < samples
+
+
+@pytest.mark.parametrize("fill", FILLED)
+@pytest.mark.parametrize("samples", [64, 300, 1024])
+def test_a_tail_of_one_point_is_an_end(fill, samples):
+    rng = np.random.default_rng([samples, FILLED.index(fill)])
+    for n in (1, 3):
+        z, nu, life, gone = lost(rng, fill, n, samples)
+        found, running = fa.tunes(z), fa.TuneAccumulator()
+        for part in np.split(z, np.sort(rng.integers(1, samples, 5)), axis=2):
+            running.push(part)
+        for result in (found, running.tunes(), pushed(z, samples)):
+            np.testing.assert_array_equal(result.turns, life)
+            np.testing.assert_array_equal(result.status, np.where(gone, fa.Status.LOST, fa.Status.OK))
+            known = np.isfinite(result.error)
+            assert (known.all(axis=0) <= (life >= 64)).all()
+            assert (distance(result.nu, nu) <= result.error)[known].sum() >= 0.99 * known.sum()
+            assert (distance(result.nu, nu) <= 10 * result.error)[known].all()
+            assert f"{gone.sum()} LOST (" in result.summary()
+        assert (np.isfinite(found.error).all(axis=0) == (life >= 64)).all()
+        again = fa.tunes(np.where(np.arange(samples) < life[:, None], z, np.nan))
+        for name in ("nu", "error", "turns", "window", "kind"):
+            same(getattr(again, name), getattr(found, name))
+        slow = fa.orbit_frequencies(z, 1.0)
+        np.testing.assert_array_equal(slow.status == fa.Status.LOST, gone & (slow.status != fa.Status.NOT_CONVERGED))
+
+
+def test_what_does_not_move_or_moves_in_ticks_is_not_lost():
+    """Fixed points, planes at rest, and whole numbers as of a detector, in which neighbours are often equal."""
+    rng = np.random.default_rng(3)
+    z = optics(rng, circles(rng, apart(rng, 30, 500), 500))
+    z[:, 0], z[:, 1] = 0.0, 1.5
+    z[[0, 2], 2] = 0.0
+    z[:, 3, -1] = 0.0  # one sample is no tail
+    assert (fa.tunes(z).status == fa.Status.OK).all()
+    assert (pushed(z, 100, 1, 399).status == fa.Status.OK).all()
+    nu = rng.uniform(0.01, 0.5, 400)
+    ticks = np.rint(rng.uniform(3, 30, (1, 400, 1)) * circles(rng, nu[None], 1000))
+    found = fa.tunes(np.concatenate([ticks.real, -ticks.imag]))
+    assert (found.status == fa.Status.OK).mean() > 0.97
+    assert (distance(found.nu[0], nu) < 1e-3).all()
+
+
+def test_particles_of_a_ring_with_an_aperture_are_lost():
+    """By the map itself, and by its samples with zeros behind the aperture."""
+    ring = fa.models.OneTurnMap(nu_x=0.28, nu_y=0.31, octupole=-0.3, aperture=0.8)
+    z0 = np.random.default_rng(5).uniform(-0.4, 0.4, (4, 80))
+    own = fa.frequency_map(ring, z0, time=1000)
+    gone = own.status == fa.Status.LOST
+    assert 10 < gone.sum() < 70
+    assert (own.status[~gone] == fa.Status.OK).all()
+    samples = np.moveaxis(fa.integrate(ring, z0, time=1000, samples=1000).samples, 0, 2)
+    assert np.isnan(samples).any()
+    read = fa.tunes(np.nan_to_num(samples))
+    np.testing.assert_array_equal(read.status == fa.Status.LOST, gone)

@@ -71,7 +71,7 @@ PAGES: dict[str, Page] = {
         {
             "": "chaos_map chaotic_fraction MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum ZeroOne BirkhoffDigits "
             "FrequencyDiffusion ReversibilityError",
-            "analysis": "ChaosMap ChaoticFraction Character Verdict TangentIndicator",
+            "analysis": "ChaosMap ChaoticFraction Shares Character Verdict TangentIndicator",
         },
     ),
     "periodic": Page(

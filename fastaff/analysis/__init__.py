@@ -7,6 +7,7 @@ Each folder imports only those named before it: orbits, frequencies, sections, c
 from .chaos.chaos_map import ChaosMap
 from .chaos.chaotic_fraction import ChaoticFraction
 from .chaos.indicators import Character, TangentIndicator
+from .chaos.shares import Shares
 from .frequencies.angle_lines import AngleLines
 from .frequencies.frequencies import FrequencyKind, FrequencyMap
 from .frequencies.methods import BirkhoffAverages, NaffLines
@@ -54,6 +55,7 @@ __all__ = [
     "Resonances",
     "Rotation",
     "SectionMap",
+    "Shares",
     "Stability",
     "TangentIndicator",
     "TangentMap",

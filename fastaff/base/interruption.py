@@ -84,12 +84,23 @@ def unbroken() -> Iterator[Callable[[], None]]:
             raise problem
 
 
-def imported(name: str, package: str | None = None) -> Any:
-    """Return a module, loaded where it is not yet: Ctrl-C would leave others half loaded for good,
-    and waits.
+EXTRAS = {"matplotlib": "plot", "sympy": "symbolic", "xarray": "io", "zarr": "io"}
+"""Extras that install the packages of others that are optional."""
+
+
+def imported(name: str, package: str | None = None, what: str = "this") -> Any:
+    """Return a module, loaded where it is not yet: Ctrl-C would leave others half loaded for good, and waits. Raises
+    ImportError with what needs it and the extra that installs it where an optional package is missing.
     """
-    with unbroken():
-        return import_module(name, package)
+    try:
+        with unbroken():
+            return import_module(name, package)
+    except ModuleNotFoundError as problem:
+        missing = (problem.name or "").partition(".")[0]
+        if missing not in EXTRAS:
+            raise
+        said = f"{what} needs {missing}: pip install 'fastaff[{EXTRAS[missing]}]'"
+        raise ModuleNotFoundError(said, name=missing) from None
 
 
 def _taken(arrived: list[int], handlers: Mapping[int, Any]) -> None:

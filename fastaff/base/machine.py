@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 
 import numba
 from llvmlite import binding
+from numba.core.codegen import get_host_cpu_features
 
+from ..compile.jit import config
 from ..compile.threads import default_threads
 from .numbers import free_memory
 
@@ -84,6 +86,16 @@ def cpu_name() -> str:
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
+
+
+def processor() -> str:
+    """Return what machine code is made for here: the name of a processor and its instruction sets, as LLVM calls them;
+    of the environment where Numba is told another (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
+    """
+    name, features = config.CPU_NAME, config.CPU_FEATURES
+    features = get_host_cpu_features() if features is None else features
+    known = sorted(entry[1:] for entry in features.split(",") if entry.startswith("+"))
+    return " ".join([binding.get_host_cpu_name() if name is None else name, *known])
 
 
 def vector_bits() -> int:

@@ -21,6 +21,9 @@ SMALL = 8 * 2**20
 DEEPEST = 24
 """Dimensions that an array may have: NumPy makes more, and fails with them later."""
 
+SINGLE = (int, float, complex, np.generic, str, bytes)
+"""Classes of single entries that carry neither a unit nor a mask."""
+
 
 def positive(name: str, value: Any) -> float:
     """Return `value` as a finite float above 0."""
@@ -41,7 +44,7 @@ def nonnegative(name: str, value: Any) -> float:
 def real(name: str, value: Any) -> float:
     """Return `value` as a finite float."""
     try:
-        if isinstance(value, (bool, np.bool_, str, bytes, complex, np.ma.MaskedArray)) or np.ndim(value) != 0:
+        if not _is_single(value) or np.iscomplexobj(value):
             raise TypeError
         number = float(value)
     except OverflowError:
@@ -56,7 +59,7 @@ def real(name: str, value: Any) -> float:
 def whole(name: str, value: Any, least: int, most: int = MOST) -> int:
     """Return `value` as an int from `least` to `most`."""
     try:
-        if isinstance(value, bool):
+        if not _is_single(value):
             raise TypeError
         number = operator.index(value)
     except TypeError:
@@ -92,10 +95,10 @@ def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
 
 def an_array(name: str, value: Any) -> np.ndarray:
     """Return `value` as an array of whatever entries; ValueError for masked ones, rows of different lengths, too many
-    dimensions.
+    dimensions, TypeError for units, and for numbers among which there are True or False.
     """
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise ValueError(f"{name} must have no masked entries, whose values mean nothing; got {shown(value)}")
+    if len(_kinds(name, value)) == 2:
+        raise TypeError(f"{name} must not mix numbers with True or False, got {shown(value)}")
     try:
         array = np.asarray(value)
     except (ValueError, OverflowError) as problem:
@@ -103,6 +106,44 @@ def an_array(name: str, value: Any) -> np.ndarray:
     if array.ndim > DEEPEST:
         raise ValueError(f"{name} must have at most {DEEPEST} dimensions, got {array.ndim}")
     return array
+
+
+def _kinds(name: str, value: Any, depth: int = 2 * DEEPEST) -> set[bool]:
+    """Return whether entries are True or False, whether they are others; refuse masks and units, in lists too."""
+    if isinstance(value, (list, tuple)) and depth > 0:
+        found = set()
+        for kind in set(map(type, value)):
+            if issubclass(kind, SINGLE):
+                found.add(issubclass(kind, (bool, np.bool_)))
+            else:
+                found.update(*(_kinds(name, entry, depth - 1) for entry in value if type(entry) is kind))
+        return found
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name} must have no masked entries, whose values mean nothing; got {shown(value)}")
+    refuse_unit(name, value)
+    return {value.dtype.kind == "b"} if isinstance(value, np.ndarray) and value.size else set()
+
+
+def refuse_unit(name: str, value: Any) -> None:
+    """Raise TypeError for an array that carries a unit."""
+    if unit := _unit(value):
+        raise TypeError(f"{name} must be plain numbers, got {shown(value)} in {unit}: units are not converted")
+
+
+def _unit(value: Any) -> str:
+    """Return the unit that a number or an array carries (Astropy's `unit`; `units` of Pint and unyt), "" for none. A
+    text in `units` is a label, as of xarray.
+    """
+    unit, units = getattr(value, "unit", None), getattr(value, "units", None)
+    said = str(unit if unit is not None else "" if units is None or isinstance(units, str) else units)
+    return "" if said == "dimensionless" else said
+
+
+def _is_single(value: Any) -> bool:
+    """Tell whether a value may be one number: no True or False, text, date, mask, or quantity with a unit."""
+    kind = getattr(getattr(value, "dtype", None), "kind", "O")
+    other = kind not in "iufcO" or isinstance(value, (bool, str, bytes, list, tuple, np.ma.MaskedArray))
+    return not other and not _unit(value) and np.ndim(value) == 0
 
 
 def numbers(name: str, value: Any) -> np.ndarray:

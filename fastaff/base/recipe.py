@@ -104,7 +104,7 @@ def encoded(value: Any) -> Any:
     """
     if value is None or isinstance(value, (bool, str)):
         return value
-    if isinstance(value, enum.Enum):
+    if isinstance(value, (enum.Enum, np.timedelta64)):
         raise NoData
     if isinstance(value, (int, np.integer, np.bool_)):
         return bool(value) if isinstance(value, np.bool_) else int(value)

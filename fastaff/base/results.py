@@ -188,13 +188,7 @@ class Result(Drawable):
 
     def to_xarray(self) -> Any:
         """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
-        try:
-            xarray = imported("xarray")
-        except ImportError:
-            raise ImportError(
-                "to_xarray needs xarray: install fastaff[io], or take to_dict(), which needs nothing"
-            ) from None
-        return xarray.Dataset.from_dict(self.to_dict())
+        return imported("xarray", what="to_xarray (to_dict does not)").Dataset.from_dict(self.to_dict())
 
     def _row(self, name: str) -> np.ndarray | None:
         """Return what else has a name in this kind of result, such as a coordinate of a chart; None for nothing."""

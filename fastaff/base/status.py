@@ -18,6 +18,7 @@ STEP_TOO_SMALL_CODE = 8
 UNBOUND_CODE = 9
 ACTION_ZERO_CODE = 10
 SEPARATRIX_CODE = 11
+LOST_CODE = 12
 
 
 class Status(IntEnum):
@@ -35,6 +36,7 @@ class Status(IntEnum):
     UNBOUND = UNBOUND_CODE
     ACTION_ZERO = ACTION_ZERO_CODE
     SEPARATRIX = SEPARATRIX_CODE
+    LOST = LOST_CODE
 
     @property
     def sentence(self) -> str:
@@ -46,19 +48,21 @@ _SENTENCES = {
     Status.OK: "finished",
     Status.NONFINITE: "a coordinate became infinite or NaN",
     Status.COLLAPSED: "left the domain of the potential (det phi > 0 for most bodies), where a wall bounds it by too "
-    "long a step, or that of a map, such as its aperture",
+    "long a step",
     Status.ESCAPED: "went beyond the escape radius, a million times the orbit's own size",
     Status.ENERGY_DRIFT: "energy error above the tolerance: shorten the step or use an adaptive scheme",
     Status.TOO_FEW_CROSSINGS: "reached max_time before the asked number of crossings",
     Status.NOT_CONVERGED: "an iteration did not reach its tolerance",
-    Status.INTERRUPTED: "stopped by the user before its end",
-    Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time",
+    Status.STEP_TOO_SMALL: "the adaptive step fell below the resolution of time, or stays 10^4 times shorter than it "
+    "once was: the orbit runs away ever faster",
+    Status.INTERRUPTED: "stopped before its end",
     Status.UNBOUND: "no torus: a coordinate has no turning point on one side "
     "(it escapes, or falls to alpha = beta = 0)",
     Status.ACTION_ZERO: "an action is 0 (circular orbit or equilibrium): its angle has no value, "
     "NaN in theta says which",
     Status.SEPARATRIX: "on the border of two regions (p_eta = 0 or p_gamma = 0 through the axis): the frequency that "
     "is NaN has two limits, one from each side",
+    Status.LOST: "left the domain of a map, such as its aperture, or stays at one point to the last sample",
 }
 
 

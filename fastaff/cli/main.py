@@ -42,7 +42,7 @@ def _ran(arguments: list[str]) -> int:
         Stops.ended = True
     except KeyboardInterrupt:
         Stops.ended = True
-        say("stopped by Ctrl-C; nothing is kept but what is named above")
+        say(f"{Stops.said()}; nothing is kept but what is named above")
         code = EXIT_INTERRUPTED
     except SystemExit as left:
         Stops.ended = True

@@ -215,6 +215,8 @@ class Workers:
     """Processes on this machine that compute units side by side, instead of one after the other."""
     dask: str | None = None
     """Address of a dask scheduler whose workers compute the units; they must reach the store by the same path."""
+    other_processor: bool = False
+    """Go on with a store that was begun on another kind of processor, though the last digits may differ."""
 
     def check(self) -> None:
         """Refuse numbers below 1, and two kinds of workers."""

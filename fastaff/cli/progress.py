@@ -131,9 +131,9 @@ def kept(result: Any, save: Callable[[], Any]) -> None:
     total, done = result.status.size, int(np.count_nonzero(result.status != Status.INTERRUPTED))
     if done or (hasattr(result, "counts") and result.counts.any()):
         path = save()
-        say(f"stopped by Ctrl-C: kept {done} finished of {total} orbits{_crossings(result)} in {path}; no figure drawn")
+        say(f"{Stops.said()}: kept {done} finished of {total} orbits{_crossings(result)} in {path}; no figure drawn")
     else:
-        say(f"stopped by Ctrl-C before any of {total} orbits was finished; nothing is kept")
+        say(f"{Stops.said()} before any of {total} orbits was finished; nothing is kept")
 
 
 def begun(partial: Any, z0: np.ndarray) -> tuple[Any, dict[str, Any]]:
@@ -154,7 +154,7 @@ def drawing(path: Any) -> Iterator[None]:
         yield
         Stops.holding = True  # all is written: nothing is left to stop
     except KeyboardInterrupt:
-        say(f"stopped by Ctrl-C: all results are in {path}; no figure drawn")
+        say(f"{Stops.said()}: all results are in {path}; no figure drawn")
         raise SystemExit(EXIT_INTERRUPTED) from None
 
 
@@ -193,9 +193,10 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
         raise failure[0]
 
 
-def _leave_the_compiler(*_: Any) -> None:
+def _leave_the_compiler(number: int, *_: Any) -> None:
     # A thread inside the compiler cannot be stopped; finished cache files are moved into place, so none is left half
     # written.
+    Stops.sent = Stops.sent or number
     Stops.leave("before any orbit was finished (compiling)")
 
 

@@ -93,6 +93,8 @@ class Stops:
     waits for others' code to be stopped, has ended, is left.
     """
     code: int | None = None
+    sent: int | None = None
+    """The signal that has come, of several the first."""
     last = -AS_ONE
 
     @classmethod
@@ -100,11 +102,17 @@ class Stops:
         """Begin a command, with what it needs still to be loaded."""
         cls.own, cls.loading, cls.holding, cls.arrived, cls.ended = own, True, False, False, False
         cls.waiting = False
-        cls.code, cls.last = None, -AS_ONE
+        cls.code, cls.sent, cls.last = None, None, -AS_ONE
+
+    @classmethod
+    def said(cls) -> str:
+        """Say by what the command was stopped: Ctrl-C, which is SIGINT, or the name of another signal."""
+        return f"stopped by {'Ctrl-C' if cls.sent in (None, signal.SIGINT) else signal.Signals(cls.sent).name}"
 
     @classmethod
     def handle(cls, number: int, frame: FrameType | None) -> None:
         """Take a signal."""
+        cls.sent = cls.sent or number
         if cls.loading and not cls.ended:  # modules of others may swallow an exception, or tell of it
             cls.leave("before anything was computed")
         if cls.holding and not cls.ended:
@@ -146,7 +154,7 @@ class Stops:
         """End the process at once: there is nothing to keep, or nothing that could be interrupted otherwise."""
         if not cls.leaving:
             cls.leaving = True
-            say(f"stopped by Ctrl-C {when}; {kept}")
+            say(f"{cls.said()} {when}; {kept}")
             os._exit(EXIT_INTERRUPTED)
 
     @classmethod

@@ -51,7 +51,8 @@ def parameters(value: Any) -> np.ndarray:
 
 
 def _is_number(entry: Any) -> bool:
-    return isinstance(entry, (int, float, np.integer, np.floating)) and not isinstance(entry, bool)
+    taken = isinstance(entry, (int, float, np.integer, np.floating))
+    return taken and not isinstance(entry, (bool, np.timedelta64))
 
 
 def _float(name: str, number: Any) -> float:
@@ -218,8 +219,9 @@ def _explained(wrong: str) -> Iterator[None]:
     """Say what is `wrong` where Numba cannot compile something, with the last line of why."""
     try:
         yield
-    except numba.core.errors.NumbaError as problem:
-        raise TypeError(f"{wrong}: {str(problem).strip().splitlines()[-1]}") from problem
+    except Exception as problem:  # Numba's own, and whatever else its passes end in, such as a bare AssertionError
+        why = str(problem).strip().splitlines() or [type(problem).__name__]
+        raise TypeError(f"{wrong}: {why[-1]}") from problem
 
 
 def idle_block(kind: str) -> Any:
@@ -287,7 +289,7 @@ def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ())
     digest = hashlib.sha256()
     for entry in (*classes, *(getattr(function, "py_func", function) for function in functions)):
         if _ours(entry):
-            digest.update(f"{entry.__module__}.{entry.__qualname__}".encode())  # the package hash covers it
+            digest.update(f"{entry.__module__}.{entry.__qualname__}".encode())  # the folder's name covers it
             continue
         try:
             source_file = inspect.getsourcefile(entry)
@@ -304,7 +306,9 @@ def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ())
 
 
 def _ours(entry: Any) -> bool:
-    return (entry.__module__ or "").partition(".")[0] == __package__.partition(".")[0]
+    """Tell whether the key of the compile cache covers the module of a class or function."""
+    package, _, module = (entry.__module__ or "").partition(".")
+    return package == __package__.partition(".")[0] and module.partition(".")[0] in jit.COMPILED
 
 
 def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:

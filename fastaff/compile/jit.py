@@ -43,15 +43,24 @@ GENERATED = ("blocks", "formulas")
 JIT_DISABLED = bool(config.DISABLE_JIT)
 
 
+COMPILED = ("base", "charts", "compile", "formulas", "kernels", "models", "schemes")
+"""Folders of the package that machine code is made of: what stands above them only calls it."""
+
+
 @functools.cache
-def package_hash() -> str:
-    """Hash of every source file of the package and of what compiles it: the key of the compile cache."""
+def package_hash(*folders: str) -> str:
+    """Hash of every source file of the package, or of some of its folders, and of what compiles it."""
     flags = f"{config.OPT} {config.BOUNDSCHECK}"  # of the environment, NUMBA_OPT and NUMBA_BOUNDSCHECK
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()} {flags}".encode())
     root = Path(__file__).parents[1]
-    for path in sorted(root.rglob("*.py")):
+    for path in sorted(path for top in folders or ("",) for path in (root / top).rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:20]
+
+
+def code_hash() -> str:
+    """Hash of the sources that machine code is made of: the key of the compile cache."""
+    return package_hash(*COMPILED)
 
 
 def cache_root() -> Path:
@@ -71,7 +80,7 @@ def cache_directory() -> Path | None:
     What lies in it is executed, so it must be the user's, and neither it nor its parts may be writable by others. One
     that this process can only read will do.
     """
-    folder = cache_root() / package_hash()
+    folder = cache_root() / code_hash()
     parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
     try:
         cache_root().parent.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..base.status import LOST_CODE
 from .jit import LANES
 from .texts import Rows, _at, _indent, _list, _loop
 
@@ -116,7 +117,7 @@ def _check(rows: Rows) -> str:
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
         + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"code = 0.0 if value.margin({', '.join(z[: rows.n])}) > 0.0 else 2.0\n"
+        f"code = 0.0 if value.margin({', '.join(z[: rows.n])}) > 0.0 else {LOST_CODE}.0\n"
         "result[i] = code if finite == 0.0 else 1.0\n",
         1,
     )
@@ -127,7 +128,7 @@ def _inside(rows: Rows) -> str:
     return _loop(
         f"margin = value.margin({', '.join(z[: rows.n])})\n"
         f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
-        "code = 0.0 if margin > 0.0 else 2.0\n"
+        f"code = 0.0 if margin > 0.0 else {LOST_CODE}.0\n"
         "result[i] = code if finite == 0.0 else 1.0\n",
         1,
     )

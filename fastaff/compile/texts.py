@@ -396,9 +396,13 @@ def observed(sizes: tuple[int, ...], calls: bool) -> str:
 
 
 def read(parameters: int) -> str:
-    """Text of the reading of an indicator: its function `read` over the lanes that are due."""
+    """Text of the reading of an indicator: its function `read` over the lanes that are due; what it does not say is
+    NaN.
+    """
     given = "".join(f", params[{j}]" for j in range(parameters))
-    body = f"if due[i] > 0.0:\n    result[i] = read(growth, i{given})\n"
+    body = (
+        f"if due[i] > 0.0:\n    said = read(growth, i{given})\n    result[i] = float('nan') if said is None else said\n"
+    )
     return "    growth = view(n, k, m, memory)\n" + _loop(body, 1)
 
 

@@ -36,7 +36,13 @@ CALM_PERIODS = 200.0
 
 MARGIN = 0.03
 LETTERS = {"alpha": "α", "beta": "β"}
-STATUS = {Status.OK: "done", Status.ESCAPED: "escaped", Status.NONFINITE: "escaped", Status.COLLAPSED: "collapsed"}
+STATUS = {
+    Status.OK: "done",
+    Status.ESCAPED: "escaped",
+    Status.NONFINITE: "escaped",
+    Status.COLLAPSED: "collapsed",
+    Status.LOST: "lost",
+}
 INTERRUPTED = "no more crossings"
 
 

@@ -21,10 +21,10 @@ from .motion import Motion
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder
 
-SHARE = 0.25
+SHARE = 1 / 6
 """Share of the accuracy that the error expected from the trial may take."""
 
-SAFETY = 0.5
+SAFETY = 0.75
 """Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached
 late.
 """
@@ -56,8 +56,10 @@ chaotic orbit what grows of the slowing is small by chance, and rounding's own d
 DRIVEN = 3.0
 """Factor of the slowing of driven orbits: they wait at hyperbolic points that move, where there is little to slow."""
 
-LOST = 0.1
-"""Distance of two runs, in amplitudes of the motion, beyond which they tell nothing of one another."""
+ROUGH, LOST = 1e-4, 0.1
+"""Distances of two runs, in amplitudes of the motion, from which on errors fall less than the order says, and beyond
+which the runs tell nothing of one another.
+"""
 
 WEAR_RADIANS = 6.0
 """Radians of the motion in which the momenta of the run with twice the step are slowed once, or at each step."""
@@ -65,16 +67,17 @@ WEAR_RADIANS = 6.0
 
 class Steps(NamedTuple):
     """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN
-    radians (NaN where not known), the scales.
+    radians (NaN where not known), the order at which it falls, the scales.
     """
 
     step: np.ndarray
     local: np.ndarray
+    order: np.ndarray
     motion: Motion
 
     def of(self, orbits: np.ndarray) -> Steps:
         """Return those of some of the orbits."""
-        return Steps(self.step[orbits], self.local[orbits], self.motion.of(orbits))
+        return Steps(self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits))
 
 
 def planned(
@@ -94,18 +97,21 @@ def planned(
     """
     if flow.alike:
         one = 1.0 if flow.adaptive else float(np.max(flow.step))
-        return Steps(np.full(z.shape[1], one), np.full(z.shape[1], np.nan), found)
+        unknown, order = np.full(z.shape[1], np.nan), np.full(z.shape[1], float(flow.scheme.order))
+        return Steps(np.full(z.shape[1], one), unknown, order, found)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
-    step, local = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
+    step, local, order = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
     used = on_ladder(step, run, parts)
-    return Steps(used, local * (used / step) ** flow.scheme.order, found)
+    return Steps(used, local * (used / step) ** order, order, found)
 
 
-def share_of(flow: Flow | TransformedFlow) -> float:
-    """Return the share of the distance of two runs, one with half the step of the other, that is the former's error."""
-    order = flow.scheme.order
+def share_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
+    """Return the share (orbits,) of the distance of two runs, one with half the step of the other, that is the former's
+    error.
+    """
     # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
-    return 1.0 if flow.adaptive else SAFETY * order / (2.0**order - 1)
+    share = SAFETY * flow.scheme.order / (2.0**plan.order - 1)
+    return np.ones_like(share) if flow.adaptive else np.minimum(share, 1.0)
 
 
 def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
@@ -122,7 +128,7 @@ def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
     if flow.alike:
         return None
     rate = plan.motion.rate
-    share = noise_of(flow, plan) / share_of(flow) * np.sqrt(rate / SPAN)
+    share = np.minimum(noise_of(flow, plan) / share_of(flow, plan), LOST) * np.sqrt(rate / SPAN)
     return Wear(share, EARLY / rate, WEAR_RADIANS / rate)
 
 
@@ -140,7 +146,7 @@ def estimated(
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
     do the same.
     """
-    order, part = flow.scheme.order, share_of(flow)
+    order, part = plan.order, share_of(flow, plan)
     spans = np.maximum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
     if turns(flow.model):
@@ -163,9 +169,11 @@ def estimated(
     return np.maximum.accumulate(error, axis=0), rounding
 
 
-def counted(apart: np.ndarray, part: float) -> np.ndarray:
-    """Return that part of distances, but those beyond LOST whole."""
-    return np.where(apart > LOST, 1.0, part) * apart
+def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Return that part of distances up to ROUGH, all of those from LOST on, and a power law between."""
+    with np.errstate(all="ignore"):
+        rough = np.clip(np.log(apart / ROUGH) / np.log(LOST / ROUGH), 0.0, 1.0)
+    return part ** (1.0 - np.where(np.isfinite(rough), rough, 0.0)) * apart
 
 
 def halved(
@@ -175,6 +183,7 @@ def halved(
     run: Callable[[np.ndarray, np.ndarray, Wear | None], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
+    drifts: Callable[[Any], np.ndarray],
     orbits: np.ndarray | None = None,
 ) -> None:
     """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with steps
@@ -182,18 +191,19 @@ def halved(
 
     run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear; compare(fine,
     coarse, orbits) returns distances of states and phases (moments, orbits), and how many times the error of a state
-    counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run. Orbits whose error is
-    too large for one more halving, as chaotic ones', or is mostly rounding's are left at that.
+    counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run; drifts(fine) says
+    which orbits (orbits,) lose their energy. Others whose error is too large for one more halving, as chaotic ones',
+    or is mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's, and for driven ones.
     """
-    orbits, order = np.arange(len(plan.step)) if orbits is None else orbits, flow.scheme.order
+    orbits = np.arange(len(plan.step)) if orbits is None else orbits
     wear = wear_of(flow, plan)
     coarse, fine = run(orbits, 2 * plan.step, wear), run(orbits, plan.step, None)
     apart, phase, weight = compare(fine, coarse, orbits)
     error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
     # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is another.
-    again = ((error.max(axis=0) > accuracy) | driven(flow.model)) & (not flow.adaptive)
+    again = ((error.max(axis=0) > accuracy) | driven(flow.model) | drifts(fine)) & (not flow.adaptive)
     keep(orbits, fine, np.flatnonzero(~again), error)
     orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
     worn = None
@@ -204,13 +214,13 @@ def halved(
             plain = run(orbits, 2 * plan.step, None)
             worn, coarse = compare(coarse, plain, orbits)[0], plain
         elif round_ > 0:
-            coarse, plan = fine, plan._replace(step=plan.step / 2, local=plan.local / 2.0**order)
+            coarse, plan = fine, plan._replace(step=plan.step / 2, local=plan.local / 2.0**plan.order)
             fine = run(orbits, plan.step, None)
             worn = None if worn is None else np.sqrt(2.0) * worn  # of twice as many kicks
         apart, phase, weight = compare(fine, coarse, orbits)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
         again = reachable(flow, error, accuracy) & (rounding.max(axis=0) < 0.5 * error.max(axis=0))
-        again &= round_ < HALVINGS
+        again = (again | drifts(fine)) & (round_ < HALVINGS)
         keep(orbits, fine, np.flatnonzero(~again), error)
         orbits, plan, fine = orbits[again], plan.of(again), fine.of(again)
         worn = None if worn is None else worn[..., again]

@@ -374,10 +374,7 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     flow with an odd number of variables with the idle row below.
     """
     rows, flow = dimension(model), kind_of(model) is Kind.FLOW
-    try:
-        z = np.array(numbers(name, z0), order="C")
-    except (TypeError, ValueError) as problem:
-        raise type(problem)(f"{name} must be an array of real numbers, got {type(z0).__name__}: {problem}") from None
+    z = np.array(numbers(name, z0), order="C")
     if driven(model) and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
@@ -414,15 +411,27 @@ def carried(z: np.ndarray, model: Any, axis: int = 0) -> np.ndarray:
 ROUNDING = 8 * np.finfo(float).eps
 """Relative error that an energy may have from its own sums."""
 
+NOTICED, WALK = 1e-7, 64 * np.finfo(float).eps
+"""Energy error from which on it is looked at whether it is rounding; the part of z that rounding makes in a run."""
+
 
 def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value.
 
-    What rounding of E itself may make, as where V has a large constant, does not count; 0 with friction.
+    What rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0 with
+    friction.
     """
     if damped(model):
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
         T, V = kinetic_energies(model, z), potential_energies(model, z)
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
+        far = drift > NOTICED
+        if far.any():  # next to an equilibrium the last digits of z have more energy than the motion
+            near, away = z[:, far], (V - energy + T)[far]
+            noise = [np.abs(potential_energies(model, near * (1 + sign * WALK)) - V[far]) for sign in (-1, 1)]
+            drift[far] = np.minimum(
+                drift[far],
+                np.maximum(np.abs(away) - np.maximum(*noise), 0.0) / np.broadcast_to(scale, drift.shape)[far],
+            )
     return np.where(np.isfinite(drift), drift, np.inf)

@@ -15,7 +15,7 @@ from ..models.maps import jacobian
 from ..models.mechanics import frame_rate, kinetic_energies, seen, slopes, turns, velocities, without_time
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .flow import Flow
-from .reaches import escape_radii
+from .reaches import ESCAPE, FARTHEST, escape_radii
 
 CHUNK = 4096
 """Orbits whose samples are in memory at once."""
@@ -154,10 +154,11 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     """Look at the orbits with steps that are fitted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = inverse_masses(model, z)
-    rate, stiff = _first_rates(model, z, W)
+    radius = escape_radii(model, z)
+    rate, stiff = _first_rates(model, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
     turning, drive = frame_rate(model), drive_rate(model)
     kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
-    todo, radius = np.arange(orbits), escape_radii(model, z)
+    todo = np.arange(orbits)
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
@@ -169,8 +170,8 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
         phase = np.maximum(rate[todo], turning) * step[todo]
         fits = ((PHASES[0] <= phase) | (step[todo] == longest)) & (phase <= PHASES[1])
         fits &= ~(failed & (round_ < ROUNDS // 2))
-        change = np.where(failed, 1 / LEAP, np.clip(PHASE / phase, 1 / LEAP, LEAP))
-        step[todo] *= np.where(moves & ~fits, change, 1.0)
+        change = np.where(failed, 1 / LEAP, np.where(moves, np.clip(PHASE / phase, 1 / LEAP, LEAP), 1.0))
+        step[todo] *= np.where(fits, 1.0, change)
         todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
         if not todo.size:
             break
@@ -254,29 +255,31 @@ def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
         return np.array([_velocity(model, size * unit[:, None]) / size for unit in np.eye(n)]).transpose(1, 0, 2)
 
 
-def _first_rates(model: Any, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _first_rates(model: Any, z: np.ndarray, W: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the
-    path; and those of small oscillations along a direction of no symmetry, 0 where there are none.
+    path, and at least those of a motion over the distance from the origin, or over `reach` (orbits,), inf where
+    unknown: at a point where the curvature of V vanishes nothing else tells. And the frequencies of small oscillations
+    along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
-    q = z[:n]
     with np.errstate(all="ignore"):
         v, p, F = _seen(model, z)
         u = applied(W, F)
         distance, momentum, force, speed, pull = (
-            length(x) for x in (*(without_time(model, x) for x in (q, p, F)), v, u)
+            length(x) for x in (*(without_time(model, x) for x in (z[:n], p, F)), v, u)
         )
         odd = np.sqrt(np.abs(np.array([W[i, i] for i in range(n)]))) * (1.0 + 0.618 * np.arange(n))[:, None]
         units = np.array([u / pull, v / speed, odd / length(odd)]).transpose(1, 0, 2)
-        path, free = 0.3 * np.sqrt(force / momentum * pull / speed), 0.3 * np.sqrt(pull / distance)
-        guesses = np.concatenate([[path, free], _curvatures(model, z, W, units)])
+        path = 0.3 * np.sqrt(force / momentum * pull / speed)
+        wide = 0.3 * np.fmax(np.sqrt(pull / np.fmin(np.where(distance > 0, distance, np.inf), reach)), speed / reach)
+        guesses = np.concatenate([[path, wide], _curvatures(model, z, W, units)])
     known = np.where(np.isfinite(guesses) & (guesses > 0), guesses, 0.0)
     stiff = known[2:4].max(axis=0)
     path = np.where(
         (stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0]
     )  # next to a turning point the path turns at once
-    best = np.maximum(stiff, path)
-    return np.where(best > 0, best, np.where(known[1] > 0, known[1], 1.0)), known[4]
+    best = np.maximum(np.maximum(stiff, path), known[1])
+    return np.where(best > 0, best, 1.0), known[4]
 
 
 def _curvatures(model: Any, z: np.ndarray, W: np.ndarray, units: np.ndarray) -> np.ndarray:

@@ -132,15 +132,16 @@ class _Deviations(NamedTuple):
     early_stop: float
     slots: float
     readings: float
+    sums: float
 
 
 def deviations(
-    model: Any, vectors: int, indicators: tuple[Any, ...], *, time: float, early_stop: bool, slots: int
+    model: Any, vectors: int, indicators: tuple[Any, ...], *, time: float, early_stop: bool, slots: int, sums: int
 ) -> Observer:
     """Keep growth and alignment of the tangent vectors at every step, and judge orbits by the indicators' readings.
 
-    out holds `slots` records of the time and the readings. The caller sets some rows of the memory, see
-    `kernels.deviations`.
+    out holds `slots` records of the time, the readings and the growth of the first `sums` vectors. The caller sets some
+    rows of the memory, see `kernels.deviations`.
     """
     n, m = model.degrees_of_freedom, len(indicators)
     calls = []
@@ -152,7 +153,7 @@ def deviations(
     if any(entry.across_flow for entry in indicators):
         calls.append(_bound("along", model, n, vectors))
         function = deviation_kernels.deviations_across
-    value = _Deviations(time, float(early_stop), float(slots), float(m))
+    value = _Deviations(time, float(early_stop), float(slots), float(m), float(sums))
     rows = deviation_kernels.layout(n, vectors, m).end
     return Observer(function, rows, value, (n, vectors), tuple(calls))
 

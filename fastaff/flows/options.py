@@ -29,6 +29,11 @@ STEP_ERROR = 1e-10
 accuracy of their own.
 """
 
+DRIFT, DRIFTING = 1e-6, 10.0
+"""Energy error, over the largest kinetic energy met, of an orbit that drifts, and how many times the accuracy it is:
+orbits within their accuracy have up to twice that, at steep walls.
+"""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -37,7 +42,8 @@ class Options:
     scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy
     (KAHAN_LI8 where a step is given); accuracy: error that the function's results may have, or step: the longest fixed
     step, one for all or (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme;
-    energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT;
+    energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT,
+    None for DRIFT, or DRIFTING times the accuracy where that is more;
     threads: None for all; report(fraction): called about ten times a second. Raises ValueError or TypeError for wrong
     input.
     """
@@ -47,13 +53,14 @@ class Options:
     accuracy: float | None = None
     rtol: float = 1e-12
     atol: float = 1e-12
-    energy_tolerance: float = 1e-6
+    energy_tolerance: float | None = None
     threads: int | None = None
     report: Report | None = None
 
     def __post_init__(self) -> None:
         for name in ("rtol", "atol", "energy_tolerance"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
+            if name != "energy_tolerance" or self.energy_tolerance is not None:
+                object.__setattr__(self, name, positive(name, getattr(self, name)))
         object.__setattr__(self, "threads", checked_threads(self.threads))
         if isinstance(self.scheme, Automatic):
             if self.step is not None:
@@ -69,6 +76,11 @@ class Options:
     def fixed(self) -> bool:
         """Whether the scheme takes equal steps in time, whose length may follow from an accuracy."""
         return not isinstance(self.scheme, TimeTransformed) and not getattr(self.scheme, "adaptive", False)
+
+    @property
+    def drift(self) -> float:
+        """The energy error above which an orbit drifts."""
+        return max(DRIFT, DRIFTING * (self.accuracy or 0.0)) if self.energy_tolerance is None else self.energy_tolerance
 
     def _checked_accuracy(self) -> float:
         value = positive("accuracy", self.accuracy)
@@ -187,7 +199,7 @@ def plan(
     elif error is None:
         why.append("each orbit's own step, for the accuracy")
     else:
-        steps, _ = chosen_steps(flow, z, motion(model, z, flow.threads), np.full(z.shape[1], error))
+        steps = chosen_steps(flow, z, motion(model, z, flow.threads), np.full(z.shape[1], error)).step
         flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why))

@@ -49,7 +49,6 @@ def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray
         still, limit = (np.tile(z[n], 2),), limit - z[-1]
         speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     along, first, looks = np.empty((n, 2 * orbits)), np.empty(2 * orbits, np.int64), np.empty(2 * orbits, np.int64)
-    escape.aim(q, speeds, along, first, looks)
 
     def potential(spacing: int, looks: int) -> np.ndarray:
         points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
@@ -57,10 +56,17 @@ def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray
         energy[:] = least_energies(model, np.stack([*points, *(row + 0.0 * points[0] for row in still)]))
         return energy
 
+    escape.aim(q, speeds, along, first, looks)
     escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)
     for spacing in (escape.PARTS, 1):
         escape.halve(potential(spacing, escape.PARTS), limit, spacing, first)
     escape.reaches(q, distances, first, reach)
+    near = np.flatnonzero((first.reshape(2, -1) < 0).all(axis=0) & (reach > 0))
+    if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
+        centred, own, far = np.array(z[:, near]), limit[near], np.empty(near.size)
+        centred[:n] = 0.0
+        _set_reaches(model, centred, own + (z[-1, near] if driven(model) else 0.0), far)
+        reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
 
 
 @functools.cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,9 @@ MEASURABLE = 3e-12
 FIRST, COARSEST, FINEST = 0.25, 1.2, 1.5e-3
 """Steps of trials in radians: to begin with, at most, at least."""
 
+COMPARABLE = 1e-2
+"""Errors of trials below which they tell the order at which they fall."""
+
 LADDER = 4
 """Numbers of steps go up by factors 2^(1/4): neighbours share lane blocks."""
 
@@ -45,24 +48,42 @@ def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
     return time / (parts * np.ceil(2 ** (rung / LADDER) * (1 - 1e-12)))
 
 
-def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`, and the error to
-    expect there.
+class Chosen(NamedTuple):
+    """Steps for orbits: step (orbits,), the error that each leaves over SPAN radians, and the order at which errors
+    fall there.
+    """
+
+    step: np.ndarray
+    error: np.ndarray
+    order: np.ndarray
+
+
+def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) -> Chosen:
+    """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`.
 
     The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
     Steps are tried until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians
-    do not reach it, that is the step. Every orbit decides for itself.
+    do not reach it, that is the step. The order is the scheme's or that which two trials show, where it is lower: steps
+    may be too coarse for the former, forces not smooth. Every orbit decides for itself.
     Cost: some 500 steps an orbit.
     """
-    order = flow.scheme.order
     orbits = z.shape[1]
     rate, pace = found.rate, found.pace
-    step, least = FIRST / pace, np.full(orbits, np.nan)
+    step, least, order = FIRST / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
+    coarse, most = np.full((2, orbits), np.nan)
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
     for _ in range(TRIALS):
         apart = halving(flow, z[:, todo], step[todo], SPAN / rate[todo], found.of(todo))
         least[todo] = apart
-        change = np.where(np.isfinite(apart), (wanted[todo] / np.maximum(apart, 1e-14)) ** (1 / order), 0.0)
+        with np.errstate(all="ignore"):
+            seen = np.log(most[todo] / apart) / np.log(coarse[todo] / step[todo])
+        told = coarse[todo] > np.sqrt(2) * step[todo]
+        order[todo] = np.where(told & (seen < flow.scheme.order), np.maximum(seen, 1.0), flow.scheme.order)
+        wider = (apart < COMPARABLE) & ~(step[todo] < coarse[todo])
+        coarse[todo], most[todo] = np.where(wider, (step[todo], apart), (coarse[todo], most[todo]))
+        with np.errstate(all="ignore"):
+            change = _change(wanted[todo] / np.maximum(apart, 1e-14), order[todo], flow.scheme.order)
+        change = np.where(np.isfinite(apart), change, 0.0)
         following = np.clip(step[todo] * np.clip(change, 0.25, 3.0), FINEST / pace[todo], COARSEST / pace[todo])
         near = (change >= 0.6) & (change <= 1.6) | (following == step[todo])
         step[todo] = np.where(near, step[todo], following)
@@ -70,9 +91,16 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
         if not todo.size:
             break
     known = np.maximum(np.where(np.isfinite(least), least, 1.0), 1e-14)
-    change = np.clip((error / known) ** (1 / order), 0.1, 1.6)
+    change = np.clip(_change(error / known, order, flow.scheme.order), 0.1, 1.6)
     last = np.clip(step * change, FINEST / pace, COARSEST / pace)
-    return last, known * (last / step) ** order
+    return Chosen(last, known * (last / step) ** order, order)
+
+
+def _change(gain: np.ndarray, order: np.ndarray, most: int) -> np.ndarray:
+    """Return how many times longer a step is whose error is `gain` times as large: by the order seen where it becomes
+    shorter, by the scheme's where it becomes longer.
+    """
+    return gain ** (1 / np.where(gain > 1, most, order))
 
 
 def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: Motion) -> np.ndarray:

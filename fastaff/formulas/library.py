@@ -117,7 +117,7 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     """Return the NamedTuple class of a request: from this process, from the folder, or derived now, with trials around
     `values`.
     """
-    key = hashlib.sha256(json.dumps([jit.package_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+    key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request]).encode()).hexdigest()[:24]
     if key not in _CLASSES:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
         cls.__reduce__ = functools.partialmethod(_reduce, request)
@@ -182,10 +182,7 @@ def rebuild(request: tuple, values: tuple) -> Any:
 
 
 def _derive(request: Request, programs: Any, values: Mapping[str, float]) -> str:
-    try:
-        imported("sympy")
-    except ImportError:
-        raise ImportError("a formula that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
+    imported("sympy", what="a formula that is new here")
     with ceiling():
         if request.inertia == "flow":
             return _derive_flow(request, programs, values)

@@ -51,7 +51,7 @@ def mapping(
     without a value or a value without use; ImportError where a new text finds no SymPy.
 
     A map's time is a whole number of iterates, exponents and tunes are per iterate; it has neither step nor scheme nor
-    energy. An orbit ends, in all analyses alike, with the first iterate that is outside the domain (`COLLAPSED`) or not
+    energy. An orbit ends, in all analyses alike, with the first iterate that is outside the domain (`LOST`) or not
     finite (`NONFINITE`); no distance counts as an escape, so give a domain where one should. Sections are its iterates:
     `poincare_map(model, z0, crossings=1000)`.
     Source: Meiss 1992, Rev. Mod. Phys. 64, 795 (symplectic maps); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
@@ -129,13 +129,10 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
 
 def _generated(request: MapRequest, found: Statements, wall: Program | None, periods: Sequence[Program | None]) -> type:
     """Return the class of a request: from this process, from the folder of the cache, or derived now."""
-    key = hashlib.sha256(json.dumps([jit.package_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+    key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request]).encode()).hexdigest()[:24]
 
     def derived() -> str:
-        try:
-            imported("sympy")
-        except ImportError:
-            raise ImportError("a map that is new here needs SymPy: pip install 'fastaff[symbolic]'") from None
+        imported("sympy", what="a map that is new here")
         with ceiling():
             return class_of_map(request, found, wall, periods)
 

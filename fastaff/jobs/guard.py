@@ -43,6 +43,8 @@ ENTRIES: dict[str, type] = {
     "contents": dict,
     "settled": dict,
     "source": str,
+    "processor": str,
+    "other_processors": bool,
     "reruns": list,
 }
 """What the root of a store tells."""
@@ -60,7 +62,7 @@ TEXT = 2**20
 def checked_store(path: Path, facts: dict[str, Any]) -> None:
     """Refuse a store whose root, groups or arrays are not those that this package writes; reads no numbers."""
     for name, kind in ENTRIES.items():
-        if not isinstance(facts.get(name), kind) or isinstance(facts[name], bool):
+        if not isinstance(facts.get(name), kind) or (kind is int and isinstance(facts[name], bool)):
             raise Wrong(f"{path} is damaged: its root does not tell {name}")
     orbits, unit = facts["orbits"], facts["unit"]
     if not 1 <= unit <= orbits <= MOST:
@@ -144,6 +146,8 @@ def _checked_array(path: Path, name: str, data: Any, orbits: int, unit: int) -> 
     size = [*(max(1, n) for n in shape[:-1]), unit]
     if not plain or (cut and (shape[-1] != orbits or pieces != size)):
         raise Wrong(f"{path} is damaged: {name} has the shape {shape} in pieces of {pieces}")
+    if not cut and pieces != [max(1, n) for n in shape]:
+        raise Wrong(f"{path} is damaged: {name} of all orbits is in pieces of {pieces}")
     if not cut:
         fits(f"{path}: {name}", *shape, itemsize=KINDS[kind])
     fits(f"{path}: {name}", *pieces, itemsize=KINDS[kind])
@@ -188,14 +192,15 @@ class Numbers:
 
     def file(self, number: int) -> Path:
         """Return the file of a unit's chunk."""
-        return self._path / self._name / self._array.metadata.encode_chunk_key((*[0] * (self._array.ndim - 1), number))
+        key = (*[0] * (self._array.ndim - 1), number)[: self._array.ndim]
+        return self._path / self._name / self._array.metadata.encode_chunk_key(key)
 
     def _pieces(self, part: slice) -> range:
         array = self._array
-        if array.ndim == 0 or array.dtype.kind not in "biufc" or array.shape[-1] == 0:
-            return range(1 if array.ndim < 2 else 0)
-        if any(n > m for n, m in zip(array.shape, array.chunks[:-1])):
+        if 0 in array.shape:
             return range(0)
+        if not _cut(array):
+            return range(1)
         low, high, _ = part.indices(array.shape[-1])
         return range(low // array.chunks[-1], -(-high // array.chunks[-1]))
 
@@ -206,12 +211,14 @@ class Numbers:
             with open(self.file(number), "rb") as file:
                 head = file.read(18)
         except FileNotFoundError:
-            return
+            if _cut(array):
+                return  # a unit that is not computed yet
+            raise Wrong(f"{self._path} is damaged: {self._name} is not there") from None
         found, size = _content(head), math.prod(array.chunks) * array.dtype.itemsize
         text = array.dtype.kind not in "biufc"
         if found is None or (found > TEXT if text else found != size):
             raise Wrong(f"{self._path} is damaged in {self._name}: chunk {number} does not hold {size} bytes")
-        if _cut(array) and not head[4] & CHECKSUM:
+        if not head[4] & CHECKSUM:
             raise Wrong(f"{self._path} is damaged in {self._name}: chunk {number} has no checksum")
 
 

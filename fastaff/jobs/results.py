@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..base.interruption import imported
-from .job import Job
+from ..base.numbers import MOST
+from ..base.status import Status
+from .job import Job, in_one_line
 from .scans import FoundCases, assembled
 from .store import ATTEMPT, DONE, WAITING, Store
 from .units import LOG, Unit, outcomes
@@ -108,6 +110,8 @@ class JobResults:
                 count = sum(int(np.count_nonzero(self.attempts(name) == attempt)) for name in self.names)
                 changed = ", ".join(f"{name} {value}" for name, value in again["run"].items())
                 lines.append(f"run again with {changed}: {count} orbits")
+            if Store(self.path).facts["other_processors"]:
+                lines.append("computed by processors of several kinds: the last digits may differ between units")
             if absent:
                 lines.append(f"{absent} points beyond the energy")
             if waiting:
@@ -115,7 +119,7 @@ class JobResults:
         if self.units:
             slow = max(self.units, key=lambda unit: unit.seconds)
             lines.append(f"slowest unit {slow.number}: {slow.orbits} orbits in {slow.seconds:.1f} s")
-        return "\n".join(lines)
+        return "\n".join(map(in_one_line, lines))
 
     def _escape(self) -> str | None:
         """Return what there is to say of the energy where orbits escaped."""
@@ -133,7 +137,7 @@ class JobResults:
         """Open the store as an xarray.DataTree, whose arrays are read when they are used."""
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
-        return imported("xarray").open_datatree(str(self.path), engine="zarr")
+        return imported("xarray", what="tree").open_datatree(str(self.path), engine="zarr")
 
     def to_netcdf(self, path: Any) -> None:
         """Write the store as NetCDF, for other programs."""
@@ -161,5 +165,26 @@ def _logged(path: Path) -> list[Unit]:
             entry = Unit(**json.loads(line))
         except (ValueError, TypeError, RecursionError):
             continue
-        found[entry.number] = entry
+        if _is_unit(entry):
+            found[entry.number] = entry
     return list(found.values())
+
+
+def _is_unit(entry: Unit) -> bool:
+    """Tell whether the fields of a line are what they should be."""
+    counts = (entry.number, entry.orbits, entry.crossings)
+    return (
+        all(type(count) is int and 0 <= count <= MOST for count in counts)
+        and type(entry.seconds) is type(entry.energy_error) is float
+        and 0 <= entry.seconds <= MOST
+        and entry.energy_error >= 0
+        and isinstance(entry.statuses, dict)
+        and all(isinstance(found, dict) and _are_outcomes(found) for found in entry.statuses.values())
+        and all(name.isidentifier() for name in entry.statuses)
+    )
+
+
+def _are_outcomes(found: dict[str, Any]) -> bool:
+    return all(
+        name in Status.__members__ and type(count) is int and 0 <= count <= MOST for name, count in found.items()
+    )

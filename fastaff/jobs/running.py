@@ -14,13 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.interruption import Interrupted
+from ..base.machine import processor
 from ..base.names import named
-from ..base.numbers import free_memory, positive, reporter, shown
+from ..base.numbers import flag, free_memory, function, positive, reporter, shown, whole
 from ..base.placing import sweep
 from ..base.provenance import provenance
 from ..base.results import columns
 from ..base.status import Status
 from ..compile.jit import package_hash
+from ..compile.threads import checked_threads
 from .analyses import Orbits
 from .holding import alone, as_path
 from .job import Job, Plan, difference, distinct
@@ -29,7 +31,7 @@ from .results import JobResults
 from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
-from .units import LOG, Unit, compute_unit, computed, running, stated, summed, unit, waiting
+from .units import LOG, Unit, compute_unit, computed, running, same_processor, stated, summed, unit, waiting
 from .wording import Wrong
 
 SECONDS = 2.0
@@ -84,6 +86,7 @@ def run(
     threads: int | None = None,
     memory: float | None = None,
     overwrite: bool = False,
+    other_processor: bool = False,
     report: Callable[[float], Any] | None = None,
     watch: Callable[[Progress, Unit], Any] | None = None,
 ) -> JobResults:
@@ -94,22 +97,22 @@ def run(
     mpi4py.futures or submitit have: each worker writes its own chunks into the store, which all of them must reach by
     its path; threads: of a unit (default: all cores, in an executor 1); memory: bytes that a unit may take (default: a
     quarter of what is free), which bounds its size where the job leaves it open; overwrite: replace a store of another
-    job; report: called with the fraction that is done; watch: called with `Progress` and the `Unit` after each of
-    these.
+    job; other_processor: go on with a store that was begun on another kind of processor too, which it then tells;
+    report: called with the fraction that is done; watch: called with `Progress` and the `Unit` after each of these.
     Raises TypeError or ValueError for a job that does not fit together and for a store of another job, naming the
     field; OSError where the store cannot be written; Interrupted at Ctrl-C, whose partial is what the store holds.
 
-    A store is bit for bit the same for any threads, executor, order and interruption; the values of an orbit are so for
-    any size of units too. What is finished when a process is killed stays: a unit counts when its last chunk is on the
-    disk.
+    A store is bit for bit the same for any threads, executor, order and interruption on processors of one kind, and
+    others are refused; the values of an orbit are so for any size of units too. What is finished when a process is
+    killed stays: a unit counts when its last chunk is on the disk.
     Cost: that of the analyses, and of writing their numbers.
     Source: the Zarr storage specification, version 3.
     """
     if not isinstance(job, Job):
         raise TypeError(f"job must be a Job, got {shown(job)} ({type(job).__name__})")
-    reporter(report)
-    if executor is not None:
-        _checked_executor(executor)
+    _checked(executor, threads, report, watch, other_processor)
+    flag("overwrite", overwrite)
+    memory = None if memory is None else positive("memory", memory)
     if store is None:
         if executor is not None:
             raise Wrong("executor needs a store: workers hand over their results there")
@@ -128,7 +131,7 @@ def run(
             raise Wrong(f"{path} holds another job: {change}. Take another store, or overwrite this one")
         if change is not None:
             begin(job, path, memory=memory, overwrite=True, threads=threads)
-    return _finished(path, _own(job), executor, threads, report, watch)
+    return _finished(path, _own(job), executor, threads, report, watch, other_processor)
 
 
 def resume(
@@ -139,19 +142,19 @@ def resume(
     report: Callable[[float], Any] | None = None,
     watch: Callable[[Progress, Unit], Any] | None = None,
     model: Any = None,
+    other_processor: bool = False,
 ) -> JobResults:
     """Go on with the job of a store where it was stopped, and return its results.
 
-    Parameters: store: its path; executor, threads, report and watch as in `run`; model: that of the job,
-    where no text describes it. Raises FileNotFoundError, ValueError for what is no store of this version, Interrupted
-    as `run`.
+    Parameters: store: its path; executor, threads, report, watch and other_processor as in `run`; model: that of the
+    job, where no text describes it. Raises FileNotFoundError, ValueError for what is no store of this version,
+    Interrupted as `run`.
     Cost: that of the units that are waiting.
     Source: as `run`.
     """
-    reporter(report)
-    if executor is not None:
-        _checked_executor(executor)
-    return _finished(as_path(store), {} if model is None else {"model": model}, executor, threads, report, watch)
+    _checked(executor, threads, report, watch, other_processor)
+    own = {} if model is None else {"model": model}
+    return _finished(as_path(store), own, executor, threads, report, watch, other_processor)
 
 
 def rerun(
@@ -167,20 +170,23 @@ def rerun(
     report: Callable[[float], Any] | None = None,
     watch: Callable[[Progress, Unit], Any] | None = None,
     model: Any = None,
+    other_processor: bool = False,
 ) -> JobResults:
     """Run the orbits of a store again whose status is one of these, another way; return its results.
 
     Parameters: store: path of a store, finished or not: orbits that are still to come are run again too where they
     fail; status: a `Status`, its name, or several; scheme, step, accuracy: what is to be different, one at least, a
     scheme by value or name; analyses: names of those to run again (default: all that have statuses); executor, threads,
-    report, watch and model as in `resume`.
+    report, watch, model and other_processor as in `resume`.
     The new numbers take the place of the old ones; `JobResults.attempts` says which orbits they are, the store keeps
     what was changed. Raises as `resume`; ValueError for a name that is none.
     Cost: that of these orbits. Source: as `run`.
     """
+    _checked(executor, threads, report, watch, other_processor)
     path, given = as_path(store), {} if model is None else {"model": model}
     with alone(path):
         begun = running(path, **given)
+        same_processor(begun.store, other_processor)
         names = (
             tuple(begun.plan.analyses) if analyses is None else (analyses,) if isinstance(analyses, str) else analyses
         )
@@ -205,7 +211,7 @@ def rerun(
             "date": provenance()["date"],
         }
         begun.store.tell(reruns=[*begun.store.facts["reruns"], entry])
-    return _finished(path, given, executor, threads, report, watch)
+    return _finished(path, given, executor, threads, report, watch, other_processor)
 
 
 def _several(status: Any) -> list[Any]:
@@ -235,7 +241,7 @@ def begin(
 
     template = dict(computed(plan, few.z0[:, :1], settled, run))
     free = free_memory()
-    room = free * SHARE if memory is None else positive("memory", memory)
+    room = free * SHARE if memory is None else memory
     each = WORKING * (_bytes_of(template) + 8 * few.z0.shape[0])
     most = int(room // each)
     if most < 1:
@@ -252,6 +258,8 @@ def begin(
         "orbits": plan.launch.size,
         "unit": min(size, plan.launch.size),
         "source": package_hash(),
+        "processor": processor(),
+        "other_processors": False,
         "own_starts": own_starts,
         "reruns": [],
         "provenance": provenance(),
@@ -267,6 +275,8 @@ def begin(
     except OSError as problem:
         if Path(path).exists() and not isinstance(problem, FileExistsError) and not overwrite and is_store(path):
             raise FileExistsError(f"{path} was made by another process in this moment") from None
+        if problem.errno is not None and problem.filename is None:
+            problem.filename = str(path)
         raise
 
 
@@ -353,8 +363,9 @@ def _change(path: Path, job: Job, overwrite: bool) -> str | None:
     change = difference(old, job)
     if change is None and store.facts["own_starts"] and not _same_starts(store, job.plan().launch):
         return "[starts] are other points"
-    if change is None and overwrite and store.facts["source"] != package_hash():
-        return "it was begun by another version"
+    began = store.facts["source"], store.facts["processor"]
+    if change is None and overwrite and began != (package_hash(), processor()):
+        return "it was begun by another version, or on another kind of processor"
     return change
 
 
@@ -368,14 +379,17 @@ def _same_starts(store: Store, launch: Any) -> bool:
     )
 
 
-def _finished(path: Path, own: dict[str, Any], executor: Any, threads: int | None, report, watch) -> JobResults:
+def _finished(
+    path: Path, own: dict[str, Any], executor: Any, threads: int | None, report: Any, watch: Any, other: bool
+) -> JobResults:
     """Compute the units of a store that are waiting."""
     with alone(path):
         begun = running(path, **own)
+        if not len(waiting(begun.store)):
+            return JobResults.stored(path, job=begun.job)
+        same_processor(begun.store, other)
         sweep(path, "*/*/c/**/*.partial")  # chunks that killed processes were writing
         todo = waiting(begun.store)
-        if not len(todo):
-            return JobResults.stored(path, job=begun.job)
         state = _Watched(begun.store, len(todo), report, watch)
         try:
             with state.log():
@@ -386,6 +400,11 @@ def _finished(path: Path, own: dict[str, Any], executor: Any, threads: int | Non
                     _submitted(executor, path, todo, 1 if threads is None else threads, own, state)
         except KeyboardInterrupt:
             raise _stopped(JobResults.stored(path, job=begun.job)) from None
+        except OSError as problem:
+            if problem.errno is None or not is_store(path):
+                raise
+            said = f"{problem.strerror} (what is finished is kept; go on with: {resume_command(path)})"
+            raise OSError(problem.errno, said, problem.filename or str(path)) from problem
     return JobResults.stored(path, job=begun.job)
 
 
@@ -451,9 +470,17 @@ def _submitted(executor: Any, path: Path, todo: np.ndarray, threads: int, own: d
             getattr(future, "cancel", bool)()
 
 
-def _checked_executor(executor: Any) -> None:
-    if not callable(getattr(executor, "submit", None)):
+def _checked(executor: Any, threads: Any, report: Any, watch: Any, other_processor: Any) -> None:
+    """Refuse what units can't be computed with, before any is."""
+    reporter(report), flag("other_processor", other_processor)
+    if watch is not None:
+        function("watch", watch)
+    if executor is None:
+        checked_threads(threads)
+    elif not callable(getattr(executor, "submit", None)):
         raise TypeError(f"executor must have submit, as concurrent.futures' have, got {shown(executor)}")
+    elif threads is not None:  # of the workers' machines
+        whole("threads", threads, 1)
 
 
 def resume_command(path: Any) -> str:

@@ -29,7 +29,7 @@ from ..files import opened, unpacked
 from .guard import ITEMS, Hierarchy, checked_store
 from .wording import Wrong
 
-FORMAT = 1
+FORMAT = 2
 """Of the stores that this version writes and reads."""
 
 ATTRIBUTES = "fastaff"
@@ -55,6 +55,7 @@ class Store:
     def __init__(self, path: Any, *, writing: bool = False):
         self.path = Path(path)
         self.facts = facts_of(self.path)
+        self._folder = _folder(self.path)
         self.root = Hierarchy(self.path, _opened(self.path, "r+" if writing else "r"))
         self.orbits, self.unit = int(self.facts["orbits"]), int(self.facts["unit"])
 
@@ -143,6 +144,7 @@ class Store:
 
     def tell(self, **facts: Any) -> None:
         """Change what the root tells of the job, in one move."""
+        self._stays()
         self.facts = {**self.facts, **facts}
         path = self.path / "zarr.json"
         data = json.loads(path.read_text())
@@ -156,8 +158,33 @@ class Store:
     def _put(self, group: str, name: str, unit: int, value: np.ndarray) -> Path:
         """Write a chunk and return its path."""
         array = self.root[f"{group}/{name}"]
-        array[..., self.points(unit)] = value
-        return array.file(unit)
+        file: Path = array.file(unit)
+        self._stays()
+        try:
+            array[..., self.points(unit)] = value
+        except OSError as problem:
+            self._stays(file)
+            if problem.errno is not None and problem.filename is None:
+                problem.filename = str(file)
+            raise
+        self._stays(file)
+        return file
+
+    def _stays(self, written: Path | None = None) -> None:
+        """Refuse to write where the store is no more; folders that a chunk has made there go."""
+        if _folder(self.path) == self._folder:
+            return
+        if written is not None and not is_store(self.path):
+            written.unlink(missing_ok=True)
+            for folder in written.parents:
+                if not folder.is_relative_to(self.path):
+                    break
+                with contextlib.suppress(OSError):  # one that holds something else stays
+                    folder.rmdir()
+        raise FileNotFoundError(
+            f"{self.path} was moved, replaced or removed while it was written; go on at its new place: "
+            "fastaff resume NEW_PLACE"
+        )
 
 
 @recognized()
@@ -282,10 +309,7 @@ def _opened(path: Path, mode: Any) -> Any:
 
 
 def _zarr() -> Any:
-    try:
-        return imported("zarr")
-    except ImportError:
-        raise ImportError("stores need zarr and xarray: pip install 'fastaff[io]'") from None
+    return imported("zarr", what="a store")
 
 
 def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> None:
@@ -305,13 +329,22 @@ def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> N
     for name, value in arrays.items():
         if name not in names:
             axes = [f"{name}_{k + 1}" for k in range(value.ndim)]
-            group.create_array(name, data=value, dimension_names=axes if value.ndim else None)
+            _whole(group, name, value, axes)
     if hasattr(result, "status"):
         meanings = {
             "flag_values": [int(entry) for entry in Status],
             "flag_meanings": " ".join(entry.name for entry in Status),
         }
         group["status"].attrs.update(meanings)
+
+
+def _folder(path: Path) -> tuple[int, int] | None:
+    """Return what tells a folder from one that takes its place."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _has_items(array: Any) -> bool:
@@ -322,21 +355,39 @@ def _has_items(array: Any) -> bool:
 
 def _labels(group: Any, name: str, labels: tuple[str, ...]) -> None:
     """Name the entries of an axis."""
-    group.create_array(name, shape=(len(labels),), dtype=str, dimension_names=(name,))[:] = np.array(labels, object)
+    _whole(group, name, np.array(labels, object), [name], dtype=str)
+
+
+def _whole(group: Any, name: str, value: np.ndarray, axes: list[str], dtype: Any = None) -> None:
+    """Write an array that all orbits share: one piece with a checksum, also where it is empty or zeros."""
+    array = group.create_array(
+        name,
+        shape=value.shape,
+        chunks=tuple(max(1, n) for n in value.shape),
+        dtype=value.dtype if dtype is None else dtype,
+        compressors=_compressors(),
+        dimension_names=axes if value.ndim else None,
+        config={"write_empty_chunks": True},
+    )
+    array[...] = value
+
+
+def _compressors() -> list[Any]:
+    from zarr.codecs import ZstdCodec
+
+    return [ZstdCodec(level=1, checksum=True)]
 
 
 def _array(
     group: Any, name: str, dtype: Any, shape: tuple, axes: Iterable[str], layout: Layout, attributes: Any = None
 ) -> None:
-    from zarr.codecs import ZstdCodec
-
     group.create_array(
         name,
         shape=(*shape, layout.number),
         chunks=(*(max(1, n) for n in shape), layout.unit),
         dtype=dtype,
         fill_value=_empty(np.dtype(dtype)),
-        compressors=[ZstdCodec(level=1, checksum=True)],
+        compressors=_compressors(),
         dimension_names=(*axes, layout.item),
         attributes=attributes or {},
     )

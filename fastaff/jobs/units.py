@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.machine import processor
 from ..base.numbers import portion
 from ..base.status import Status
 from ..compile.jit import package_hash
@@ -64,6 +65,23 @@ def running(path: Any, **own: Any) -> Running:
     return Running(store, job, job.plan()._replace(launch=Points(z0)))
 
 
+def same_processor(store: Store, other: bool) -> None:
+    """Refuse to compute units of a store that was begun on another kind of processor, but where that is asked for, now
+    or before: the store tells it.
+    """
+    if other and not store.facts["other_processors"]:
+        store.tell(other_processors=True)
+    begun, here = (text.split() for text in (store.facts["processor"], processor()))
+    if begun == here or store.facts["other_processors"]:
+        return
+    first, second = (" ".join(sorted({*one} - {*two})) or "nothing" for one, two in ((begun, here), (here, begun)))
+    raise Wrong(
+        f"{store.path} was begun on another kind of processor: it had {first}, this one has {second} instead; the last "
+        "digits of orbits may differ between the two. To go on all the same give --other-processor "
+        "(other_processor=True)"
+    )
+
+
 def stated(store: Store) -> dict[str, str]:
     """Return what the job of a store says of model and starts that no text describes."""
     try:
@@ -75,7 +93,9 @@ def stated(store: Store) -> dict[str, str]:
 
 @functools.lru_cache(maxsize=2)
 def _opened(path: str, source: str, modified: float, own: tuple) -> Running:
-    return running(path, **dict(own))
+    begun = running(path, **dict(own))
+    same_processor(begun.store, False)
+    return begun
 
 
 def compute_unit(path: str, number: int, threads: int | None = None, own: dict[str, Any] | None = None) -> Unit:

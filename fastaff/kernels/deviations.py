@@ -61,13 +61,12 @@ class Parts(NamedTuple):
     """First rows of what is kept for k vectors of 2n rows and m readings, in their order; see `layout`. The caller
     sets columns, metric, limits and signs.
 
-    sums (k): S; half_sums (k): S at half time; lengths (k): L; columns, factor (k*k): of the true vectors, and R;
+    sums (k): S; lengths (k): L; columns, factor (k*k): of the true vectors, and R;
     metric (2n); readings, half_readings, limits (m); signs (m): 1 where chaos is above the limit, -1 below; detected
     (m): times of detection, 0 before.
     """
 
     sums: Any
-    half_sums: Any
     lengths: Any
     columns: Any
     factor: Any
@@ -89,14 +88,13 @@ def layout(n, k, m):
     readings.
     """
     sums = ROWS.end
-    columns = sums + 3 * k
+    columns = sums + 2 * k
     metric = columns + 2 * k * k
     readings = metric + 2 * n
     limits, detected = readings + 2 * m, readings + 4 * m
     return Parts(
         sums,
         sums + k,
-        sums + 2 * k,
         columns,
         columns + k * k,
         metric,
@@ -275,7 +273,7 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
     """Keep the values at half time, note when each reading first passes its limit, write the history; return the lanes
     that are done.
     """
-    m, slots, time = int(value.readings), value.slots, value.time
+    m, sums, slots, time = int(value.readings), int(value.sums), value.slots, value.time
     ended, at = 0, parts_of(n, k, m)
     for i in range(lanes):
         if memory[ROWS.due * LANES + i] == 0.0:
@@ -283,8 +281,6 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
         now = t[i] * (1.0 + 1e-12)
         if memory[ROWS.half * LANES + i] == 0.0 and now >= 0.5 * time:
             memory[ROWS.half * LANES + i] = t[i]
-            for j in range(k):
-                memory[(at.half_sums + j) * LANES + i] = memory[(at.sums + j) * LANES + i]
             for j in range(m):
                 memory[(at.half_readings + j) * LANES + i] = memory[(at.readings + j) * LANES + i]
         passed = 0
@@ -295,12 +291,15 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
                 memory[entry] = t[i]
             passed += 1 if memory[entry] > 0.0 else 0
         slot = int(memory[ROWS.recorded * LANES + i])
-        if slot < slots and now * slots >= (slot + 1) * time:
-            o, c = orbit[i], slot * (m + 1)
+        while slot < slots and now * slots >= (slot + 1) * time:
+            o, c = orbit[i], slot * (1 + m + sums)
             out[o, c] = t[i]
             for j in range(m):
                 out[o, c + 1 + j] = memory[(at.readings + j) * LANES + i]
-            memory[ROWS.recorded * LANES + i] = slot + 1.0
+            for j in range(sums):
+                out[o, c + 1 + m + j] = memory[(at.sums + j) * LANES + i]
+            slot += 1
+        memory[ROWS.recorded * LANES + i] = slot
         if value.early_stop > 0.0 and passed == m:
             done[i] = 1.0
             ended += 1
@@ -312,7 +311,8 @@ def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done)
     """Observer: keep growth and alignment of the k tangent vectors of n degrees of freedom at every step, and judge
     orbits by readings of them.
 
-    The first calls are the value.readings readings. `out` holds value.slots records of the time and the readings.
+    The first calls are the value.readings readings. `out` holds value.slots records of the time, the readings and the
+    first value.sums sums.
     """
     peak(n, k, lanes, fresh, z, memory)
     if wait(value.time, value.slots, lanes, fresh, t, memory) == 0:

@@ -20,6 +20,9 @@ BURST, BETWEEN = 128, 37
 AT_WALL = 1e-13
 """Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
 
+PATIENCE, RUNAWAY = 2**19, 1e-4
+"""Steps after which an orbit ends whose mean step is this part of its longest one: it runs away ever faster."""
+
 
 @jit
 def next_look(n):
@@ -370,7 +373,10 @@ def run_adaptive(
             # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
             ahead[i] = h[i] * (factor if code[i] == 0.0 else min(factor, 0.2))
             if fresh[i] > 0.0:
-                code[i], longest[i] = 0.0, max(longest[i], h[i])
+                count, longest[i] = steps[orbit[i]], max(longest[i], h[i])
+                runs = count > PATIENCE and t[i] < RUNAWAY * longest[i] * count
+                code[i] = STEP_TOO_SMALL_CODE if runs else 0.0
+                ended += 1 if runs else 0
             elif not (t[i] + ahead[i] > t[i]) or (code[i] > 0.0 and ahead[i] < AT_WALL * longest[i]):
                 code[i] = code[i] if code[i] > 0.0 else STEP_TOO_SMALL_CODE
                 ended += 1

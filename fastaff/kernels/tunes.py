@@ -37,9 +37,12 @@ def gather(chunk, first, count, start, size, room):
                     room[o, r, 1 + i] = chunk[r, first + o, start + i]
 
 
-def finite_until(unit, stop, progress, chunk, ended, until, again):
+def finite_until(unit, stop, progress, chunk, last, ended, until, again, still):
     """Fill until (orbits,) with the number of finite samples of chunk (rows, orbits, samples) before the first that is
     not, 0 of orbits that have ended, and again (orbits,) with the first finite one after that, -1 for none.
+
+    last (orbits, rows): the samples before the chunk; still (2, orbits): how many samples in a row have been equal to
+    the one before, at the end and at most until then.
     """
     if read_now(stop, 0) > 0:
         return
@@ -54,6 +57,17 @@ def finite_until(unit, stop, progress, chunk, ended, until, again):
         size = min(SEGMENT, samples - start)
         gather(chunk, first, count, start, size, room)
         for o in range(count):
+            for r in range(rows):
+                room[o, r, 0] = last[first + o, r] if start == 0 else chunk[r, first + o, start - 1]
+            for i in range(size):
+                r = 0
+                while r < rows and room[o, r, 1 + i] == room[o, r, i]:
+                    r += 1
+                if r == rows:
+                    still[0, first + o] += 1
+                elif still[0, first + o] > 0:
+                    still[1, first + o] = max(still[0, first + o], still[1, first + o])
+                    still[0, first + o] = 0
             for i in range(size):
                 trace[i] = 0.0
             for r in range(rows):

@@ -28,6 +28,7 @@ from ..analysis.sections.islands import Islands, Rotation
 from ..analysis.sections.section_map import SectionMap
 from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
 from ..analysis.tori.torus import TorusFit
+from ..base.numbers import shown
 from ..base.results import drawn
 from ..quantum.chaos.husimi import Husimi
 from ..quantum.spectra.level_diagram import LevelDiagram
@@ -61,10 +62,11 @@ def _husimi(husimi: Husimi, grid: Any = None, **options: Any) -> Any:
 
 
 def _needed(result: Any, other: Any) -> Any:
-    """Return what a figure needs; say so where it is missing."""
-    if other is None:
+    """Return what a figure needs; say so where it is missing, or something else."""
+    if not isinstance(other, (EnergyGrid, EnergySample)):
         name, what = NEEDED[type(result)]
-        raise TypeError(f"the figure of a {type(result).__name__} needs {name}, {what}: result.plot({name})")
+        instead = "" if other is None else f", got {shown(other)}"
+        raise TypeError(f"the figure of a {type(result).__name__} needs {name}, {what}: result.plot({name}){instead}")
     return other
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.frequencies.frequencies import FrequencyKind
+from ..base.numbers import entries, reals
 from ..base.status import Status
 from ..schemes.catalogue import ITERATION
 from .labels import Box, settled, write_along
@@ -70,7 +71,8 @@ def plot_frequency_map(
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
     if limits is not None:
-        ax.set(xlim=limits[0], ylim=limits[1])
+        wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
+        ax.set(xlim=wide, ylim=high)
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")

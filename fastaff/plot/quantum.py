@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.numbers import shown
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import LevelTable
@@ -235,6 +236,8 @@ def plot_density(
     inside = (alpha >= 0) & (beta >= 0)
     lines = []
     if body is not None:
+        if not hasattr(body, "potential"):
+            raise TypeError(f"body must be the Body of the state, got {shown(body)}")
         left = np.where(inside, _left(body, state, alpha, beta), np.nan)
         lines.append(ax.contour(x, y, left, levels=[0.0], colors="white", linewidths=1.1))
     gap = alpha - beta  # 2 det phi/(alpha + beta)

@@ -5,7 +5,7 @@ As in `fastaff.plot`, every function takes `ax=` and returns the artists it made
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,16 @@ from numpy.typing import ArrayLike
 from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge
+from ..base.arrays import checked
+from ..base.numbers import entries, positive, shown, whole
 from ..charts import ALPHA_BETA
 from .periodic import plot_periodic
 from .picking import carry
 from .sections import places, widths
 from .style import ACCENT, DARK, Artists, figure, outline, symbol
+
+LABELLED = 'laws of spacings, or such by their labels, as {"Poisson": BerryRobnik(0.0)}'
+"""What laws of a figure are."""
 
 LAWS = ((ACCENT, "-"), (DARK, "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb8", "-."))
 """Colour and dashes of the laws, in turn."""
@@ -83,7 +88,7 @@ def plot_husimi(
 @figure
 def plot_spacings(
     spacings: ArrayLike,
-    laws: Mapping[str, Any],
+    laws: Mapping[str, Any] | Sequence[Any],
     *,
     ax: Any = None,
     bins: int = 20,
@@ -93,12 +98,13 @@ def plot_spacings(
 ) -> Artists:
     """Draw a histogram of unfolded spacings, as a density, with laws for comparison.
 
-    Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, drawn in
-    this order; bins, top: of the histogram, from 0 to top; colour, label: of the histogram. Returns Artists: points are
-    the bars, lines the laws; `missing` counts spacings beyond `top`, which are part of the norm.
+    Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, or laws
+    alone, which are their own labels, drawn in this order; bins, top: of the histogram, from 0 to top; colour, label:
+    of the histogram. Returns Artists: points are the bars, lines the laws; `missing` counts spacings beyond `top`,
+    which are part of the norm.
     """
-    s = np.asarray(spacings, dtype=np.float64)
-    edges = np.linspace(0.0, top, bins + 1)
+    s, labelled = checked("spacings", spacings, ()).ravel(), _labelled(laws)
+    edges = np.linspace(0.0, positive("top", top), whole("bins", bins, 1) + 1)
     counts = np.histogram(s, edges)[0]
     total = max(s.size, 1)
     height = counts / (total * np.diff(edges))
@@ -109,8 +115,18 @@ def plot_spacings(
     ax.errorbar(middle, height, yerr=error, fmt="none", ecolor="0.45", elinewidth=0.8)
     x = np.linspace(0.0, top, 400)
     lines = []
-    for number, (name, law) in enumerate(laws.items()):
+    for number, (name, law) in enumerate(labelled.items()):
         colour, dashes = LAWS[number % len(LAWS)]
         lines += ax.plot(x, law.density(x), color=colour, ls=dashes, lw=1.5, label=name)
     ax.set(xlabel="spacing $s$ (unfolded)", ylabel="$P(s)$", xlim=(0.0, top))
     return Artists(bars, None, tuple(lines), (), int(np.count_nonzero(s > top)))
+
+
+def _labelled(laws: Any) -> Mapping[str, Any]:
+    """Return laws of spacings by their labels."""
+    single = (laws,) if hasattr(laws, "density") else laws
+    found = single if isinstance(single, Mapping) else {repr(law): law for law in entries("laws", single, LABELLED)}
+    for law in found.values():
+        if isinstance(law, type) or not hasattr(law, "density"):
+            raise TypeError(f"laws must be {LABELLED}, got {shown(law)} among them")
+    return found

@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ..base.numbers import text
+
 
 def frequency(frequency_map: Any, name: str) -> np.ndarray:
     """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
     "beta/alpha".
     """
-    numerator, slash, denominator = name.partition("/")
+    numerator, slash, denominator = text("frequency", name).partition("/")
     if slash:
         with np.errstate(all="ignore"):
             return frequency(frequency_map, numerator) / frequency(frequency_map, denominator)

@@ -8,8 +8,10 @@ import numpy as np
 
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge, EnergySample
+from ..base.numbers import shown
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
+from ..flows.checks import checked_chart
 from ..models.sections import BetaEquals, BetaTurning, Linear
 from .density import DENSE, draw_density
 from .picking import carry
@@ -225,7 +227,7 @@ def _crosses(ax: Any, at: np.ndarray, chosen: np.ndarray, why: str) -> list[Any]
 def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
     """Return names and values (names, crossings, orbits) of all coordinates."""
     if len(section_map.points) == 8:
-        return (*chart.names, *chart.momenta), section_map.coordinates(chart)
+        return (*checked_chart(chart).names, *chart.momenta), section_map.coordinates(chart)
     names = section_map.names if len(section_map.names) == len(section_map.points) else ("x", "y", "p_x", "p_y")
     return tuple(names), section_map.points
 
@@ -240,6 +242,8 @@ def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
 
 def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
     """Return the section coordinates (2, orbits) of where orbits started. Raises ValueError where they are not two."""
+    if not isinstance(starts, (EnergyGrid, EnergySample)):
+        raise TypeError(f"starts must be an EnergyGrid or EnergySample, got {shown(starts)}")
     if len(starts.names) != 2:
         raise ValueError(
             f"starts must lie over two coordinates to be drawn, these are {', '.join(starts.names)}: draw some, "

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar, cast
 
 from ..base.interruption import imported
-from ..base.numbers import real
+from ..base.numbers import real, shown
 
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
 """The dark end of cividis, an orange and a blue that are told from it by lightness too."""
@@ -96,7 +96,7 @@ class Artists(NamedTuple):
 
 def styled() -> Any:
     """Return the context in which figures are made; it leaves the settings of Matplotlib as they were."""
-    return imported("matplotlib").rc_context({**SETTINGS, **INK, **PAPER})
+    return imported("matplotlib", what="a figure").rc_context({**SETTINGS, **INK, **PAPER})
 
 
 def light(colour: Any) -> bool:
@@ -131,7 +131,7 @@ def figure(function: Function) -> Function:
 
     @functools.wraps(function)
     def draw(*given: Any, ax: Any = None, **options: Any) -> Any:
-        with imported("matplotlib").rc_context(SETTINGS):
+        with imported("matplotlib", what="a figure").rc_context(SETTINGS):
             if ax is None:
                 ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
             _check(ax, options.get("size"))
@@ -153,8 +153,8 @@ def _check(ax: Any, size: Any) -> None:
         raise ValueError(f"size must be >= 0 square points, got {size:g}")
 
 
-def chosen_orbits(orbits: Any, total: int, most: int) -> Any:
-    """Return the numbers of the orbits that are drawn: those asked for, or up to `most` of all."""
+def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> Any:
+    """Return the numbers of the orbits, or signals, that are drawn: those asked for, or up to `most` of all."""
     import numpy as np
 
     if orbits is None:
@@ -163,7 +163,7 @@ def chosen_orbits(orbits: Any, total: int, most: int) -> Any:
     if not found.size:
         return found.astype(int)
     if found.dtype.kind not in "iu" or found.min() < -total or found.max() >= total:
-        raise ValueError(f"orbits must be whole numbers below {total}, the number of orbits, got {orbits!r}")
+        raise ValueError(f"{name} must be whole numbers below {total}, the number of {name}, got {orbits!r}")
     return found % total
 
 
@@ -195,6 +195,8 @@ def outline(ax: Any, boundary: Any) -> list[Any]:
     """Draw an `Edge` on both sides of its centre, mostly momentum 0."""
     import numpy as np
 
+    if not all(hasattr(boundary, name) for name in ("coordinate", "momentum", "centre")):
+        raise TypeError(f"boundary must be an Edge, such as fastaff.plot.edge returns, got {shown(boundary)}")
     u, p, c = boundary.coordinate, boundary.momentum, boundary.centre
     loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([c + p, c - p[::-1], c + p[:1]])
     return list(ax.plot(*loop, color=OUTLINE, lw=0.8))

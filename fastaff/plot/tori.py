@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 from ..analysis.frequencies.naff import FrequencyLines
 from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
 from ..analysis.tori.torus import TorusFit
+from ..base.numbers import numbers, whole
 from .picking import carry
 from .scales import clipped
-from .style import DARK, LINES, Artists, colour_map, figure, symbol
+from .style import DARK, LINES, Artists, chosen_orbits, colour_map, figure, symbol
 
 
 @figure
@@ -23,8 +25,10 @@ def plot_actions(
     Parameters: x, y: rows of J; values, label: of the colours. Returns Artists; `missing` counts orbits without a
     torus. A click picks the orbit.
     """
-    each = np.atleast_1d(np.asarray(result.energy if values is None else values, float)).ravel()
-    u, v = (result.I[k].ravel() for k in (x, y))
+    each = np.atleast_1d(result.energy if values is None else numbers("values", values)).ravel()
+    u, v = (result.I[k].ravel() for k in _rows(result.names, x=x, y=y))
+    if each.size != u.size:
+        raise ValueError(f"values must be {u.size}, one for each orbit, got {each.size}")
     points, bar, missing = _dots(ax, u, v, each, label)
     ax.set(xlabel=f"action $I_{{{symbol(result.names[x])}}}$", ylabel=f"action $I_{{{symbol(result.names[y])}}}$")
     return Artists(points, bar, (), (), missing)
@@ -36,11 +40,16 @@ def plot_energy_of_actions(result: EnergyOfActions, *, ax: Any = None, x: int = 
 
     Parameters: x, y: rows of nu. Returns Artists; `missing` counts those that are not OK. A click picks the orbit.
     """
-    u, v = (result.nu[k].ravel() for k in (x, y))
+    u, v = (result.nu[k].ravel() for k in _rows(result.names, x=x, y=y))
     points, bar, missing = _dots(ax, u, v, np.atleast_1d(result.energy).ravel(), "energy $E$")
     first, second = (symbol(f"nu_{result.names[k]}") for k in (x, y))
     ax.set(xlabel=f"${first}$  (cycles per unit time)", ylabel=f"${second}$  (cycles per unit time)")
     return Artists(points, bar, (), (), missing)
+
+
+def _rows(names: Sequence[str], **rows: Any) -> list[int]:
+    """Return rows by number, from the first or from the last, if they are there."""
+    return [whole(name, row, -len(names), len(names) - 1) for name, row in rows.items()]
 
 
 def _dots(ax: Any, u: np.ndarray, v: np.ndarray, each: np.ndarray, label: str) -> tuple[Any, Any, int]:
@@ -65,7 +74,7 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
     signal, lines their stems; `missing` counts lines that were not found.
     """
     nu, size = (array.reshape(-1, array.shape[-1]) for array in (result.nu, np.abs(result.amplitude)))
-    chosen = np.arange(min(len(nu), 5)) if signals is None else np.ravel(signals)
+    chosen = np.arange(min(len(nu), 5)) if signals is None else chosen_orbits(signals, len(nu), 5, "signals")
     found = size[chosen] > 0
     bottom = 0.3 * float(size[chosen][found].min()) if found.any() else 0.1
     dots, stems = [], []
@@ -90,7 +99,8 @@ def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> A
     Parameters: row: of z, by default the norm over all rows. Terms are darker the lower their order |k|. Returns
     Artists: points are the dots, lines the stems; `missing` counts terms of size 0.
     """
-    size = np.sqrt((np.abs(result.coefficients) ** 2).sum(axis=0)) if row is None else np.abs(result.coefficients[row])
+    size = np.abs(result.coefficients)
+    size = np.sqrt((size**2).sum(axis=0)) if row is None else size[whole("row", row, -len(size), len(size) - 1)]
     rate = np.abs(result.k @ result.nu)
     kept = (size > 0) & np.isfinite(rate)
     order = np.abs(result.k).sum(axis=1)[kept]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
@@ -44,6 +43,7 @@ from .indicators import (
 )
 from .named_indicators import indicators_of
 from .own_passes import frequency_diffusion, reversibility_error, zero_one
+from .shares import Shares
 from .streamed import ChaosRun
 
 
@@ -56,10 +56,10 @@ class ChaosMap(Result):
     verdict (orbits,) of all together: what those that are decided say, UNDECIDED where they disagree or none is; longer
     (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time
     when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest first,
-    and spectrum_error, its change since half the time, where asked for. history (indicators, records, orbits) at
-    history_times (records, orbits), NaN past an orbit's end (and for indicators that are not streamed). Orbits that
-    failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`. t (orbits,) reached,
-    energy_error, status, step as in `Orbits`.
+    where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history (indicators,
+    records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that are not
+    streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`. t
+    (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -117,10 +117,16 @@ class ChaosMap(Result):
         return None if self.spectrum is None or self.period is None else self.spectrum * self.period
 
     @property
+    def shares(self) -> Shares:
+        """Orbits that did not fail by verdict, and the chaotic fraction with what they leave open of it."""
+        fine = self.status == Status.OK
+        kinds = (self.chaotic, self.regular, self.undecided)
+        return Shares(*(np.count_nonzero(kind & fine) for kind in kinds))  # type: ignore[arg-type]
+
+    @property
     def fraction(self) -> float:
         """Share of chaotic orbits among those that are decided; NaN where none is."""
-        fine = (self.status == Status.OK) & ~self.undecided
-        return float(self.chaotic[fine].mean()) if fine.any() else math.nan
+        return float(self.shares.fraction)
 
     def summary(self) -> str:
         """Say in one line what became of the orbits, and which of those that finished are chaotic."""
@@ -146,7 +152,7 @@ def chaos_map(
     scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    energy_tolerance: float = 1e-6,
+    energy_tolerance: float | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> ChaosMap:
@@ -189,11 +195,11 @@ def chaos_map(
 
     def mapped(flow: Flow, z: np.ndarray, deviations: Any, report: Report | None) -> ChaosMap:
         work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
-        with keeping("chaos_map", lambda: _result(work, options.energy_tolerance, True)):
+        with keeping("chaos_map", lambda: _result(work, options.drift, True)):
             passes = _passes(work)
             for number, run in enumerate(passes):
                 run(portion(report, number, len(passes)))
-        return _result(work, options.energy_tolerance, False)
+        return _result(work, options.drift, False)
 
     found = mapped(flow, z, deviations, report)
     for halving in range(1, 1 + (HALVINGS if step is None and not (flow.adaptive or flow.exact) else 0)):

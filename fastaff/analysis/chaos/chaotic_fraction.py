@@ -19,11 +19,13 @@ from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.flow import Report
+from ...models.contracts import Kind, kind_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Splitting, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
 from .indicators import MANY, MEGNO, SALI, Indicator
 from .named_indicators import indicators_of
+from .shares import Shares
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
 """What becomes of an orbit whose fixed step is too long for a steep wall."""
@@ -64,46 +66,43 @@ class ChaoticFraction(Result, axis=None):
         return self.orbits - self.sound
 
     @property
+    def shares(self) -> Shares:
+        """Orbits of each case by verdict, and the fractions that they give."""
+        return Shares(self.chaotic, self.regular, self.undecided)
+
+    @property
     def sound(self) -> np.ndarray:
         """Orbits of each case that did not fail."""
-        return self.chaotic + self.regular + self.undecided
+        return self.shares.sound
 
     @property
     def fraction(self) -> np.ndarray:
         """Share of chaotic orbits among those that are decided; NaN where there are none."""
-        return _share(self.chaotic, self.chaotic + self.regular)
+        return self.shares.fraction
 
     @property
     def bounds(self) -> np.ndarray:
         """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were
         chaotic.
         """
-        return np.array([_share(self.chaotic, self.sound), _share(self.chaotic + self.undecided, self.sound)])
+        return self.shares.bounds
 
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
         """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by
-        default.
-
-        Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
+        default, as `Shares` does.
         """
-        # Beyond these the ends are 0 and 1, or the fraction itself.
-        sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)
-        count, p = (self.chaotic + self.regular) / sigmas**2, self.fraction
-        with np.errstate(all="ignore"):
-            width = np.sqrt(p * (1 - p) * count + 0.25) / (1 + count)
-            middle = (p * count + 0.5) / (1 + count)
-        return np.clip([middle - width, middle + width], 0.0, 1.0)
+        return self.shares.interval(sigmas)
 
     def summary(self) -> str:
         """Say in one line what became of the cases."""
-        found, empty = self.fraction[self.orbits > 0], int(np.count_nonzero(self.done & (self.orbits == 0)))
+        empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
         late = int(np.count_nonzero(~self.done))
         cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
         cases += [f"{empty} empty, where the energy reaches nothing"] if empty else []
         cases += [f"{late} not done"] if late else []
         kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
         orbits = [f"{int(count.sum())} {name}" for name, count in kinds.items()]
-        lost = self.statuses.reshape(len(Status), -1).sum(axis=1)
+        lost = self.statuses.reshape(len(self.statuses), -1).sum(axis=1)
         orbits += [f"{n} {s.name} ({s.sentence})" for s, n in zip(Status, lost) if n and s != Status.OK]
         parts = [
             f"{self.orbits.size} cases: {', '.join(cases)}",
@@ -111,16 +110,11 @@ class ChaoticFraction(Result, axis=None):
         ]
         if self.rescued.any():
             parts.append(f"{int(self.rescued.sum())} of them done again with the second scheme")
-        if np.isfinite(found).any():
-            parts.append(f"chaotic fraction {np.nanmin(found):.3f} ... {np.nanmax(found):.3f}")
+        if np.isfinite(self.fraction).any():
+            parts.append(self.shares.said())
         elif self.undecided.any():
             parts.append(f"a longer time may decide, {MANY:g} natural periods or more")
         return "; ".join(parts)
-
-
-def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    with np.errstate(all="ignore"):
-        return np.where(whole > 0, part / whole, np.nan)
 
 
 AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
@@ -141,7 +135,7 @@ def chaotic_fraction(
     second: RungeKutta | None = VERNER9,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    energy_tolerance: float = 1e-6,
+    energy_tolerance: float | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> ChaoticFraction:
@@ -243,7 +237,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     except NotReached:
         scan.done[cell] = True
         return
-    z0 = np.asarray(z0, dtype=np.float64)
+    z0 = numbers("z0", z0)
     if z0.size == 0:
         scan.done[cell] = True
         return
@@ -251,6 +245,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     length = positive("time", time(body, z0) if callable(time) else time)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
+    second = None if kind_of(body) is Kind.MAP else second  # which has no steps
     if second is not None and lost.size:
         found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK

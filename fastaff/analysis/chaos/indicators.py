@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.numbers import shown
 from ...kernels import readings
 
 MARGIN = 4.0
@@ -53,7 +54,7 @@ def judged(
         beyond = value > limit if indicator.above else value < limit
         calm = indicator.calm(value, before, limit, n)
         chaotic = beyond & ~calm & (phase >= 2 * np.pi * indicator.least)
-        calm &= phase >= 2 * np.pi * MANY
+        calm = calm & (phase >= 2 * np.pi * MANY)
     return np.where(
         chaotic,
         Character.CHAOTIC,
@@ -388,8 +389,9 @@ class TangentIndicator:
     orbits are above it, or below it where `above` is False; count: how many tangent vectors it needs, 1 to 2n;
     parameters: floats that the reading gets, another value compiles nothing; across_flow: whether it needs the part of
     the first vector across the flow; judge(value, before, limit, n): which orbits (orbits,) look regular, from the
-    readings at the end and at half the time, called with arrays (default: those whose reading changed by less than
-    log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). Raises nothing itself: `chaos_map` checks it.
+    readings at the end and at half the time, called with arrays, as an array of True and False (default: those whose
+    reading changed by less than log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose
+    reading is NaN is undecided. Raises nothing itself: `chaos_map` checks it.
     Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
     """
 
@@ -411,7 +413,13 @@ class TangentIndicator:
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell which orbits look regular."""
         if self.judge is not None:
-            return self.judge(value, before, limit, n)
+            said = self.judge(value, before, limit, n)
+            if not isinstance(said, np.ndarray) or said.dtype != bool or said.shape != value.shape:
+                raise TypeError(
+                    f"judge of the indicator {self.name} must return an array of {value.size} True or False, got "
+                    f"{shown(said)}"
+                )
+            return said
         return (value - before if self.above else before - value) < math.log10(2.0) + SLACK
 
 

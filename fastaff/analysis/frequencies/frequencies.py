@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.results import Result
-from ...base.status import Status
+from ...base.status import Status, describe
 from ...schemes.catalogue import ITERATION, RungeKutta, Splitting
 from .angle_lines import AngleLines
 
@@ -39,13 +39,13 @@ class FrequencyMap(Result):
     too short to tell, as where two lines are closer than 1/time (a slow precession, weakly coupled modes), whose errors
     are then 1/time or more. leading, leading_error (n, orbits): the strongest line of each angle's own loop, and basis
     (n, n, orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
-    Frequencies that all have basis 1 are those of the coordinates' own lines; a singular basis tells that the leading
-    lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over
-    nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error, status (orbits,); t (orbits,) the
-    time reached. step: what was used, one for each orbit, or that of an adaptive scheme. For a body the rows are two
-    librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the strongest lines of each angle's
-    signal, where they were asked for. Of orbits that were given as samples there is no energy_error and no scheme, and
-    step is their interval.
+    Frequencies that all have basis 1 are those of the coordinates' own lines (`other_basis` tells which have not); a
+    singular basis tells that the leading lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) -
+    nu(second half)|, for a body over nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error,
+    status (orbits,); t (orbits,) the time reached. step: what was used, one for each orbit, or that of an adaptive
+    scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the
+    strongest lines of each angle's signal, where they were asked for. Of orbits that were given as samples there is no
+    energy_error and no scheme, and step is their interval.
     """
 
     names: tuple[str, ...]
@@ -93,3 +93,22 @@ class FrequencyMap(Result):
     def regular(self) -> np.ndarray:
         """Whether orbits (orbits,) are OK and have frequencies, independent or not: neither irregular nor undecided."""
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
+
+    @property
+    def other_basis(self) -> np.ndarray:
+        """Whether regular orbits (orbits,) have frequencies of another basis than the coordinates' own lines, as in a
+        resonance: nu jumps from orbit to orbit where the basis changes, `leading` where another line is the strongest.
+        """
+        own = np.eye(len(self.basis), dtype=np.int64)[:, :, None]
+        return self.regular & ((self.basis != own).any(axis=1) & self.basis.any(axis=1)).any(axis=0)
+
+    def summary(self) -> str:
+        """Say in one line what became of the orbits, and what the frequencies of those that are OK are."""
+        fine, kinds = self.status == Status.OK, FrequencyKind
+        counts = {
+            "by the coordinates' own lines": self.regular & ~self.other_basis,
+            "by another basis (the own lines are `leading`)": self.other_basis,
+            "irregular": fine & (self.kind == kinds.IRREGULAR),
+            "undecided": fine & (self.kind == kinds.UNDECIDED),
+        }
+        return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))

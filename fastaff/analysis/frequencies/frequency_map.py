@@ -69,7 +69,7 @@ def frequency_map(
     scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    energy_tolerance: float = 1e-6,
+    energy_tolerance: float | None = None,
     lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,
@@ -134,9 +134,9 @@ def frequency_map(
     angles = checked_angles(angles, body)
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
-    with keeping("frequency_map", lambda: work.result(options.energy_tolerance)):
-        work.run(options.energy_tolerance)
-    return work.result(options.energy_tolerance)
+    with keeping("frequency_map", lambda: work.result(options.drift)):
+        work.run(options.drift)
+    return work.result(options.drift)
 
 
 def checked_angles(angles: Any, body: Any) -> Any:

@@ -6,7 +6,6 @@ import functools
 import math
 import threading
 from dataclasses import dataclass
-from numbers import Integral, Real
 from typing import Annotated
 
 import numpy as np
@@ -127,7 +126,7 @@ def found_lines(
     amplitude, finished = np.empty((batch, lines), complex), np.zeros(batch, bool)
     rows = max(1, CHUNK_SAMPLES // samples)
     chunks = [slice(start, min(start + rows, batch)) for start in range(0, batch, rows)]
-    workers = max(1, min(len(chunks), checked_threads(threads))) if len(chunks) > 1 else 1
+    workers = max(1, min(len(chunks), checked_threads(threads)))
     stop = threading.Event()
 
     def analyse(worker: int, report: Report | None = None) -> None:
@@ -257,17 +256,10 @@ def _checked(signal, dt, lines, window_order) -> tuple[np.ndarray, float, int, i
         raise TypeError(f"signal must be a real or complex array, got dtype {array.dtype}")
     if array.ndim == 0:
         raise ValueError("signal must have shape (..., samples), got a scalar")
-    if isinstance(dt, bool) or not isinstance(dt, Real):
-        raise TypeError(f"dt must be a real number, got {dt!r}")
-    dt = positive("dt", dt)
-    for name, value in (("lines", lines), ("window_order", window_order)):
-        if isinstance(value, bool) or not isinstance(value, Integral):
-            raise TypeError(f"{name} must be an integer, got {value!r}")
-    lines, order, samples = whole("lines", lines, 1), int(window_order), array.shape[-1]
-    if not 0 <= order <= MAX_ORDER:
-        raise ValueError(f"window_order must be from 0 to {MAX_ORDER}, got {order}")
+    dt, lines, samples = positive("dt", dt), whole("lines", lines, 1), array.shape[-1]
+    order = whole("window_order", window_order, 0, MAX_ORDER)
     if samples < 4 * (lines + order):
         raise ValueError(
             f"signal must have at least 4*(lines + window_order) = {4 * (lines + order)} samples, got {samples}"
         )
-    return array, float(dt), lines, order
+    return array, dt, lines, order

@@ -65,7 +65,8 @@ def orbit_frequencies(
     samples, whatever they came in; but there is no run with half the step: errors know the window and rounding, nothing
     of the scheme that made the samples. Samples must show the motion, four or more in a period of its fastest line:
     orbits where they are fewer are NOT_CONVERGED, and data from turn to turn are for `tunes`. An orbit that ended has
-    the status NONFINITE and the frequencies of its life, cut to one of eight lengths in a factor of 2.
+    the status NONFINITE, or LOST where its samples stay at one point, and the frequencies of its life, cut to one of
+    eight lengths in a factor of 2.
     Cost: that of `frequency_map` beyond the runs.
     Memory: 128 MiB of samples or one orbit at a time, and twice as much for what is made of them.
     Source: as `frequency_map`.
@@ -129,8 +130,7 @@ class _Work:
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
-            counts = ends("samples", z, begin)
-            status = np.where(counts == samples, Status.OK, Status.NONFINITE)
+            counts, status = ends("samples", z, begin)
             self.t[begin:end] = np.maximum(counts - 1, 0) * self.interval
             for length, own in lengths(counts, samples, LEAST):
                 states = self.states.array(own.size, length + 1, rows)

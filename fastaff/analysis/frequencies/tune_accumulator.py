@@ -13,7 +13,7 @@ from ...base.results import Result
 from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...kernels import tunes as kernels
-from ..orbits.given_orbits import gap, given_orbits
+from ..orbits.given_orbits import gap, given_orbits, row_names, stays
 from .tunes import Tunes, tunes_of
 from .turning import PIECE, Means, Turning, Window, run_orbits
 
@@ -39,7 +39,8 @@ class TuneSums(Result):
     names (2n,): of the rows; samples: that have been pushed; last (2n, orbits): the last one; planes (n, 8, orbits):
     centre, shape and reference turn of each plane's loop, the columns of `fastaff.kernels.tunes`; sums (n, 6, orbits)
     of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of their weights;
-    turns (orbits,): samples before the first that is not finite; ended (orbits,); nu, error (n, orbits), halves (2, n,
+    turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits): how many samples
+    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n,
     orbits): what the last window said that the orbit came to the end of, window (orbits,) its length, 0 for none. The
     orbits of several can be joined (`concat`) where they have as many samples.
     Source: as `tunes`.
@@ -54,6 +55,7 @@ class TuneSums(Result):
     weights: Annotated[np.ndarray, along("weight")]
     turns: Annotated[np.ndarray, along("orbit", unit="turns")]
     ended: Annotated[np.ndarray, along("orbit")]
+    still: Annotated[np.ndarray, along("run", "orbit")]
     nu: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn")]
     error: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn")]
     halves: Annotated[np.ndarray, along("half", "angle", "orbit", unit="1/turn")]
@@ -75,15 +77,14 @@ class TuneAccumulator:
     The values are those of one push of all turns, to rounding, for any chunks; the orbits' bits do not depend on their
     company.
     Cost: as `tunes`, once.
-    Memory: 8 (10 + 26 n) bytes an orbit, whatever the number of turns is.
+    Memory: 8 (12 + 26 n) bytes an orbit, whatever the number of turns is.
     Source: as `tunes`.
     """
 
     def __init__(self, coordinates: Any = None, *, threads: int | None = None):
-        self._coordinates, self._threads = coordinates, threads
+        self._coordinates = None if coordinates is None else row_names(coordinates)
+        self._threads = threads
         checked_threads(threads)
-        if coordinates is not None:
-            given_orbits("samples", np.zeros((2, 1, 1)), coordinates=("q", "p"))
         self._known: _Known | None = None
 
     @classmethod
@@ -109,9 +110,9 @@ class TuneAccumulator:
         """Take the next turns of all orbits.
 
         Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
-        them: NaN from where an orbit has ended, and from then on. Raises ValueError or TypeError naming orbit and
-        sample, counted from the first push on, of what is wrong, and for another number of orbits; then, as on Ctrl-C,
-        nothing has been taken.
+        them: NaN, or one point, from where an orbit has ended, and from then on. Raises ValueError or TypeError naming
+        orbit and sample, counted from the first push on, of what is wrong, and for another number of orbits; then, as
+        on Ctrl-C, nothing has been taken.
         """
         names = self._coordinates if self._known is None else self._known.names
         given = given_orbits("samples", samples, coordinates=names, least=int(self._known is None))
@@ -134,11 +135,11 @@ class TuneAccumulator:
         """Return what is known of all orbits. Raises ValueError before the first push."""
         known = self._pushed()
         means = Means(known.nu, known.error, known.halves)
-        status = np.where(known.ended, Status.NONFINITE, Status.OK)
+        lost = known.stay(known.samples)
+        turns = known.turns - lost * (known.still[0] + 1)
+        status = np.where(known.ended, Status.NONFINITE, np.where(lost, Status.LOST, Status.OK))
         names = known.names[: len(known.nu)]
-        return tunes_of(
-            names, means, np.zeros(known.nu.shape, np.int8), known.turns.copy(), known.window.copy(), status
-        )
+        return tunes_of(names, means, np.zeros(known.nu.shape, np.int8), turns, known.window.copy(), status)
 
     def _pushed(self) -> _Known:
         if self._known is None:
@@ -160,7 +161,7 @@ class _Known:
         self.names, self.samples = names, 0
         self.turning = Turning(first)
         self.turns, self.window = np.zeros((2, orbits), np.int64)
-        self.ended = np.zeros(orbits, bool)
+        self.ended, self.still = np.zeros(orbits, bool), np.array([[-1], [0]]).repeat(orbits, axis=1)
         self.nu, self.error, self.halves = np.zeros((n, orbits)), np.full((n, orbits), np.inf), np.zeros((2, n, orbits))
 
     @property
@@ -172,14 +173,21 @@ class _Known:
         """Return one that a push may change."""
         return copy.deepcopy(self)
 
+    def stay(self, samples: int) -> np.ndarray:
+        """Tell which orbits (orbits,) `stays` at one point to the last of so many samples."""
+        return stays(self.still[0], self.still[1], samples) & ~self.ended
+
     def push(self, z: np.ndarray, threads: int) -> None:
         """Take the samples z (2n, orbits, samples)."""
         until, again = np.empty((2, z.shape[1]), np.int64)
-        run_orbits(kernels.finite_until, z.shape[1], (z, self.ended.astype(np.int64), until, again), threads)
+        given = (z, self.turning.last, self.ended.astype(np.int64), until, again, self.still)
+        run_orbits(kernels.finite_until, z.shape[1], given, threads)
         for orbit in np.flatnonzero(again >= 0)[:1]:
             lost = self.turns[orbit] if self.ended[orbit] else self.samples + until[orbit]
             raise gap("samples", int(orbit), int(lost), self.samples + int(again[orbit]))
         self.turns += until
+        self.ended |= until < z.shape[2]
+        lived = self.turns - self.stay(self.samples + z.shape[2]) * self.still[0]
         at = 0
         if self.samples == 0:
             at = 1  # the first sample, from which no step is known yet
@@ -192,13 +200,12 @@ class _Known:
             self.turning.add(z[:, :, at : at + size], part, step, window, threads, angles=angles, frame=True)
             at += size
             if step + size == window.begin + window.length:
-                self._end(window, angles, threads)
+                self._end(window, angles, lived, threads)
         self.samples += z.shape[2]
-        self.ended |= until < z.shape[2]
 
-    def _end(self, window: Window, angles: bool, threads: int) -> None:
+    def _end(self, window: Window, angles: bool, lived: np.ndarray, threads: int) -> None:
         """Keep what a complete window says of the orbits that came to its end, and begin the next."""
-        alive = self.turns > window.begin + window.length
+        alive = lived > window.begin + window.length
         if angles:
             with np.errstate(invalid="ignore"):
                 nu, error, halves = self.turning.means(window.length)
@@ -220,6 +227,7 @@ class _Known:
             turning.weights.copy(),
             self.turns.copy(),
             self.ended.copy(),
+            self.still.copy(),
             self.nu.copy(),
             self.error.copy(),
             self.halves.copy(),
@@ -235,6 +243,6 @@ class _Known:
             setattr(turning, name, np.ascontiguousarray(getattr(state, name).transpose(2, 0, 1)))
         turning.weights = np.array(state.weights)
         known.samples = state.samples
-        for name in ("turns", "ended", "nu", "error", "halves", "window"):
+        for name in ("turns", "ended", "still", "nu", "error", "halves", "window"):
             setattr(known, name, np.array(getattr(state, name)))
         return known

@@ -73,15 +73,15 @@ class Tunes(Result):
     """Tunes of orbits: mean turns from one sample to the next in each plane (q, p), modulo 1.
 
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
-    takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in
-    (-1/2, 1/2]. error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line;
-    diffusion (orbits,) = log10 of the largest |change| from the first half of the window to the second; turns
-    (orbits,): samples before the first that is not finite, all of them for an orbit that survived; window (orbits,):
-    the number of steps that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from
-    half to half by 0.3 cycles or more; DEPENDENT, a plane is at rest, or two tunes are related by
-    small integers: locked, or lines of one motion; UNDECIDED, too short
-    to tell; else INDEPENDENT; status (orbits,): OK, or NONFINITE of an orbit that ended, whose numbers are those of
-    its life. lines: the strongest lines of each plane's signal, where they were asked for.
+    takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
+    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
+    log10 of the largest |change| from the first half of the window to the second; turns (orbits,): samples before its
+    end, all of them for an orbit that survived; window (orbits,): the number of steps that nu is the mean of; kind
+    (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3 cycles or more; DEPENDENT, a
+    plane is at rest, or two tunes are related by small integers: locked, or lines of one motion; UNDECIDED, too short
+    to tell; else INDEPENDENT; status (orbits,): OK, or of an orbit that ended, whose numbers are those of its life,
+    NONFINITE or, where its samples stay at one point, such as 0, LOST. lines: the strongest lines of each plane's
+    signal, where they were asked for.
     """
 
     names: tuple[str, ...]
@@ -127,10 +127,10 @@ def tunes(
 ) -> Tunes:
     """Find the tunes of orbits known once a turn: of a map, of a tracking code, of a section.
 
-    Parameters: samples (2n, orbits, turns), rows q1, ..., qn, p1, ..., pn, or (2n, turns) of one orbit, NaN from where
-    an orbit has ended; an array of xarray, whose dimensions may be in any order; a data set of a file of HDF5 or Zarr,
-    read some orbits at a time; or, with coordinates, a SectionMap, whose points are turns, or what has arrays (orbits,
-    turns) by name: a mapping, a Dataset, a group of a file; coordinates: names of the 2n rows; method:
+    Parameters: samples (2n, orbits, turns), rows q1, ..., qn, p1, ..., pn, or (2n, turns) of one orbit, NaN or one
+    point from where an orbit has ended; an array of xarray, whose dimensions may be in any order; a data set of a file
+    of HDF5 or Zarr, read some orbits at a time; or, with coordinates, a SectionMap, whose points are turns, or what has
+    arrays (orbits, turns) by name: a mapping, a Dataset, a group of a file; coordinates: names of the 2n rows; method:
     `BirkhoffAverages()`, with lines where an average is off by more than `fallback` turns (default 1e-9), or
     `NaffLines()`, or "birkhoff", "naff"; lines: so many of the strongest lines of each plane's signal too, as
     `AngleLines` per turn, modulo 1, in [-1/2, 1/2); threads, report as in `integrate`. Returns Tunes. Raises ValueError
@@ -215,12 +215,12 @@ class TuneWork:
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
-            counts = ends("samples", z, begin)
+            counts, status = ends("samples", z, begin)
             self.turns[begin:end] = counts
             for length, own in lengths(counts, samples, LEAST):
                 part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
                 self._adopt(begin + own, part, length)
-            self.status[begin:end] = np.where(counts == samples, Status.OK, Status.NONFINITE)
+            self.status[begin:end] = status
             if self.report is not None:
                 self.report(end / orbits)
 

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.numbers import an_array, entries, fits, numbers, positive, shown
+from ...base.numbers import an_array, entries, fits, numbers, positive, refuse_unit, shown
+from ...base.status import Status
 
 COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
 ORBITS = ("orbit", "orbits", "particle", "particles", "particle_id", "star", "stars", "body", "bodies", "trajectory")
@@ -71,7 +72,7 @@ def given_orbits(
     `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times (samples,), or neither; coordinates
     (2n,): names of the rows; least: number of samples. Raises ValueError or TypeError naming what is wrong.
     """
-    names = None if coordinates is None else _row_names(coordinates)
+    names = None if coordinates is None else row_names(coordinates)
     parts: tuple[Any, ...]
     order: tuple[tuple[int, ...], ...]
     if times is None and hasattr(value, "samples") and hasattr(value, "times") and hasattr(value, "names"):
@@ -115,24 +116,35 @@ def given_orbits(
     return GivenOrbits(name, parts, order, shape, interval, start, names)
 
 
-def ends(name: str, z: np.ndarray, first: int = 0, before: int = 0) -> np.ndarray:
-    """Return how many samples (orbits,) the orbits z (2n, orbits, samples) have before they end, with NaN or an
-    infinity in some row, from some sample to the last.
+def ends(name: str, z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Return how many samples (orbits,) the orbits z (2n, orbits, samples) have before they end, and their statuses:
+    NONFINITE with NaN or an infinity in some row from there to the last sample, LOST where they `stay` at one point.
 
-    first, before: numbers of the first orbit and sample, for messages. Raises ValueError where an orbit goes on after
-    a gap.
+    first: number of the first orbit, for messages. Raises ValueError where an orbit goes on after a gap.
     """
     samples = z.shape[2]
-    counts = np.full(z.shape[1], samples, np.int64)
+    counts, status = np.full(z.shape[1], samples, np.int64), np.full(z.shape[1], int(Status.OK))
+    for orbit in np.flatnonzero((z[:, :, -1] == z[:, :, -2]).all(axis=0)) if samples > 1 else ():
+        moves = 1 + np.flatnonzero((z[:, orbit, 1:] != z[:, orbit, :-1]).any(axis=0))
+        runs = np.diff(moves, prepend=0, append=samples) - 1
+        if stays(runs[-1], runs[:-1].max(initial=0), samples):
+            counts[orbit], status[orbit] = samples - 1 - runs[-1], Status.LOST
     with np.errstate(invalid="ignore"):
         bad = np.flatnonzero(np.isnan((z * 0.0).sum(axis=(0, 2))))
     for orbit in bad:
         finite = np.isfinite(z[:, orbit]).all(axis=0)
-        counts[orbit] = int(np.argmin(finite))
+        counts[orbit], status[orbit] = int(np.argmin(finite)), Status.NONFINITE
         again = np.flatnonzero(finite[counts[orbit] :])
         if again.size:
-            raise gap(name, first + int(orbit), before + int(counts[orbit]), before + int(counts[orbit] + again[0]))
-    return counts
+            raise gap(name, first + int(orbit), int(counts[orbit]), int(counts[orbit] + again[0]))
+    return counts, status
+
+
+def stays(still: Any, longest: Any, samples: int) -> Any:
+    """Tell whether orbits have ended and stay at one point, as 0 where a tracker has lost a particle: by how many of
+    their last samples equal the one before, and how many in a row did so earlier. What is at rest all along has not.
+    """
+    return (still > longest) & (still < samples - 1)
 
 
 def lengths(counts: np.ndarray, samples: int, least: int) -> Iterator[tuple[int, np.ndarray]]:
@@ -155,7 +167,8 @@ def gap(name: str, orbit: int, lost: int, again: int) -> ValueError:
     )
 
 
-def _row_names(coordinates: Any) -> tuple[str, ...]:
+def row_names(coordinates: Any) -> tuple[str, ...]:
+    """Return the names of the 2n rows; ValueError or TypeError for what are none."""
     listed = coordinates.replace(",", " ").split() if isinstance(coordinates, str) else coordinates
     names = entries("coordinates", listed, "names of the rows q1, ..., qn, p1, ..., pn")
     if not all(isinstance(entry, str) for entry in names) or len(set(names)) != len(names):
@@ -178,6 +191,7 @@ def _source(name: str, value: Any) -> Any:
     if lazy:
         if getattr(value.dtype, "kind", "") not in "iuf":
             numbers(name, np.zeros(0, value.dtype))
+        refuse_unit(name, value)
         return value
     return numbers(name, _plain(name, value))
 

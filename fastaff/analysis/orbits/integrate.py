@@ -83,7 +83,7 @@ def integrate(
     samples: int = 0,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    energy_tolerance: float = 1e-6,
+    energy_tolerance: float | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> Orbits:
@@ -99,7 +99,8 @@ def integrate(
     BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given;
     docs/schemes.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme,
     in parts of each coordinate and of that or, where it is larger, of what its rate makes of a step, so that neither
-    knows of units; energy_tolerance: energy error above which an orbit's status is ENERGY_DRIFT; threads;
+    knows of units; energy_tolerance: energy error above which an orbit's
+    status is ENERGY_DRIFT (None: 1e-6, or ten times the accuracy where that is more); threads;
     report(fraction). Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for
     wrong input; Interrupted on Ctrl-C, with `.partial`.
 
@@ -128,11 +129,13 @@ def integrate(
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
     goal = None if mapping else options.goal()
     work: Any = (
-        _Plain(flow, z, time, count, report) if goal is None else _Accurate(flow, body, z, time, count, goal, report)
+        _Plain(flow, z, time, count, report)
+        if goal is None
+        else _Accurate(flow, body, z, time, count, goal, options.drift, report)
     )
-    with keeping("integrate", lambda: work.result(body, options.energy_tolerance, True)):
+    with keeping("integrate", lambda: work.result(body, options.drift, True)):
         work.run()
-    return work.result(body, options.energy_tolerance, False)
+    return work.result(body, options.drift, False)
 
 
 class _Plain:
@@ -184,17 +187,11 @@ class _Accurate:
         time: float,
         count: int,
         accuracy: float,
+        drift: float,
         report: Report | None,
     ):
-        self.flow, self.body, self.z, self.time, self.count, self.accuracy, self.report = (
-            flow,
-            body,
-            z,
-            time,
-            count,
-            accuracy,
-            report,
-        )
+        self.flow, self.body, self.z, self.time, self.count = flow, body, z, time, count
+        self.accuracy, self.drift, self.report = accuracy, drift, report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.ensemble = Ensemble(z.copy(), energies(body, z), kinetic_energies(body, z))
@@ -213,7 +210,7 @@ class _Accurate:
             z = np.ascontiguousarray(self.z[:, self.chunk])
             found = motion(self.body, z, self.flow.threads)
             self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
-            halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep)
+            halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep, self._drifts)
             self.done += len(self.chunk)
 
     def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Run:
@@ -241,6 +238,9 @@ class _Accurate:
         with np.errstate(all="ignore"):
             apart = self.steps.motion.of(orbits).distance(fine.states - coarse.states)
         return apart, self.times[:, None] * self.steps.motion.rate[orbits], 1.0
+
+    def _drifts(self, run: _Run) -> np.ndarray:
+        return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]

@@ -66,7 +66,7 @@ def tangent_map(
     scheme: Splitting | RungeKutta | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    energy_tolerance: float = 1e-6,
+    energy_tolerance: float | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> TangentMap:
@@ -90,9 +90,9 @@ def tangent_map(
     start = carried(checked_deviations(deviations, flow.states(z)), body, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
-    with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.energy_tolerance)):
+    with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
         flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
-    return _assembled(flow, ensemble, time, options.energy_tolerance)
+    return _assembled(flow, ensemble, time, options.drift)
 
 
 def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) -> TangentMap:

@@ -65,6 +65,9 @@ COARSER, SPARE = 1.25, 1e-2
 UNMOVED = 1e-12
 """Change of a return, in amplitudes, that is rounding: the orbit stays where it is whatever the parameter is."""
 
+STOPPED = Status.INTERRUPTED, "stopped by the user before its end"
+"""Status and ending of a branch after Ctrl-C."""
+
 UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
 """Of a point that is not checked yet."""
 
@@ -79,7 +82,8 @@ class Branch(Result, axis="point"):
     value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of
     the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
     bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
-    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C.
+    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C;
+    ending: which of these it was, in words.
     """
 
     value: Annotated[np.ndarray, along("point")]
@@ -87,6 +91,14 @@ class Branch(Result, axis="point"):
     orbits: Annotated[PeriodicOrbits, along("point")]
     bifurcations: tuple[Bifurcation, ...]
     status: Status
+    ending: str
+
+    def summary(self) -> str:
+        """Say in one line how far the branch goes and why it ends there."""
+        if not len(self.value):
+            return self.ending
+        count = f"{len(self.value)} points from {self.value[0]:.6g} to {self.value[-1]:.6g}"
+        return f"{count}, {len(self.bifurcations)} bifurcations; {self.ending}"
 
 
 @takes(section=section_of, scheme=scheme_of)
@@ -157,7 +169,7 @@ def continuation(
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
     none = no_orbits(first_model, section, scheme)
-    with keeping("continuation", lambda: Branch(np.zeros(0), np.zeros(0), none, (), Status.INTERRUPTED)):
+    with keeping("continuation", lambda: Branch(np.zeros(0), np.zeros(0), none, (), *STOPPED)):
         first = periodic_orbits(
             first_model,
             z0,
@@ -192,18 +204,17 @@ def continuation(
         if start is None:
             raise ValueError("z0 leads to an orbit that cannot be continued")
     points = [_turned(start, direction)]
-    with keeping("continuation", lambda: _branch(family, points, Status.INTERRUPTED)):
-        status = _follow(family, points, length, longest, steps, (low, high))
-        branch = _branch(family, points, status)
+    with keeping("continuation", lambda: _branch(family, points, *STOPPED)):
+        branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
         return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
 
 
-def _branch(family: _Family, points: list[_Point], status: Status) -> Branch:
+def _branch(family: _Family, points: list[_Point], status: Status, ending: str) -> Branch:
     """Return the branch of the points found so far, without its bifurcations."""
     orbits = PeriodicOrbits.concat([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
     arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
-    return Branch(values, arclength, orbits, (), status)
+    return Branch(values, arclength, orbits, (), status, ending)
 
 
 def _turned(start: _Point, direction: int) -> _Point:
@@ -448,9 +459,9 @@ def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:
     return np.delete(change, len(change) - 2)
 
 
-def _follow(family, points: list[_Point], length, longest, steps, bounds) -> Status:
+def _follow(family, points: list[_Point], length, longest, steps, bounds) -> tuple[Status, str]:
     """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
-    points.
+    points. Return the status and the reason for the end in words.
     """
     start, signs = points[0], family.products(points[0])
     shortest = SHORTEST * length
@@ -463,8 +474,9 @@ def _follow(family, points: list[_Point], length, longest, steps, bounds) -> Sta
         if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
             length *= 0.5
             if length < shortest:
-                vanished = last.scale.energy[0] < VANISHED * start.scale.energy[0]
-                return Status.ACTION_ZERO if vanished else Status.NOT_CONVERGED
+                if last.scale.energy[0] < VANISHED * start.scale.energy[0]:
+                    return Status.ACTION_ZERO, "ended where the orbits shrink to an equilibrium"
+                return Status.NOT_CONVERGED, f"ended where steps down to {length:.1e} found no further orbit"
             continue
         if not bounds[0] <= point.u[-1] <= bounds[1]:
             edge = bounds[0] if point.u[-1] < bounds[0] else bounds[1]
@@ -472,12 +484,12 @@ def _follow(family, points: list[_Point], length, longest, steps, bounds) -> Sta
             between = np.append(((1 - share) * last.u + share * point.u)[:-1], edge)
             end = family.corrected(between, None, last.scale, last.following)
             if end is None and share > 1e-9:
-                return Status.NOT_CONVERGED
+                return Status.NOT_CONVERGED, f"ended next to the bound {edge:.6g}, where no orbit was found"
             if end is not None and share > 1e-9:
                 points.append(end)
-            return Status.OK
+            return Status.OK, f"ended at the bound {edge:.6g}"
         points.append(point)
         signs = ahead
         if point.corrections <= EASY:
             length = min(1.5 * length, longest)
-    return Status.OK
+    return Status.OK, f"ended after its {steps} steps: more, or longer ones, go on"

@@ -107,7 +107,8 @@ def energy_sample(
     try:
         np.random.default_rng(seed)
     except (TypeError, ValueError) as problem:
-        raise type(problem)(f"seed must be one of numpy.random.default_rng, got {shown(seed)}: {problem}") from None
+        takes = "one of numpy.random.default_rng, such as a whole number of at least 0"
+        raise type(problem)(f"seed must be {takes}, got {shown(seed)}") from None
     how = (axes, fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(body, section, *how):
         source = source_of(body, energy, section, *how, p_eta=p_eta, p_gamma=p_gamma)

@@ -74,7 +74,7 @@ def poincare_map(
     scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
-    energy_tolerance: float = 1e-6,
+    energy_tolerance: float | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> SectionMap:
@@ -122,7 +122,7 @@ def poincare_map(
     flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
     if mapping:
         return _iterated(flow, body, z, wanted, report)
-    goal, tolerance = options.goal(), options.energy_tolerance
+    goal, tolerance = options.goal(), options.drift
     fits("crossings", wanted, *z.shape)
     if goal is not None:
         return _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
@@ -290,12 +290,15 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         until = np.where(holds.all(axis=0), part.reached, before)
         put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
 
+    def drifts(run: _Crossings) -> np.ndarray:
+        return run.found.status == Status.ENERGY_DRIFT
+
     # Runs that are compared take several times the memory of their result: of some orbits at a time.
     parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
     with keeping("poincare_map", lambda: result):
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
             asked = partial(run, portion(report, number, parts))
-            halved(flow, steps.of(part), accuracy, asked, compare, keep, part)
+            halved(flow, steps.of(part), accuracy, asked, compare, keep, drifts, part)
     return result
 
 

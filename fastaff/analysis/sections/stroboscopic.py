@@ -15,7 +15,7 @@ from ...flows.accuracy import halved, planned
 from ...flows.checks import energy_drift
 from ...flows.coordinates import row_names
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, Wear, no_memory
+from ...flows.flow import Flow, Report, Wear, energy_error, no_memory
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...models.contracts import moving
@@ -113,10 +113,14 @@ class _Strobed:
                 holds.all(axis=0), self.ensemble.time[where], _until(reached, self.times[:, where], goal)
             )
 
+        def drifts(run: _Run) -> np.ndarray:
+            drift = energy_error(flow.model, run.ensemble)
+            return (run.ensemble.status == Status.OK) & (drift > self.options.drift)
+
         parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
             asked = portion(report, number, parts)
-            halved(flow, steps.of(part), goal, run, compare, keep, part)
+            halved(flow, steps.of(part), goal, run, compare, keep, drifts, part)
 
     def _follow(
         self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None
@@ -156,7 +160,7 @@ class _Strobed:
 
     def result(self) -> SectionMap:
         """Return what there is: each orbit up to its end, and to where its energy has drifted."""
-        flow, ensemble, tolerance = self.flow, self.ensemble, self.options.energy_tolerance
+        flow, ensemble, tolerance = self.flow, self.ensemble, self.options.drift
         states, there = self.states, np.isfinite(self.states).all(axis=1)
         t = states[:, self.row]
         t -= self.period * np.rint((t - self.section.phase) / self.period)  # near the phase from both sides

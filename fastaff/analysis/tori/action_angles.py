@@ -167,9 +167,8 @@ def _momenta(z: np.ndarray) -> np.ndarray:
 
 
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
-    count = checked_threads(threads)
     stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(n / unit), np.int64)
-    launch(kernel, arguments, stop, progress, float(progress.size), count, report)
+    launch(kernel, arguments, stop, progress, float(progress.size), checked_threads(threads), report)
 
 
 def _closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:
@@ -233,12 +232,13 @@ def from_action_angles(
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     separated = separate(body, chart)
+    well, threads = _well(body, near, n), checked_threads(threads)
     if _closed_form(separated) is not None:
         z = _closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
     z = np.full((8, n), np.nan)
     with keeping("from_action_angles", lambda: z[:, 0] if single else z):
-        _refuse_failed(actions, _invert(body, separated, actions, np.mod(angles, 1.0), z, _unknown(n), near, threads))
+        _refuse_failed(actions, _invert(separated, actions, np.mod(angles, 1.0), z, _unknown(n), well, threads))
     return z[:, 0] if single else z
 
 
@@ -270,6 +270,7 @@ def energy_of_actions(
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
+    well, threads = _well(body, near, actions.shape[1]), checked_threads(threads)
 
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
         _to_spin(nu, 0.5)
@@ -281,7 +282,7 @@ def energy_of_actions(
         return found(nu, energy, np.zeros(energy.size, np.int64))
     out = _unknown(actions.shape[1])
     with keeping("energy_of_actions", lambda: found(*out)):
-        _invert(body, separated, actions, np.empty((4, 0)), np.empty((8, 0)), out, near, threads)
+        _invert(separated, actions, np.empty((4, 0)), np.empty((8, 0)), out, well, threads)
     return found(*out)
 
 
@@ -290,11 +291,16 @@ def _unknown(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.full((4, n), np.nan), np.full(n, np.nan), np.full(n, int(Status.INTERRUPTED))
 
 
+def _well(body: Any, near: ArrayLike | None, n: int) -> np.ndarray | None:
+    """Return phase points (8, 1) or (8, n) in the wells that are meant."""
+    points = None if near is None else phase_points("near", near, body)
+    if points is not None and points.shape[1] not in (1, n):
+        raise ValueError(f"near must be one phase point or one for each of {n} orbits, got {points.shape[1]}")
+    return points
+
+
 def _rows(name: str, given: ArrayLike) -> np.ndarray:
-    try:
-        rows = numbers(name, given)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be an array of real numbers, got {type(given).__name__}") from None
+    rows = numbers(name, given)
     if rows.ndim not in (1, 2) or rows.shape[0] != 4 or rows.size == 0:
         raise ValueError(f"{name} must have shape (4,) or (4, orbits), got {rows.shape}")
     if not np.isfinite(rows).all():
@@ -412,13 +418,12 @@ def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray)
 
 
 def _invert(
-    body: Model,
     separated: Separated,
     J: np.ndarray,
     theta: np.ndarray,
     z: np.ndarray,
     out: tuple[np.ndarray, np.ndarray, np.ndarray],
-    near: ArrayLike | None,
+    near: np.ndarray | None,
     threads: int | None,
 ) -> np.ndarray:
     """Fill z where theta has columns, and `out`: the gradient to J_1, J_2, J_eta, J_gamma, E and statuses, which are
@@ -429,7 +434,7 @@ def _invert(
     n = J.shape[1]
     start = np.zeros((2, n))
     if near is not None:
-        start[:] = _start(separated, phase_points("near", near, body))
+        start[:] = _start(separated, near)
     wells, (nu, energy, status) = np.ones(n, np.int64), out
     known = separated.knots()[:2]
     arguments = (

@@ -30,9 +30,9 @@ def fit_samples(
     """Fit a Fourier torus to the samples of one orbit of another program.
 
     Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384 samples
-    or more without NaN, dense enough for all harmonics; tolerance: largest prediction error of a torus. Returns
-    TorusFit, whose residual and energy are NaN and body None: no equations of motion are known. Raises ValueError or
-    TypeError naming what is wrong.
+    or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction error of a
+    torus. Returns TorusFit, whose residual and energy are NaN and body None: no equations of motion are known. Raises
+    ValueError or TypeError naming what is wrong.
 
     The first two thirds of the samples are fitted as `fit_torus` does its own; the last third is what the fit predicts.
     Where it does not, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
@@ -50,10 +50,12 @@ def fit_samples(
     if not 1.0 / FARTHEST < given.interval * LEAST < given.interval * given.shape[2] < FARTHEST:
         raise ValueError(f"dt must be neither so small nor so large that squares of times are none, got {dt!r}")
     z = given.read(0, 1)
-    known = int(ends("samples", z)[0])
+    known = int(ends("samples", z)[0][0])
     path = np.ascontiguousarray(z[:, 0])
     if known < path.shape[1]:
-        raise ValueError(f"samples must be finite, got {path[:, known]} at sample {known}")
+        raise ValueError(
+            f"samples must be finite and move to the last one, got {path[:, known]} from sample {known} on"
+        )
     if resting(path):
         raise ValueError("samples must be of an orbit that moves")
     body: Any = Unknown(given.angles)

@@ -77,7 +77,7 @@ def fit_turns(
     fits("time", 3 * count, len(z))
     path, evidence = turns.path(z, 3 * count // 2)
     if evidence["status"] != Status.OK or not np.isfinite(path).all():
-        gone = evidence["status"] in ((Status.COLLAPSED, Status.NONFINITE) if mapping else (Status.ESCAPED,))
+        gone = evidence["status"] in ((Status.LOST, Status.NONFINITE) if mapping else (Status.ESCAPED,))
         return nothing(body, math.nan, evidence, Verdict.NOT_A_TORUS if gone else Verdict.UNDECIDED)
     report(0.25)
     pieces = _pieces(body, path[:, :count])

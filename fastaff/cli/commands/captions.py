@@ -38,7 +38,7 @@ def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
         **{name: getattr(starts, name) for name in BY_NAME if getattr(starts, name)},
         "rtol": 1e-12,
         "atol": 1e-12,
-        "energy_tolerance": 1e-6,
+        "energy_tolerance": None,
         "formula": getattr(inner, "formula", None),
         "domain": getattr(inner, "domain", None),
         "threads": job.run.threads,
@@ -95,7 +95,7 @@ def titled(body: Any, without: tuple[str, ...] = ()) -> str:
         values.append(equal("mu", body.mu))
     text = getattr(inner, "formula", None)
     name = type(inner).__name__
-    said = NAMES.get(name, name) if text is None else potential(text)
+    said = NAMES.get(name, name) if text is None else text if "=" in text else potential(text)
     return said + (f" ({', '.join(values)})" if values else "")
 
 

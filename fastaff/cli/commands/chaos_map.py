@@ -60,10 +60,11 @@ def chaos_map(
     start = clock.perf_counter()
 
     def save(result: Any, interrupted: bool = True, **extra: Any) -> Path:
-        return work.save(result, start, interrupted, fraction=result.fraction, **extra)
+        shares = {"fraction": result.fraction, "interval": result.shares.interval(), "bounds": result.shares.bounds}
+        return work.save(result, start, interrupted, **shares, **extra)
 
     result = work.compute("chaos_map", lambda partial: kept(partial, lambda: save(partial)))
-    say(f"chaotic fraction {result.fraction:.3f}; {finished(result, clock.perf_counter() - start)}")
+    say(f"{result.shares.said()}; {finished(result, clock.perf_counter() - start)}")
     extra = {}
     if job.frequency_map is not None:
         extra = work.colour("frequency_map", lambda more: kept(result, lambda: save(result, **more)))

@@ -111,7 +111,7 @@ def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
 
 def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     """Return the figure of a FrequencyMap: diffusion, or another colour, over the cells of a grid, and ratios of
-    frequencies.
+    frequencies, or the only frequency from orbit to orbit.
     """
     from ... import plot
 
@@ -120,7 +120,21 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
     axes = np.atleast_1d(axes)
     values = colours(scene.look, {"frequency_map": result, **found}, "frequency_map")
     if gridded:
-        plot.plot_diffusion_grid(scene.where, values, ax=axes[0], colorbar=False)
+        plot.plot_diffusion_grid(scene.where, values, ax=axes[0], colorbar=len(result.names) == 1)
+    if len(result.names) == 1:
+        drawn = plot.plot_frequency_map(result, ax=axes[-1])
+    else:
+        drawn = _ratios(scene, result, values, axes[-1])
+    said = f"{outcomes(result.status)}; time {result.time:.4g}"
+    said += f"; {drawn.missing} without regular frequencies, not drawn among these" if drawn.missing else ""
+    finish(figure, scene.plan, scene.job.surface, said + ("; grey: without a value" if _grey(values) else ""))
+    return figure
+
+
+def _ratios(scene: Scene, result: Any, values: Any, ax: Any) -> Any:
+    """Draw a FrequencyMap in the plane of two ratios of frequencies, with lines of resonances that have orbits."""
+    from ... import plot
+
     first, second = result.names[:2]
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
@@ -133,11 +147,7 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
         line = (n, 0, m) if plane else (m, n, 0)
         if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=result.regular) >= least:
             lines.append(line)
-    drawn = plot.plot_frequency_map(result, ax=axes[-1], x=x, y=y, lines=lines, shown=result.regular, values=values)
-    said = f"{outcomes(result.status)}; time {result.time:.4g}"
-    said += f"; {drawn.missing} without regular frequencies, not in the plane of these" if drawn.missing else ""
-    finish(figure, scene.plan, scene.job.surface, said + ("; grey: without a value" if _grey(values) else ""))
-    return figure
+    return plot.plot_frequency_map(result, ax=ax, x=x, y=y, lines=lines, shown=result.regular, values=values)
 
 
 def _grey(values: Any) -> bool:
@@ -176,7 +186,7 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     said = (
         f"time {result.time:.4g}"
         + (f" ({periods:g} median returns)" if periods else "")
-        + f"; chaotic fraction {result.fraction:.3f}; {outcomes(result.status)}"
+        + f"; {result.shares.said()}; {outcomes(result.status)}"
         + ("; grey: no value" if missing else "")
         + "; white: beyond the energy"
     )

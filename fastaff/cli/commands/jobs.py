@@ -85,6 +85,8 @@ def resume(store: Path, /, *, workers: Workers = Workers(), told: Told = Told())
     _check(workers, told)
     with in_keys(str(store)):
         begun = units.running(store)
+        if len(units.waiting(begun.store)):
+            units.same_processor(begun.store, workers.other_processor)
     _compiled(begun.plan, begun.job.run, told, str(store))
     return _watched(store, begun.store.orbits, lambda **how: running.resume(store, **how), workers, told)
 
@@ -123,6 +125,7 @@ def rerun(
     _check(workers, told)
     with in_keys(str(store)):
         begun = units.running(store)
+        units.same_processor(begun.store, workers.other_processor)
     _compiled(begun.plan, begun.job.run, told, str(store))
     changed: dict[str, Any] = {"scheme": scheme, "step": step, "accuracy": accuracy, "analyses": analysis}
 
@@ -181,7 +184,8 @@ def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: 
     watch = _log if told.log else bar.watch
     try:
         with _executor(workers, path) as executor, bar:
-            results = work(executor=executor, threads=workers.threads, report=bar, watch=watch)
+            how = {"threads": workers.threads, "other_processor": workers.other_processor}
+            results = work(executor=executor, report=bar, watch=watch, **how)
     except KeyboardInterrupt as stopped:
         if not (isinstance(stopped, Interrupted) or is_store(path)):
             raise

@@ -19,7 +19,7 @@ from ...jobs.scans import scanned as parsed
 from ...jobs.wording import Wrong
 from ..options import Written
 from ..progress import Progress, drawing, watched
-from ..stops import say
+from ..stops import Stops, say
 from .captions import caption, figure_of, in_words, stated, surface_in_words, title, titled, units, write
 from .maps import settled
 
@@ -69,15 +69,16 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
     start = clock.perf_counter()
 
     def save(result: Any, interrupted: bool = True) -> Any:
-        found = {"fraction": result.fraction, "interval": result.interval(), "wall_time": clock.perf_counter() - start}
-        return output.save(stem, result, {**facts, **found, "interrupted": interrupted})
+        found = {"fraction": result.fraction, "interval": result.interval(), "bounds": result.bounds}
+        passed = clock.perf_counter() - start
+        return output.save(stem, result, {**facts, **found, "wall_time": passed, "interrupted": interrupted})
 
     def keep(partial: Any) -> None:
         done = int(np.count_nonzero(partial.done))
         if done:
-            say(f"stopped by Ctrl-C: kept {done} finished of {cases} cases in {save(partial)}; no figure drawn")
+            say(f"{Stops.said()}: kept {done} finished of {cases} cases in {save(partial)}; no figure drawn")
         else:
-            say(f"stopped by Ctrl-C before any of {cases} cases was finished; nothing is kept")
+            say(f"{Stops.said()} before any of {cases} cases was finished; nothing is kept")
 
     result = watched(
         Progress("chaotic fraction", cases * starts.orbits),
@@ -154,6 +155,7 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
         low, high = result.interval()
         widest = np.max(high - low, where=np.isfinite(high), initial=0.0)
         shown += f"{widest / 2:.3f}" if np.isfinite(high).any() else "unknown"
+        shown += f"; {result.shares.said()}"
     without = ["the energy reaches nothing"] if (result.orbits == 0).any() else []
     if len(axes) == 2 and (np.isnan(result.fraction) & (result.orbits > 0)).any():
         without.append("no orbit is decided")

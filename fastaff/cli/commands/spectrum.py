@@ -16,7 +16,7 @@ from ...jobs.system import Model
 from ...jobs.wording import Wrong
 from ..options import HOW, WRITTEN, Output, Parameter
 from ..progress import Progress, drawing, watched
-from ..stops import say
+from ..stops import Stops, say
 from . import scans
 from .captions import caption, figure_of, title, titled, units, write
 from .level_tables import level_table, scan_table
@@ -252,11 +252,11 @@ def _some(
 def _keep(partial: Any, save: Callable[[Any], Any], kept: str) -> None:
     """Save what an interrupted run has come to, and say so."""
     if partial is None:
-        say("stopped by Ctrl-C before any level was finished; nothing is kept")
+        say(f"{Stops.said()} before any level was finished; nothing is kept")
         return
     facts = {"complete_below": getattr(partial, "complete_below", np.nan)}
     done = int(np.count_nonzero(np.isfinite(partial.E)))
-    say(f"stopped by Ctrl-C: kept {done} levels, {kept.format(**facts)}, in {save(partial)}; no figure drawn")
+    say(f"{Stops.said()}: kept {done} levels, {kept.format(**facts)}, in {save(partial)}; no figure drawn")
 
 
 def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:

@@ -51,7 +51,7 @@ export class MapOrbit {
     let sum = 0;
     for (let r = 0; r < rows; r++) sum += 0*block[first + r];
     if (sum !== 0) { this.end("escaped"); return; }
-    if (!inside) { this.end("collapsed"); return; }
+    if (!inside) { this.end("lost"); return; }
     this.points.push(reduced(block[first + i], T), reduced(block[first + j], S));
     this.times.push(++this.steps);
     this.keep(block, first);
@@ -64,7 +64,7 @@ export class MapOrbit {
   /** What is known of the orbit by now. */
   reading() {
     const own = this.tangent.reading();
-    if (this.status === "escaped" || this.status === "collapsed") own.verdict = "undecided";
+    if (this.status === "escaped" || this.status === "lost") own.verdict = "undecided";
     const kept = Math.min(this.count, KEPT_FOR_ROTATION);
     if (!(kept < 1.2*(this.read ?? 0)) || this.status !== "running") {
       if (kept !== this.read) {

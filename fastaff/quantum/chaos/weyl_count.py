@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...flows.checks import NATURAL, checked_model
 from ...models.contracts import isotropic
+from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential
 from ..states.symmetry import action_quantum, checked_class
@@ -23,6 +24,10 @@ LINES, PANELS = 24, 60
 """
 SCAN = 128
 """Radii on which a ray is searched for turning points, in equal steps of the logarithm."""
+
+
+RADII, ANGLES = np.geomspace(1e-4, 1e4, 800), np.pi / 4 * (1 - np.cos(np.pi * (np.arange(400) + 0.5) / 400))
+"""Radii and angles of the tables."""
 
 
 class _Well(NamedTuple):
@@ -53,11 +58,11 @@ class _Well(NamedTuple):
         return V
 
 
-def _well(body: Any, p_eta: float, p_gamma: float, top: float) -> _Well:
-    """Return the well of a class with its tables for energies up to `top`."""
+def _well(body: Any, p_eta: float, p_gamma: float, top: float, features: tuple[Panels, Panels] | None = None) -> _Well:
+    """Return the well of a class with its tables for energies up to `top`; features: those of the body, if known."""
     well = _Well(body, p_eta, p_gamma)
-    rho, theta = np.geomspace(1e-4, 1e4, 800), np.pi / 4 * (1 - np.cos(np.pi * (np.arange(400) + 0.5) / 400))
-    radii, angles = _features(well, rho, theta, top)
+    rho, theta = RADII, ANGLES
+    radii, angles = _features(body, top) if features is None else features
     theta = np.union1d(theta, angles.points.ravel()) if angles.needed > ORDER else theta
     rho = np.union1d(rho, radii.points.ravel()) if radii.needed > ORDER else rho
     value = well.value(rho[:, None], theta)
@@ -77,23 +82,39 @@ def _well(body: Any, p_eta: float, p_gamma: float, top: float) -> _Well:
     return well._replace(theta=theta, low=low, reach=reach, breaks=(breaks[0], breaks[1]), scan=scan)
 
 
-def _features(well: _Well, rho: np.ndarray, theta: np.ndarray, top: float) -> tuple[Panels, Panels]:
+def _features(body: Any, top: float) -> tuple[Panels, Panels]:
     """Return partitions of radii and angles that resolve the potential itself, where it is below the top energy."""
-    with np.errstate(all="ignore"):
-        V = _Well(well.body, 0.0, 0.0).value(rho[::4, None], theta[::4])
-    inside = np.isfinite(V) & (top > V)
-    if not inside.any():
+    plain, rho, theta = _Well(body, 0.0, 0.0), RADII[::4], ANGLES[::4]
+    V = plain.value(rho[:, None], theta)
+    low = float(V.min())
+    hidden = _hidden(body, np.isinf(V[:, theta > np.pi / 4]).all(), low, top)
+    inside = top > V
+    allowed = [rho[inside.any(axis=1)], theta[inside.any(axis=0)]]
+    wells = hidden.lo * 0.95, np.minimum(hidden.hi * 1.05, [[np.inf], [np.pi / 2]])  # panels at ends are not refined
+    q, v = (np.concatenate([one, *ends]) for one, ends in zip(allowed, zip(*wells)))
+    if not q.size:
         return (Panels(np.array([0.0, 1.0]), np.zeros(1)),) * 2
-    far = float(rho[::4][np.flatnonzero(inside.any(axis=1))[-1]])
-    lo, hi = (float(theta[::4][np.flatnonzero(inside.any(axis=0))[k]]) for k in (0, -1))
-    low = float(V[inside].min())
+    far, lo, hi, low = float(q.max()), float(v.min()), float(v.max()), float(hidden.low.min(initial=low))
     spread = (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
-    plain = _Well(well.body, 0.0, 0.0)
-    rays, circles = (lo + (hi - lo) * spread)[:, None], (far * spread)[:, None]
-    return (
-        panels(lambda q: plain.value(q, rays), 0.0, far, low, top - low, DENSE >> 3, PANELS),
-        panels(lambda v: plain.value(circles, v), lo, hi, low, top - low, DENSE >> 3, PANELS),
+    deep = hidden.at[:, np.argsort(hidden.low)[:LINES]]
+    rays, circles = (
+        np.append(a + (b - a) * spread, at)[:, None] for (a, b), at in zip(((lo, hi), (0.0, far)), deep[::-1])
     )
+    thin = np.stack([hidden.lo, hidden.hi], axis=1)
+    return (
+        panels(lambda q: plain.value(q, rays), 0.0, far, low, top - low, DENSE >> 3, PANELS, thin[0]),
+        panels(lambda v: plain.value(circles, v), lo, hi, low, top - low, DENSE >> 3, PANELS, thin[1]),
+    )
+
+
+def _hidden(body: Any, walled: bool, low: float, top: float) -> Cover:
+    """Return boxes of radii and angles with wells below the top energy between the points of the tables."""
+    kinetic = max(top - low, 1e-3 * abs(top))
+    seen = plane_cover(body, (0.0, 0.0), (RADII[0], RADII[-1]), walled, top, kinetic)
+    found = seen.unseen([RADII[::4], np.cos(2 * ANGLES[::-4])])
+    x = (np.stack([row[0], np.arccos(row[1]) / 2]) for row in (found.lo, found.hi, found.at))
+    lo, hi, at = x
+    return found._replace(lo=np.stack([lo[0], hi[1]]), hi=np.stack([hi[0], lo[1]]), at=at)
 
 
 def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
@@ -111,7 +132,8 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
     a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1, -1/12 for
     oscillators. What is left out is of the order hbar, and what oscillates. A wall det phi = 0 must be soft on the
     scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of V,
-    which are integrated as they are: waves longer than their widths see less of them than this expansion. Quadrature
+    which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
+    between the points where V is looked at are found by intervals, where its formula takes them. Quadrature
     errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut
     at narrow features of V.
     Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
@@ -141,6 +163,7 @@ def _wells(body: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Wel
     kink in the sign of a, to the right alone.
     """
     top = top + 1e-3 * abs(top)
+    features = _features(body, top)
     bends = []
     for which in (0, 1):
         sided = quanta[which] >= 1
@@ -148,9 +171,9 @@ def _wells(body: Any, quanta: np.ndarray, hbar: float, top: float) -> tuple[_Wel
         for offset, weight in zip(offsets, weights, strict=True):
             moved = quanta.copy()
             moved[which] += offset
-            well = _well(body, hbar * moved[0], hbar * moved[1], top)
+            well = _well(body, hbar * moved[0], hbar * moved[1], top, features)
             bends.append((1 + which, -weight * moved[which] / (2 * np.pi), well))
-    return _well(body, hbar * quanta[0], hbar * quanta[1], top), bends
+    return _well(body, hbar * quanta[0], hbar * quanta[1], top, features), bends
 
 
 def _count(energy: np.ndarray, well: _Well, bends: list[tuple[int, float, _Well]], hbar: float) -> np.ndarray:

@@ -56,6 +56,8 @@ def coherent_packet(
     planes = [PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], sides[i], quantum) for i in (0, 1)]
     if (m is None) != (l is None):
         raise ValueError(f"m and l must be given both or neither, got m = {m!r}, l = {l!r}")
+    if m is None:  # classes of a Gaussian distribution
+        _check_classes(math.prod(gaussian.spread for gaussian in planes), quantum)
     quanta = [interruptible(gaussian.probabilities) for gaussian in planes]
     if m is not None and l is not None:
         one = checked_class(m, l)
@@ -70,10 +72,7 @@ def coherent_packet(
             )
     else:
         chosen, share = _likeliest(quanta, 0.1 * tolerance), 1.0
-        if len(chosen) > CLASSES:
-            raise ValueError(
-                f"the packet takes {len(chosen)} symmetry classes, more than {CLASSES}: give m and l, or another width"
-            )
+        _check_classes(len(chosen), quantum)
 
     def build(count: int) -> Packet:
         groups = class_states(body, chosen, count, hbar, True)
@@ -99,6 +98,13 @@ class PlaneGaussian(NamedTuple):
     momentum: np.ndarray
     width: float
     hbar: float
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of the angular momentum of the plane, in hbar."""
+        return math.hypot(
+            math.hypot(*self.centre) / (2 * self.width), math.hypot(*self.momentum) * self.width / self.hbar
+        )
 
     def harmonics(self, radius: np.ndarray, k: Sequence[int]) -> np.ndarray:
         """Return the parts f_k (k, ...) of sum over k of f_k(radius) e^(i k angle)."""
@@ -145,6 +151,14 @@ class PlaneGaussian(NamedTuple):
         square = -(steps[0] ** 2 + steps[1] ** 2) / (4 * self.width**2)
         phase = (self.momentum[0] * steps[0] + self.momentum[1] * steps[1]) / self.hbar
         return np.exp(square + 1j * phase) / math.sqrt(2 * math.pi * self.width**2)
+
+
+def _check_classes(needed: float, quantum: float) -> None:
+    if needed > CLASSES:
+        raise ValueError(
+            f"the packet takes {needed:.0f} symmetry classes or more, above {CLASSES}: give m and l, or another width, "
+            f"nearer to sqrt(hbar) = {quantum**0.5:.3g}"
+        )
 
 
 def _likeliest(quanta: list[dict[int, float]], missing: float) -> list[SymmetryClass]:

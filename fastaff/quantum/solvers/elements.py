@@ -14,6 +14,10 @@ import numpy as np
 from .jacobi_basis import Interval, gauss_jacobi, interval_rule
 from .panels import barycentric
 
+DENSE, RESTARTS = 6000, 100
+"""Largest matrix that is diagonalised as a whole where Lanczos does not end after so many restarts, as with one level
+far below all others.
+"""
 POINTS = 1 << 14
 """Points at which functions are evaluated at once."""
 
@@ -275,8 +279,9 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
     left.
     Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
+    from scipy.linalg import eigh
     from scipy.sparse import identity
-    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+    from scipy.sparse.linalg import ArpackNoConvergence, splu
 
     size = matrix.shape[0]
     while True:
@@ -288,9 +293,22 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
         except RuntimeError:  # a pivot is 0
             pass
         step *= 2
+    try:
+        return _by_lanczos(factor, size, count)
+    except ArpackNoConvergence:
+        if size > DENSE:
+            raise
+        return np.asarray(eigh(matrix.toarray(), subset_by_index=(0, count - 1))[1])
+
+
+def _by_lanczos(factor: Any, size: int, count: int) -> np.ndarray:
+    """Return the eigenvectors of the largest eigenvalues of a factorised inverse."""
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    most = RESTARTS if size <= DENSE else None
     start = np.cos(np.arange(size) * 1.234567)  # the same every time, and orthogonal to nothing
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=float)
-    values, vectors = eigsh(inverse, k=count, v0=start, ncv=min(size, 2 * count + 24))
+    values, vectors = eigsh(inverse, k=count, v0=start, ncv=min(size, 2 * count + 24), maxiter=most)
     while True:
 
         def rest(v, vectors=vectors):
@@ -299,7 +317,12 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
             return v - vectors @ (vectors.T @ v)
 
         value, vector = eigsh(
-            LinearOperator((size, size), matvec=rest, dtype=float), k=1, v0=start[::-1], ncv=min(size, 24), tol=1e-6
+            LinearOperator((size, size), matvec=rest, dtype=float),
+            k=1,
+            v0=start[::-1],
+            ncv=min(size, 24),
+            tol=1e-6,
+            maxiter=most,
         )
         if value[0] <= np.sort(values)[-count] * (1 + 1e-5):
             break

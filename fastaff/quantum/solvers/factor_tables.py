@@ -151,16 +151,14 @@ class BarrierTable(NamedTuple):
 
 
 class Factors(NamedTuple):
-    """Solutions of one-dimensional problems: values (problems, levels), the same from the smaller basis, their
-    functions by problem and level, and the size of the basis.
+    """Solutions of one-dimensional problems: values and their errors (problems, levels), their functions by problem and
+    level, the size of the basis, what is to be said of the potential, and how much values may be too high by wells of
+    it that are not excluded, where this is not in the error.
     """
 
     values: np.ndarray
-    coarse: np.ndarray
+    error: np.ndarray
     functions: FactorTable
     size: int
-
-    @property
-    def change(self) -> np.ndarray:
-        """Change of the values from the smaller to the larger basis, and rounding."""
-        return np.abs(self.values - self.coarse) + 8 * np.finfo(float).eps * np.abs(self.values)
+    said: str = ""
+    lost: float = 0.0

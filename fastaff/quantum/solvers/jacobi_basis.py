@@ -167,13 +167,17 @@ def gauss_jacobi(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarra
 
     Source: Golub & Welsch 1969, Mathematics of Computation 23, 221; the weights are the Christoffel numbers.
     """
+    from scipy.linalg import eigvalsh_tridiagonal
+
     diagonal, off = recurrence(n, alpha, beta)
-    matrices = np.zeros((alpha.size, n, n))
-    i = np.arange(n)
-    matrices[:, i, i] = diagonal
-    matrices[:, i[1:], i[:-1]] = off[:, :-1]
-    t = np.linalg.eigvalsh(matrices)
-    w = 1 / (jacobi_table(n, alpha, beta, t) ** 2).sum(axis=-1)
+    t = np.array([eigvalsh_tridiagonal(row, side[:-1]) for row, side in zip(diagonal, off, strict=True)])
+    with np.errstate(over="ignore", invalid="ignore"):
+        w = 1 / (jacobi_table(n, alpha, beta, t) ** 2).sum(axis=-1)
+    if not np.all(w > 0):
+        raise ValueError(
+            f"m and l give the ends of an interval exponents up to {max(alpha.max(), beta.max()) / 2:.3g}: {n} "
+            "functions with these are beyond the range of floats; take smaller m, l, fewer levels or a larger hbar"
+        )
     return t, w / w.sum(axis=1, keepdims=True)
 
 

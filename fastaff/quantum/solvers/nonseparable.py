@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from ...flows.interruptible import interruptible
 from ..states.level_table import LevelTable, Waves, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
+from .channels import STEEP, Problem, TooLarge, beyond, by_channels, cut_off, inner_exponent, sizes, too_large
+from .cover import Cover, plane_cover
 from .elements import elements, left_over, lowest, quadratic
 from .factor_tables import angle_of
-from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
 from .panels import DENSE, Panels, between, merged, panels
-from .plane_shape import ChannelWaves, ElementWaves
-from .separable import angular_interval, angular_potential
-from .singular_ends import NoGroundState, Well, check_bottom, count_top, decayed, exponent, potential, sampled, well
+from .plane_shape import ElementWaves
+from .separable import angular_interval, angular_potential, by_chance
+from .singular_ends import (
+    NoGroundState,
+    Well,
+    check_bottom,
+    check_poles,
+    count_top,
+    decayed,
+    potential,
+    sampled,
+    well,
+)
 
-LARGEST = 6000
-"""Largest matrix: 0.3 GB each of a handful."""
-ELEMENTS = ((8,), (11,), (14,), (18,))
-"""The same where V has narrow features: nodes of every element."""
+ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
+"""Nodes of every element where V has narrow features: bases from small to large."""
 LINES, CLOSE = 48, 3
 """Lines of either coordinate along which V is looked at, and how many of them densely."""
 ROUNDS, WORST = 3, 8
@@ -32,15 +43,16 @@ PANELS = (120, 30)
 """Panels of rho and of x at most."""
 PRODUCTS = 100_000
 """Largest sparse matrix: some 10 s and 1 GB."""
+ANGLES = 200
+"""Nodes of x that a global basis may take at little cost, however few its functions."""
 SPECTRAL = 4.0
 """Error of elements in units of the change from a lower degree: 0.1 where V is smooth, 1 at cones."""
+SMOOTH = 0.5
+"""Error of global bases in units of the change from a smaller one: 0.1 as a rule, and what is cut off counts too."""
 ALGEBRAIC = 30.0
 """Error in units of the change from a smaller basis where convergence is algebraic; 26 was the worst seen."""
-STEEP = 1e9
-"""Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of
-all levels.
-"""
 STEPS = (
+    (1.3, 1.0, 9.0),
     (1.5, 1.15, 10.0),
     (1.8, 1.3, 11.0),
     (2.2, 1.5, 13.0),
@@ -53,24 +65,10 @@ STEPS = (
 action to which tails of channels are kept."""
 
 
-class _Problem(NamedTuple):
-    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with
-    centrifugal terms.
-
-    lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf without bound; smooth:
-    whether the weights take all that is not smooth at the ends of vartheta.
-    """
-
-    U: Callable
-    a: np.ndarray
-    b: np.ndarray
-    well: Well
-    rho: np.ndarray
-    lowest: np.ndarray
-    threshold: float
-    smooth: bool
-    states: Callable
-    channels: Callable
+SPARE, FAR = (40, 6), 600
+"""States more than are asked for, and functions of rho beyond which there are fewer of them."""
+SMALLER = {True: 1, False: 2}
+"""How many bases, global ones or elements, are only for comparison where there is no room for larger ones."""
 
 
 def plane_levels(
@@ -81,11 +79,12 @@ def plane_levels(
     tolerance: float,
     known: list[LevelTable] | None = None,
     report: Callable[[float], None] | None = None,
+    limit: float = np.inf,
 ) -> LevelTable:
     """Compute the lowest levels of a class of a body by adiabatic channels, whether the potential separates or not.
 
     Parameters and result as in `spectrum` (chosen: its class), which checks them; known: a list that gets the
-    levels of each basis. Raises as `spectrum`, and ValueError
+    levels of each basis; limit: as in `radial`. Raises as `spectrum`, and ValueError
     where the potential lives elsewhere than on det phi > 0 or on all of GL(2,R). At every node of a Gauss-Jacobi grid
     in rho the equation in x = cos(vartheta) is solved in Jacobi polynomials; channels below a cut are kept, and the
     matrix of d^2/drho^2 between them is diagonalised (sequential truncation). Weights have the exponents at alpha = 0,
@@ -94,14 +93,16 @@ def plane_levels(
     representation).
     """
     unit = hbar**2 / (2 * body.mu)
-    problem = _problem(body, chosen, unit)
-    bottom = problem.lowest.min()
-    top = count_top(
-        problem.states, bottom, 1 / problem.rho[np.argmin(problem.lowest)] ** 2, _wanted(problem, count, unit)
-    )
+    problem = _problem(body, chosen, unit, limit)
+    bottom, top = _range(problem, count, unit)
+    seen = interruptible(_seen, problem, body, unit, bottom, top)
+    hidden = seen.unseen([problem.rho, np.cos(problem.v[::-1])])
+    if hidden.low.size:
+        problem = _problem(body, chosen, unit, limit, hidden)
+        bottom, top = _range(problem, count, unit)
     with np.errstate(invalid="ignore"):
-        ends = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
-    parts = interruptible(_partition, problem, ends, bottom, top)
+        ends = decayed("V", problem.rho, problem.lowest, beyond(problem, bottom, top), 0.0, problem.far)
+    parts = interruptible(_partition, problem, ends, bottom, top, hidden)
     smooth = _global(problem, parts, ends, bottom, top)
     grid = (
         "adiabatic channels in vartheta, Gauss-Jacobi grid in rho"
@@ -120,45 +121,91 @@ def plane_levels(
             constants=np.zeros((0, count)),
             constant_names=(),
             hbar=hbar,
-            method=f"not separated: {grid}; f = 0 where V is infinite (Friedrichs)",
+            method=f"not separated: {grid}; f = 0 where V is infinite (Friedrichs){seen.said}",
             functions=size,
             waves=waves,
         )
 
     known = [] if known is None else known
-    coarse: np.ndarray | None = None
-    bases = STEPS if smooth else ELEMENTS
-    for number, step in enumerate(bases):
+    bases, start = STEPS if smooth else ELEMENTS, SMALLER[smooth]
+    done: list[tuple] = []
+    why: object = (
+        f"other functions than those of |m - l| = {2 * chosen.a:g} and |m + l| = {2 * chosen.b:g}, whose barriers are "
+        "so unlike V that none of them are near its levels; take smaller m and l, or a larger hbar"
+    )
+
+    def solved(number: int) -> tuple | None:
+        """The levels of one basis, or None where it has no room for them."""
+        nonlocal why
         try:
-            E, waves, size, left = interruptible(
-                _solve if smooth else _solve_elements, problem, parts, count, bottom, top, *step
+            found = interruptible(
+                by_channels if smooth else _solve_elements, problem, parts, count, bottom, top, *bases[number]
             )
-        except _TooLarge:
+        except TooLarge as reason:
+            why = reason
+            return None
+        return found if found[2] >= count else None
+
+    def keep() -> np.ndarray:
+        """Add the table of the largest basis so far to those known; return its errors."""
+        E, waves, size, left = done[-1]
+        gap = by_chance(np.abs(E - done[-2][0])) if len(done) > 1 else np.full(count, np.inf)
+        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
+        factor = SPECTRAL if not smooth else SMOOTH if problem.smooth else ALGEBRAIC
+        error = unit * (factor * gap + left + rounding + seen.lost(E))
+        known.append(table(E, error, size, waves))
+        return error
+
+    for number in range(start, len(bases)):
+        found = solved(number)
+        if found is None and (done or isinstance(why, TooLarge)):
             break
+        if found is not None:
+            done.append(found)
+            top = max(found[0][-1], top)
+            if np.all(keep() <= tolerance * level_scale(unit * found[0])):
+                break
         if report is not None:
             report((number + 1) / len(bases))
-        if size < count:
-            continue
-        gap = np.full(count, np.inf) if coarse is None else np.abs(E - coarse)
-        coarse, top = E, max(E[-1], top)
-        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
-        if not smooth:  # a level that two bases agree on by chance
-            gap = np.maximum(gap, 0.1 * np.maximum.accumulate(gap))
-        factor = SPECTRAL if not smooth else 1.0 if problem.smooth else ALGEBRAIC
-        error = unit * (factor * gap + left + rounding)
-        known.append(table(E, error, size, waves))
-        if np.all(error <= tolerance * level_scale(unit * E)):
-            break
+    for number in range(start - 1, -1, -1):
+        if len(done) < 2 and (found := solved(number)) is not None:
+            done.insert(0, found)
+            keep()
     if not known:
-        raise ValueError(
-            f"count = {count} needs more than {LARGEST} functions in two dimensions; ask for fewer, or a larger hbar"
-        )
+        raise ValueError(f"count = {count} needs {why}")
     return known[-1]
 
 
-def _wanted(problem: _Problem, count: int, unit: float) -> float:
+def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
+    """Return the bottom of V, and an energy below which there are `count` levels and more, fewer of them where they
+    reach far, as next to a limit of V.
+    """
+    bottom = float(problem.lowest.min())
+    step = 1 / float(problem.rho[np.argmin(problem.lowest)]) ** 2
+    for spare in SPARE:
+        top = count_top(problem.states, bottom, step, _wanted(problem, count, unit, spare))
+        try:
+            with np.errstate(invalid="ignore"):
+                ends = decayed("V", problem.rho, problem.lowest, beyond(problem, bottom, top), 0.0, problem.far)
+        except NoGroundState:
+            if spare == SPARE[-1]:
+                raise
+            continue
+        if sizes(problem, *ends, bottom, top, 1.0)[0] < FAR:
+            break
+    return bottom, top
+
+
+def _seen(problem: Problem, body: Any, unit: float, bottom: float, top: float) -> Cover:
+    """Return where V may be below the top energy."""
+    quanta = float(problem.a[0]), float(problem.b[0])
+    ends = float(problem.rho[0]), float(problem.rho[-1])
+    return plane_cover(body, quanta, ends, problem.well.hi < 3, top, top - bottom, unit)
+
+
+def _wanted(problem: Problem, count: int, unit: float, spare: int) -> float:
     """Return how many states there should be below the top energy; raises where V does not bind the levels."""
-    wanted = 1.1 * count + 40
+    wanted = 1.1 * count + spare
     if np.isinf(problem.threshold):
         return wanted
     bound = problem.states(problem.threshold)
@@ -171,60 +218,72 @@ def _wanted(problem: _Problem, count: int, unit: float) -> float:
     return min(wanted, (count + bound) / 2)
 
 
-def _partition(problem: _Problem, ends: tuple[float, float], bottom: float, top: float) -> tuple[Panels, Panels]:
+def _partition(
+    problem: Problem, ends: tuple[float, float], bottom: float, top: float, hidden: Cover
+) -> tuple[Panels, Panels]:
     """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, on a few of them
-    densely, and between.
+    densely, between, and where wells are hidden.
 
     Where points between the lines find something, lines through them are looked at too; what is not resolved then is
-    counted.
+    counted. What V misses where states hardly reach counts as little.
     """
+    share = partial(problem.share, top=top)
     x, quasi = _line_x(problem), (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
 
     def V(q: np.ndarray, x: np.ndarray) -> np.ndarray:
         return problem.U(q, angle_of(-1.0, 1.0, 1 + x))
 
+    thin = np.stack([hidden.lo, hidden.hi], axis=1)
+
     def along(rows: np.ndarray, columns: np.ndarray, dense: int) -> tuple[Panels, Panels]:
         """Partitions of rho as seen at `rows` of x, and of x as seen at `columns` of rho."""
         return (
-            panels(lambda q: V(q, rows[:, None]), *ends, bottom, top - bottom, dense, PANELS[0]),
-            panels(lambda x: V(columns[:, None], x), *x, bottom, top - bottom, dense, PANELS[1]),
+            panels(lambda q: V(q, rows[:, None]), *ends, bottom, top - bottom, dense, PANELS[0], thin[0]),
+            panels(
+                lambda x: bottom + share(columns[:, None]) * (V(columns[:, None], x) - bottom),
+                *x,
+                bottom,
+                top - bottom,
+                dense,
+                PANELS[1],
+                thin[1],
+            ),
         )
 
     def refined(parts: tuple[Panels, Panels], more: tuple[Panels, Panels]) -> tuple[Panels, Panels]:
         return merged(parts[0], more[0]), merged(parts[1], more[1])
 
     rows, columns = (lo + (hi - lo) * quasi for lo, hi in (x, ends))
+    deep = hidden.at[:, np.argsort(hidden.low)[:WORST]]
     few = slice(0, CLOSE)
     found = refined(
-        along(np.sort(rows), np.sort(columns), DENSE >> 4), along(np.sort(rows[few]), np.sort(columns[few]), DENSE)
+        along(np.sort(np.append(rows, deep[1])), np.sort(np.append(columns, deep[0])), DENSE >> 4),
+        along(np.sort(rows[few]), np.sort(columns[few]), DENSE),
     )
     for _ in range(ROUNDS):
-        at, miss = between(V, found, bottom, top - bottom)
+        at, miss = between(V, found, bottom, top - bottom, share)
         if not miss.size:
             return found
         found = refined(found, along(at[1, :WORST], at[0, :WORST], DENSE))
-    at, miss = between(V, found, bottom, top - bottom)
-    return found[0].missing(at[0], miss), found[1].missing(at[1], miss)
+    at, miss = between(V, found, bottom, top - bottom, share)
+    return found[0].missing(at[0], miss), found[1].missing(at[1], miss * share(at[0]))
 
 
-def _line_x(problem: _Problem) -> tuple[float, float]:
+def _line_x(problem: Problem) -> tuple[float, float]:
     ends = angular_interval("V", problem.well, problem.a, problem.b)
     return ends.lo, ends.hi
 
 
 def _global(
-    problem: _Problem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float
+    problem: Problem, parts: tuple[Panels, Panels], ends: tuple[float, float], bottom: float, top: float
 ) -> bool:
     """Return whether global bases of the usual size resolve V, or nearly."""
-    n_rho, n_x = _sizes(problem, *ends, bottom, top, STEPS[0][1])
-    return parts[0].needed <= 1.3 * n_rho and parts[1].needed <= 3 * n_x
+    n_rho, n_x = sizes(problem, *ends, bottom, top, STEPS[0][1])
+    return parts[0].needed <= 1.3 * n_rho and parts[1].needed <= max(3 * n_x, ANGLES)
 
 
-class _TooLarge(Exception):
-    """The matrix would be larger than LARGEST."""
-
-
-def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
+def _problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None) -> Problem:
+    """Return the problem of a class; hidden: where there are wells that the samples do not see."""
     a, b = np.array([chosen.a]), np.array([chosen.b])
 
     def U(rho, vartheta):
@@ -232,8 +291,15 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
         with np.errstate(over="ignore"):
             return potential(body, A, B) / unit
 
-    rho, v = np.geomspace(1e-4, 1e4, 1601), np.pi * (np.arange(256) + 0.5) / 256
-    grid = U(rho[:, None], v)
+    v = np.pi * (np.arange(256) + 0.5) / 256
+    rho = _size(U, v[::16], a, b) * np.geomspace(1e-4, 1e4, 1601)
+    if hidden is not None:
+        inside = (x := hidden.nodes(1))[(np.abs(x) < 1)]
+        rho, v = np.union1d(rho, hidden.nodes(0)), np.union1d(v, np.arccos(inside))
+    grid, far = U(rho[:, None], v), np.inf
+    if np.isfinite(limit):
+        far = decayed("V", rho, grid.min(axis=1), limit / unit, 0.0, np.inf)[1]
+        rho, grid = rho[rho <= far], grid[rho <= far]
     with np.errstate(over="ignore"):
         w = grid + (a**2 / np.cos(v / 2) ** 2 + b**2 / np.sin(v / 2) ** 2) / rho[:, None] ** 2
     lowest = w.min(axis=1) + 1 / rho**2
@@ -244,7 +310,7 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
         raise NoGroundState(
             "V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state"
         )
-    check_bottom("V", place, rho.size, np.inf)
+    check_bottom("V", place, rho.size, far)
     wells = [
         well("V", lambda angle, q=q: U(q, angle) * q * q / 4, 0.0, np.pi)
         for q in (0.8 * rho[place], rho[place], 1.3 * rho[place])
@@ -254,16 +320,20 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
         raise ValueError(
             "the potential must live on det phi > 0 or on all of GL(2,R), alpha > beta or all alpha, beta > 0"
         )
-    cell = np.gradient(rho) * rho / 2 * (v[1] - v[0])
-    span = rho / 2 * (v[1] - v[0]) / np.pi
+    for angle in one.hi * np.array([0.2, 0.5, 0.8]):
+        along = U(rho, angle)
+        live = slice(*(np.flatnonzero(np.isfinite(along))[[0, -1]] + [0, 1]))
+        check_poles("V along rho", lambda q, angle=angle: U(q, angle), rho[live], along[live])
+    around = rho[:, None] / 2 * np.gradient(v)
+    cell = np.gradient(rho)[:, None] * around
 
     def states(top):
         """Cells of phase space: int int (top - w) dalpha dbeta/(4 pi)."""
-        return float((np.maximum(top - w, 0).sum(axis=1) * cell).sum() / (4 * np.pi))
+        return float((np.maximum(top - w, 0) * cell).sum() / (4 * np.pi))
 
     def channels(top):
         """Semiclassical number of channels below `top`, the most of all rho."""
-        return float((np.sqrt(np.maximum(top - w, 0)).sum(axis=1) * span).max())
+        return float((np.sqrt(np.maximum(top - w, 0)) * around).sum(axis=1).max() / np.pi)
 
     strengths = [sum(getattr(x, c) for x in wells) / 3 for c in ("c_lo", "c_hi")]
     uniform = all(
@@ -271,12 +341,23 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float) -> _Problem:
         for c, s in zip(("c_lo", "c_hi"), strengths)
     )
     fine = np.pi * (np.arange(200_000) + 0.5) / 200_000  # valleys far out are narrow in vartheta
-    before, last = (float(U(q, fine).min()) for q in (1e3, 1e4))
-    level_out = last - before < 0.01 * (last - lowest[place])
+    before, last = (float(U(q, fine).min()) for q in (rho[-1] / 10, rho[-1]))
+    level_out = np.isinf(far) and last - before < 0.01 * (last - lowest[place])
     smooth = uniform and _even(U, rho[place], one)
     # Strengths that change with rho: no one exponent; that of the free problem, 1 at a wall.
     ends = one if uniform else one._replace(c_lo=0.0, c_hi=0.0)
-    return _Problem(U, a, b, ends, rho, lowest, last if level_out else np.inf, smooth, states, channels)
+    return Problem(U, a, b, ends, rho, v, lowest, last if level_out else np.inf, smooth, states, channels, far)
+
+
+def _size(U: Callable, v: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:
+    """Return the unit of rho: 1 where the lowest state lives there, in so many decades."""
+    rho = np.geomspace(1e-24, 1e24, 193)
+    with np.errstate(all="ignore"):
+        around = a**2 / np.cos(v / 2) ** 2 + b**2 / np.sin(v / 2) ** 2
+        lowest = (U(rho[:, None], v) + (1 + around) / rho[:, None] ** 2).min(axis=1)
+    place = int(np.argmin(np.where(np.isnan(lowest), np.inf, lowest)))
+    size = float(rho[place])
+    return 1.0 if 1e-3 < size < 1e3 or place in (0, rho.size - 1) else size
 
 
 def _even(U: Callable, rho: float, found: Well) -> bool:
@@ -294,108 +375,16 @@ def _even(U: Callable, rho: float, found: Well) -> bool:
     return True
 
 
-class _Bases(NamedTuple):
-    """Grid in rho and basis in x: polynomials of nodes, nodes, -d^2/drho^2 + (3/4 - rest)/rho^2 between nodes, rest;
-    matrix of L_x.
-    """
-
-    rho: Interval
-    grid: np.ndarray
-    nodes: np.ndarray
-    kinetic: np.ndarray
-    rest: float
-    angular: Basis
-    free: np.ndarray
-
-
-def _beyond(problem: _Problem, bottom: float, top: float) -> float:
-    """Return an energy above the highest level, and below where V ends."""
-    return min(bottom + 1.2 * (top - bottom), (top + problem.threshold) / 2)
-
-
-def _sizes(problem: _Problem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
-    """Return how many global functions of rho and of x resolve waves."""
-    return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(
-        density * (1.2 * problem.channels(top) + 16)
-    )
-
-
-def _bases(problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float, density: float) -> _Bases:
-    with np.errstate(invalid="ignore"):
-        near, far = decayed("V", problem.rho, problem.lowest, _beyond(problem, bottom, top), 0.0, np.inf)
-    n_rho, n_x = _sizes(problem, near, far, bottom, top, density)
-    n_rho = max(n_rho, parts[0].needed)
-    if n_rho > LARGEST or n_x > LARGEST // 2:
-        raise _TooLarge
-    angular = basis(
-        angular_interval("V", problem.well, problem.a, problem.b), n_x, max(n_x // 2 + 16, parts[1].needed - n_x)
-    )
-    free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
-    tiny = np.array([1e-6 * far])
-    e_lo = _inner_exponent(near, tiny[0], _angular_matrices(problem, angular, free, tiny)[0])
-    outer = Interval(near, far, np.array([e_lo]), np.array([1.0]), True, True)
-    radial = basis(outer, n_rho, 8)
-    weights = 2 * e_lo / (radial.below * radial.above)  # e_lo (e_lo - 1)/rho^2 cancels at rho = 0; it is 0 at a wall
-    alpha, beta = 2 * outer.e_hi, 2 * outer.e_lo
-    t, w = gauss_jacobi(n_rho, alpha, beta)
-    grid = (jacobi_table(n_rho, alpha, beta, t)[0] * np.sqrt(w[0])[:, None]).T
-    return _Bases(
-        outer,
-        grid,
-        near + (far - near) * (1 + t[0]) / 2,
-        grid.T @ radial.matrix(weights, 1.0)[0] @ grid,
-        0.75 - e_lo * (e_lo - 1),
-        angular,
-        free,
-    )
-
-
-def _inner_exponent(near: float, tiny: float, matrix: np.ndarray) -> float:
-    """Return the exponent at the least rho: at 0 of the lowest channel, whose matrix at a tiny rho has rho^2 U where it
-    has a limit.
-    """
-    return exponent("V", 0.75 + float(np.linalg.eigvalsh(matrix)[0]) * tiny**2, "at phi = 0") if near == 0.0 else 1.0
-
-
-def _solve(
-    problem: _Problem,
-    parts: tuple[Panels, Panels],
-    count: int,
-    bottom: float,
-    top: float,
-    cut: float,
-    density: float,
-    depth: float,
-) -> tuple[np.ndarray, Waves, int, float]:
-    """Return the lowest eigenvalues, their waves, the size, and what is not resolved, for one cut and density."""
-    from scipy.linalg import eigh
-
-    bases = _bases(problem, parts, bottom, top, density)
-    energies, vectors = np.linalg.eigh(
-        _angular_matrices(problem, bases.angular, bases.free, bases.nodes, bottom + STEEP * (top - bottom))
-    )
-    energies = energies + bases.rest / bases.nodes[:, None] ** 2
-    kept = _kept(energies, bases.nodes, bottom + cut * (top - bottom), bottom + 1.05 * (top - bottom), depth)
-    node, channel = np.nonzero(kept)
-    if node.size > LARGEST:
-        raise _TooLarge
-    G = vectors[node, :, channel]  # (size, n_x)
-    H = G @ G.T
-    H *= bases.kinetic[node[:, None], node]
-    H[np.arange(node.size), np.arange(node.size)] += energies[node, channel]
-    E, C = eigh(H, subset_by_index=(0, min(count, node.size) - 1), overwrite_a=True, check_finite=False, driver="evr")
-    return E, ChannelWaves(bases.grid, node, G, C, bases.rho, bases.angular.interval), node.size, 0.0
-
-
 def _solve_elements(
-    problem: _Problem, parts: tuple[Panels, Panels], count: int, bottom: float, top: float, n: int
+    problem: Problem, parts: tuple[Panels, Panels], count: int, bottom: float, top: float, n: int
 ) -> tuple[np.ndarray, Waves, int, np.ndarray]:
-    """Return as `_solve` in products of the functions of elements, n nodes each: V is diagonal, the matrix sparse."""
+    """Return as `by_channels`, in products of functions of elements of n nodes: V is diagonal, the matrix sparse."""
     from scipy.sparse import diags, identity, kron
 
     rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, bottom, top), strict=True))
-    if (rho.missed.size * (n - 1) + 1) * (x.missed.size * (n - 1) + 1) > PRODUCTS:
-        raise _TooLarge
+    size, fewest = (math.prod(side.missed.size * (n - 1) + 1 for side in sides) for sides in ((rho, x), parts))
+    if size > PRODUCTS:
+        raise too_large(size, PRODUCTS, parts, 2 * fewest > PRODUCTS)
     v = angular_interval("V", problem.well, problem.a, problem.b)
     angles = elements(x.edges, n, float(v.e_lo[0]), float(v.e_hi[0]), v.wall_lo, v.wall_hi)
     quanta = (np.full(len(angles.x), side[0]) for side in (problem.a, problem.b))
@@ -404,10 +393,10 @@ def _solve_elements(
     vartheta = angles.shared(angle_of(angles.lo, angles.hi, angles.below))
 
     def V(q):
-        return _cut_off(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
+        return cut_off(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
 
     near, tiny = rho.edges[0], 1e-6 * rho.edges[-1]
-    e_lo = _inner_exponent(near, tiny, (turning * (4 / tiny**2) + diags(V(tiny))).toarray()) if near == 0 else 1.0
+    e_lo = inner_exponent(near, tiny, (turning * (4 / tiny**2) + diags(V(tiny))).toarray()) if near == 0 else 1.0
     radii = elements(rho.edges, n, e_lo, 1.0, True, True)
     q = 0.75 / radii.x**2
     q[0] -= e_lo * (e_lo - 1) / radii.below[0] ** 2
@@ -430,9 +419,7 @@ def _solve_elements(
     return E[order], ElementWaves(radii, angles, tables[order]), U.size, left[order]
 
 
-def _phases(
-    problem: _Problem, parts: tuple[Panels, Panels], bottom: float, top: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _phases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the phases of the shortest waves over the panels of rho and of x."""
     rho, x = parts
     lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)
@@ -440,41 +427,3 @@ def _phases(
     return np.diff(rho.edges) * np.sqrt(np.maximum(top - lowest, 0)), -np.diff(
         np.arccos(np.clip(x.edges, -1, 1))
     ) * turns
-
-
-def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth: float) -> np.ndarray:
-    """Return which channels (rho, n) to keep: those below `limit`, and their tails until an action of `depth` at the
-    energy `top`.
-
-    Behind centrifugal barriers waves decay by a power of rho: a cut in energy alone would converge slowly.
-    """
-    below = energies < limit
-    action = np.cumsum(np.sqrt(np.maximum(energies - top, 0)) * np.gradient(rho)[:, None], axis=0)
-    first, last = np.argmax(below, axis=0), below.shape[0] - 1 - np.argmax(below[::-1], axis=0)
-    columns = np.arange(below.shape[1])
-    index = np.arange(below.shape[0])[:, None]
-    tail = (index < first) & (action[first, columns] - action < depth) | (index > last) & (
-        action - action[last, columns] < depth
-    )
-    between = (index >= first) & (index <= last)
-    return (between | tail) & below.any(axis=0)
-
-
-def _cut_off(U: np.ndarray, highest: float) -> np.ndarray:
-    """Return U, no more than `highest`; raises ValueError where it is infinite."""
-    if not np.all(np.isfinite(U)):
-        raise ValueError(
-            "the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta "
-            "inside"
-        )
-    return np.minimum(U, highest)
-
-
-def _angular_matrices(
-    problem: _Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf
-) -> np.ndarray:
-    """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
-    vartheta = 2 * np.arctan2(np.sqrt(1 - angular.x[0]), np.sqrt(1 + angular.x[0]))
-    U = sampled(lambda q: problem.U(q, vartheta), rho[:, None] + 0 * vartheta)
-    values, U = angular.values[0], _cut_off(U, highest)
-    return free * (4 / rho**2)[:, None, None] + (values * (angular.weight[0] * U)[..., None]).mT @ values

@@ -119,13 +119,22 @@ def barycentric(nodes: np.ndarray, weights: np.ndarray, at: np.ndarray) -> np.nd
 
 
 def panels(
-    V: Callable[[np.ndarray], np.ndarray], lo: float, hi: float, low: float, scale: float, dense: int, most: int
+    V: Callable[[np.ndarray], np.ndarray],
+    lo: float,
+    hi: float,
+    low: float,
+    scale: float,
+    dense: int,
+    most: int,
+    thin: np.ndarray | None = None,
 ) -> Panels:
     """Return a partition of (lo, hi) on which V is resolved, or of `most` panels.
 
     V(points) -> (..., points), rows of potentials at once; low, scale: the bottom, and the energy of the levels above
-    it; dense: a power of 2, at how many points in equal steps V is looked at to begin with.
+    it; dense: a power of 2, at how many points in equal steps V is looked at to begin with; thin: intervals (2, k) in
+    which there is something to see, however narrow.
     """
+    thin = np.empty((2, 0)) if thin is None else thin
     left, width, depth = np.array([lo]), hi - lo, 0
     seen = sampled(V, lo + width * (np.arange(dense) + 0.5) / dense)[..., None, :]
     done: list[tuple[np.ndarray, np.ndarray]] = []
@@ -137,9 +146,11 @@ def panels(
         at_end = (left == lo) | (left >= hi - 1.5 * width) & (width <= SPAN * (hi - lo))
         missed = np.where((part > MISS) & ~at_end, miss, 0.0)
         rough = (missed > 0) | (part > MISS) & (width > SPAN * (hi - lo))
-        rough &= width > SHORTEST * (hi - lo)
+        hidden = _holding(left, width, thin, width / seen.shape[-1]) & (~at_end | (width > SPAN * (hi - lo)))
+        rough = (rough | hidden) & (width > SHORTEST * (hi - lo))
         if sum(row.size for row, _ in done) + left.size + rough.sum() > most:
             rough[:] = False
+        missed = np.where(hidden & ~rough, np.inf, missed)
         done.append((left[~rough], missed[~rough]))
         if not rough.any():
             break
@@ -156,14 +167,22 @@ def panels(
     return Panels(np.append(edges[order], hi), missed[order])
 
 
+def _holding(left: np.ndarray, width: float, thin: np.ndarray, step: float) -> np.ndarray:
+    """Return which panels hold the middle of a thin interval that samples a step apart may not see."""
+    narrow = thin.mean(axis=0)[np.diff(thin, axis=0)[0] < 2 * step]
+    place = np.searchsorted(left, narrow, "right") - 1
+    inside = (place >= 0) & (narrow < left[place] + width)
+    return np.isin(np.arange(left.size), place[inside])
+
+
 def between(
-    V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: float, scale: float
+    V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: float, scale: float, share: Callable
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points (2, k) of a rectangle where V is not its polynomial on the products of the panels, and what it
     misses (k,) there.
 
-    V(x, y) of arrays of one shape. The points are scattered evenly, those of the largest miss come first; panels at the
-    ends, as short as they may be, are left out.
+    V(x, y) of arrays of one shape; share(x): how much a miss counts there. The points are scattered evenly, those of
+    the largest miss come first; panels at the ends, as short as they may be, are left out.
     """
     unit = (np.arange(SCATTERED)[None] * np.array([[0.7548776662466927], [0.5698402909980532]]) + 0.5) % 1
     at = np.array(
@@ -188,8 +207,9 @@ def between(
         inner[some] = np.einsum("pa,pab,pb->p", rows[0][some], nodes[i[some], :, j[some]], rows[1][some])
     with np.errstate(invalid="ignore", over="ignore"):
         miss = np.abs(inner - seen)
-        found = np.flatnonzero(miss > BETWEEN * (np.abs(seen - low) + scale))
-    order = found[np.argsort(-miss[found], kind="stable")]
+        weighed = miss * share(at[0])
+        found = np.flatnonzero(weighed > BETWEEN * (np.abs(seen - low) + scale))
+    order = found[np.argsort(-weighed[found], kind="stable")]
     return at[:, order], miss[order]
 
 

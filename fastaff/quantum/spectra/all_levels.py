@@ -20,7 +20,7 @@ from ...base.numbers import fits, flag, real, reporter, whole
 from ...base.recipe import recorded
 from ..states.level_table import LevelTable, level_list
 from ..states.symmetry import SymmetryClass
-from .spectrum import spectrum, spectrum_table
+from .spectrum import tables_below
 
 Key = tuple[int, int]
 """|m - l|, |m + l| of classes with the same levels: both even, or both odd on the covering."""
@@ -68,7 +68,7 @@ def all_levels(
     top, share = limit, 0.0
     with keeping("all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None):
         while todo:
-            solved |= _solved(body, todo, solved, options)
+            solved |= _solved(body, todo, solved, limit, options)
             top = limit if wanted is None else _end(solved, wanted)
             todo = _todo(solved, top, seeds)
             if report is not None:
@@ -78,17 +78,14 @@ def all_levels(
 
 
 def _solved(
-    body: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], options: dict[str, Any]
+    body: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], limit: float, options: dict[str, Any]
 ) -> dict[Key, LevelTable]:
     """Return the levels of all classes to do where the body separates, else of that which may have the lowest ones."""
-    if solved and next(iter(solved.values())).separated:
-        spins, vorticities = zip(*(_class(key) for key in todo), strict=True)
-        return dict(
-            zip(todo, spectrum_table(body, m=spins, l=vorticities, count=max(todo.values()), **options), strict=True)
-        )
-    key = min(todo, key=lambda key: _bound(solved, key))
-    m, l = _class(key)
-    return {key: spectrum(body, m=m, l=l, count=todo[key], **options)}
+    together = solved and next(iter(solved.values())).separated
+    keys = list(todo) if together else [min(todo, key=lambda key: _bound(solved, key))]
+    spins, vorticities = zip(*(_class(key) for key in keys), strict=True)
+    count = max(todo[key] for key in keys)
+    return dict(zip(keys, tables_below(body, limit, spins, vorticities, count, **options), strict=True))
 
 
 def _class(key: Key) -> SymmetryClass:

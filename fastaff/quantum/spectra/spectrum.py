@@ -20,9 +20,14 @@ from ...models.contracts import isotropic, planar
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
+from ..solvers.singular_ends import radii, sampled
 from ..states.level_table import LevelTable, class_levels
 from ..states.state import Product
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
+
+SIDES = ("V_alpha", "V_beta")
+NEAR = (1e-2, 1e-4, 1e-6)
+"""How close to what it grows to a potential is searched for its ground state, in units of its depth."""
 
 
 @recorded
@@ -87,6 +92,42 @@ def spectrum_table(
     eigenproblems of one size are solved in stacks.
     Source: as `spectrum`.
     """
+    return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance)
+
+
+def tables_below(
+    body: Any,
+    limit: float,
+    m: Sequence[int],
+    l: Sequence[int],
+    count: int,
+    hbar: float,
+    single_valued: bool,
+    chart: Any,
+    tolerance: float,
+) -> list[LevelTable]:
+    """Return the lowest levels of classes of any body, of which those below `limit` are true: the others are of the
+    body with a wall where waves up to `limit` have decayed. Raises NoGroundState where V does not grow to it.
+    """
+    if chart is not None or solved_families(body):
+        return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance, limit)
+    count, hbar, tolerance = _checked(body, count, hbar, tolerance)
+    classes = [checked_class(*one, single_valued) for one in zip(m, l, strict=True)]
+    return [plane_levels(body, one, count, hbar, tolerance, limit=limit) for one in classes]
+
+
+def separated_tables(
+    body: Any,
+    m: Sequence[int],
+    l: Sequence[int],
+    count: int,
+    hbar: float,
+    single_valued: bool,
+    chart: Any,
+    tolerance: float,
+    limit: float = np.inf,
+) -> list[LevelTable]:
+    """Return as `spectrum_table`; limit: as in `tables_below`."""
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
     spins, vorticities = an_array("m", m), an_array("l", l)
     if spins.ndim != 1 or spins.shape != vorticities.shape or spins.size == 0:
@@ -100,7 +141,7 @@ def spectrum_table(
         raise ValueError(f"chart must be alpha-beta or r-vartheta, got {separated.family.chart}")
     pairs = sorted({(c.a, c.b) for c in classes})
     fits("count", len(pairs), 16 * count)
-    solved = interruptible(_SOLVED[separated.family], separated, np.array(pairs), count, hbar, tolerance)
+    solved = interruptible(_SOLVED[separated.family], separated, np.array(pairs), count, hbar, tolerance, limit)
     return [_levels(c, solved[pairs.index((c.a, c.b))], separated, hbar, tolerance) for c in classes]
 
 
@@ -148,42 +189,73 @@ class _Solved(NamedTuple):
     constants: np.ndarray
     waves: ProductWaves
     size: int
+    said: str
 
 
-def _alpha_beta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float) -> list[_Solved]:
+def _alpha_beta(
+    separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float, limit: float
+) -> list[_Solved]:
     """Sums E_alpha + E_beta of every pair (a, b)."""
     V_alpha, V_beta = separated.functions
+    limits = _limits(separated, hbar, limit)
     count = min(levels, int(np.sqrt(2 * levels)) + 4)
     while True:
         sides = []
-        for name, V, quanta in (("V_alpha", V_alpha, pairs[:, 0]), ("V_beta", V_beta, pairs[:, 1])):
+        for name, V, quanta, below in zip(SIDES, (V_alpha, V_beta), pairs.T, limits, strict=True):
             distinct, where = np.unique(quanta, return_inverse=True)
-            sides.append((radial(name, V, 2, distinct**2, count, hbar, separated.mu, tolerance), where))
+            K = distinct**2
+            sides.append((radial(name, V, 2, K, count, hbar, separated.mu, tolerance, limit=below), where))
         (first, i), (second, j) = sides
         sums = first.values[i][:, :, None] + second.values[j][:, None, :]
-        coarse = first.coarse[i][:, :, None] + second.coarse[j][:, None, :]
+        errors = first.error[i][:, :, None] + second.error[j][:, None, :]
         top = np.sort(sums.reshape(len(pairs), -1), axis=1)[:, min(levels, count * count) - 1]
         if count == levels or (count * count >= levels and np.all(top < np.minimum(sums[:, -1, 0], sums[:, 0, -1]))):
             break
         count = min(levels, 2 * count)
     found = []
     for p in range(len(pairs)):
-        E, error, n = _merged(sums[p], coarse[p], levels)
+        E, error, n = _merged(sums[p], errors[p], levels)
         constants = np.array([first.values[i[p], n[0]], second.values[j[p], n[1]]])
         waves = ProductWaves(ALPHA_BETA, first.functions, second.functions, (int(i[p]), int(j[p])), 0)
-        found.append(_Solved(E, error, n, constants, waves, max(first.size, second.size)))
+        found.append(_Solved(E, error, n, constants, waves, max(first.size, second.size), first.said or second.said))
     return found
 
 
-def _r_vartheta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float) -> list[_Solved]:
+def _limits(separated: Any, hbar: float, limit: float) -> list[float]:
+    """Return what energies of alpha and of beta are below where their sum is below `limit`.
+
+    limit less the ground state of the other side, or less an energy that this is not below.
+    """
+    if np.isinf(limit):
+        return [limit, limit]
+    y = radii(0.0, np.inf)
+    sides = [sampled(V.value, y) for V in separated.functions]
+    low = [float(values.min()) for values in sides]
+    for i, (name, V) in enumerate(zip(SIDES, separated.functions, strict=True)):
+        bottom, threshold = low[i], float(sides[i][-1])
+        for near in NEAR:
+            top = min(limit - low[1 - i], bottom + (1 - near) * (threshold - bottom))
+            if top <= low[i]:
+                break
+            ground = radial(name, V, 2, np.zeros(1), 1, hbar, separated.mu, 1e-6, limit=top)
+            low[i] = min(top, float((ground.values - ground.error)[0, 0]))
+            if low[i] < top:
+                break
+    return [limit - low[1], limit - low[0]]
+
+
+def _r_vartheta(
+    separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float, limit: float
+) -> list[_Solved]:
     """Radial levels over each level of vartheta; e_vartheta of both bases give E of both."""
     (V_r, V_vartheta), mu = separated.functions, separated.mu
     n_r, n_v = (min(levels, int(factor * np.sqrt(levels)) + 4) for factor in (2.0, 1.0))
     while True:
         e = angular("V_vartheta", V_vartheta, pairs[:, 0], pairs[:, 1], n_v, hbar, mu, 0.1 * tolerance)
-        fine, coarse = (_over(V_r, values, n_r, hbar, mu, tolerance) for values in (e.values, e.coarse))
+        fine, moved = (_over(V_r, values, n_r, hbar, mu, tolerance, limit) for values in (e.values, e.values + e.error))
         sums = fine.values.reshape(*e.values.shape, n_r).swapaxes(1, 2)
-        other = sums + np.abs((coarse.coarse - fine.values).reshape(*e.values.shape, n_r).swapaxes(1, 2))
+        errors = (fine.error + np.abs(moved.values - fine.values)).reshape(*e.values.shape, n_r).swapaxes(1, 2)
+        errors = errors + (np.inf if e.lost else 0.0)
         top = np.sort(sums.reshape(len(pairs), -1), axis=1)[:, min(levels, n_r * n_v) - 1]
         few_r = n_r < levels and (n_r * n_v < levels or np.any(top >= sums[:, -1, 0]))
         few_v = n_v < levels and (n_r * n_v < levels or np.any(top >= sums[:, 0, -1]))
@@ -192,36 +264,35 @@ def _r_vartheta(separated: Any, pairs: np.ndarray, levels: int, hbar: float, tol
         n_r, n_v = (min(levels, int(1.5 * n) + 1) if few else n for n, few in ((n_r, few_r), (n_v, few_v)))
     found = []
     for p in range(len(pairs)):
-        E, error, n = _merged(sums[p], other[p], levels)
+        E, error, n = _merged(sums[p], errors[p], levels)
         constants = np.array([fine.values[p * n_v + n[1], n[0]], e.values[p, n[1]]])
         waves = ProductWaves(R_VARTHETA, fine.functions, e.functions, (p * n_v, p), 1)
-        found.append(_Solved(E, error, n, constants, waves, max(e.size, fine.size)))
+        found.append(_Solved(E, error, n, constants, waves, max(e.size, fine.size), e.said or fine.said))
     return found
 
 
-def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance: float) -> Factors:
+def _over(V_r: Any, e: np.ndarray, count: int, hbar: float, mu: float, tolerance: float, limit: float) -> Factors:
     """Return the radial levels over every e_vartheta."""
-    return radial("V_r + e_vartheta/r", V_r, 4, 2 * mu * e.ravel() / hbar**2, count, hbar, mu, tolerance)
+    K = 2 * mu * e.ravel() / hbar**2
+    return radial("V_r + e_vartheta/r", V_r, 4, K, count, hbar, mu, tolerance, limit=limit)
 
 
 _SOLVED: dict[Family, Callable] = {ALPHA_BETA_FAMILY: _alpha_beta, R_VARTHETA_FAMILY: _r_vartheta}
 
 
-def _merged(sums: np.ndarray, coarse: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lowest values of a table, ascending, their changes from the coarse table, and their indices (2,
-    levels).
-    """
+def _merged(sums: np.ndarray, errors: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the lowest values of a table, ascending, their errors, and their indices (2, levels)."""
     order = np.argsort(sums, axis=None, kind="stable")[:levels]
     n = np.stack(np.unravel_index(order, sums.shape))
     E = sums.ravel()[order]
-    return E, np.abs(coarse.ravel()[order] - E) + 16 * np.finfo(float).eps * np.abs(E), n
+    return E, errors.ravel()[order] + 16 * np.finfo(float).eps * np.abs(E), n
 
 
 def _levels(chosen: SymmetryClass, solved: _Solved, separated: Any, hbar: float, tolerance: float) -> LevelTable:
     names = separated.family.coordinates
     method = (
         f"separated in {names[0]} and {names[1]}; Galerkin in Jacobi polynomials with the exponents of the ends, "
-        "oscillators in closed form; f = 0 where V is infinite (Friedrichs)"
+        f"oscillators in closed form; f = 0 where V is infinite (Friedrichs){solved.said}"
     )
     return class_levels(
         chosen,

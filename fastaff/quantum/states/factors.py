@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import fits, nonnegative, positive
+from ...base.numbers import fits, nonnegative, numbers, positive
 from ...compile.packing import run_points
 from ...kernels.laguerre_jacobi import jacobi_values, laguerre_values
 from .symmetry import whole_quantum
@@ -54,10 +54,8 @@ def quantum_number(name: str, value: Any) -> int:
 
 
 def _coordinate(name: str, x: ArrayLike, top: float = np.inf) -> np.ndarray:
-    given = np.asarray(x)
-    if given.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be real numbers, got {given.dtype}")
-    values = np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape)
+    given = numbers(name, x)
+    values = np.ascontiguousarray(given).reshape(given.shape)
     if values.size and not (values.min() >= 0 and values.max() <= top):
         raise ValueError(f"{name} must lie in [0, {top:.3g}] and be no NaN, got {values.min()} to {values.max()}")
     return values

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import operator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import flag, positive, shown, whole_numbers
+from ...base.numbers import flag, positive, real, shown, whole_numbers
 
 MOST = 10**6
 """Largest |m|, |l|: the squares of larger ones leave no digits for levels."""
@@ -104,16 +103,9 @@ def action_quantum(hbar: Any, mu: float = 1.0) -> float:
 def whole_quantum(name: str, value: Any) -> int:
     """Return a quantum number as an int: ints, and floats that are whole."""
     try:
-        if isinstance(value, bool):
-            raise TypeError
-        return operator.index(value)
+        number = real(name, value)
     except TypeError:
-        pass
-    if getattr(value, "ndim", 0) == 0 and (
-        isinstance(value, float) or getattr(getattr(value, "dtype", None), "kind", "") == "f"
-    ):
-        number = float(value)
-        if number.is_integer():
-            return int(number)
+        raise TypeError(f"{name} must be a whole number, got {shown(value)} ({type(value).__name__})") from None
+    if not number.is_integer():
         raise ValueError(f"{name} must be a whole number, got {shown(value)}")
-    raise TypeError(f"{name} must be a whole number, got {shown(value)} ({type(value).__name__})")
+    return int(number)

@@ -1,0 +1,239 @@
+"""Levels in the plane of rho and vartheta by adiabatic channels: those of vartheta at every node of a grid in rho."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..states.level_table import Waves
+from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
+from .panels import Panels
+from .plane_shape import ChannelWaves
+from .separable import angular_interval, angular_potential
+from .singular_ends import REACH, Well, decayed, exponent, sampled
+
+LARGEST = 6000
+"""Largest matrix: 0.3 GB each of a handful."""
+TAILS = 4.0
+"""Error in units of what is cut off changes in second order of perturbation theory; 0.7 to 1.2 times the truth is that
+as a rule."""
+LEVELS = 16
+"""Levels whose waves are held in the whole basis at once."""
+STEEP = 1e9
+"""Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of
+all levels.
+"""
+
+
+class Problem(NamedTuple):
+    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with
+    centrifugal terms.
+
+    rho, v: where V is seen; lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf
+    without bound; far: a wall, or inf; smooth: whether the weights take all that is not smooth at the ends of vartheta.
+    """
+
+    U: Callable
+    a: np.ndarray
+    b: np.ndarray
+    well: Well
+    rho: np.ndarray
+    v: np.ndarray
+    lowest: np.ndarray
+    threshold: float
+    smooth: bool
+    states: Callable
+    channels: Callable
+    far: float
+
+    def share(self, rho: np.ndarray, top: float) -> np.ndarray:
+        """Return what there is at rho at most of states up to `top`, relative to where they live: e^-action."""
+        allowed = np.flatnonzero(self.lowest < top)
+        decay = np.minimum(np.sqrt(np.maximum(self.lowest - top, 0)) * np.gradient(self.rho), REACH)
+        decay[allowed[0] : allowed[-1] + 1] = 0
+        action = np.cumsum(decay)
+        return np.exp(-np.interp(rho, self.rho, np.abs(action - action[allowed[0]])))
+
+
+class TooLarge(Exception):
+    """The matrix would be larger than it may be: says how large, and what makes it so."""
+
+
+def too_large(size: float, largest: int, parts: tuple[Panels, Panels], narrow: bool) -> TooLarge:
+    """Return the sentence; narrow: whether features of V make the matrix large, not waves."""
+    if not narrow:
+        ends = parts[0].edges
+        return TooLarge(
+            f"{size:.3g} functions of rho and vartheta, more than {largest}: waves are short in the room they have, "
+            f"rho = {ends[0]:.3g} to {ends[-1]:.3g}; take a larger hbar, smaller m and l, or fewer levels"
+        )
+    place = [int(np.argmin(np.diff(part.edges[1:-1]))) + 1 if part.edges.size > 3 else 0 for part in parts]
+    q, x = (float(part.edges[k]) for part, k in zip(parts, place, strict=True))
+    return TooLarge(
+        f"{size:.3g} functions of rho and vartheta, more than {largest}, however few levels are asked for: V has "
+        f"features so narrow, as at rho = {q:.4g} or cos(vartheta) = {x:.4g}; take wider ones"
+    )
+
+
+class _Bases(NamedTuple):
+    """Grid in rho and basis in x: polynomials of nodes, nodes, -d^2/drho^2 + (3/4 - rest)/rho^2 between nodes, rest;
+    matrix of L_x; the basis in rho and what its weight leaves of the potential.
+    """
+
+    rho: Interval
+    grid: np.ndarray
+    nodes: np.ndarray
+    kinetic: np.ndarray
+    rest: float
+    angular: Basis
+    free: np.ndarray
+    radial: Basis
+    weights: np.ndarray
+
+    def quotients(self, problem: Problem, tables: np.ndarray, highest: float) -> np.ndarray:
+        """Return the Rayleigh quotients (levels,) of tables (nodes, n_x, levels) as sums over the nodes.
+
+        The matrix has large entries that cancel, with the rounding of the largest; vectors enter squared.
+        """
+        along, around, inverse = self.radial, self.angular, 1 / self.nodes[:, None] ** 2
+        f, slope = (np.tensordot(side[0] @ self.grid, tables, 1) for side in (along.values, along.slopes))
+        E = np.einsum("i,ijk->k", along.weight[0], slope**2)
+        E += np.einsum("i,ijk->k", (along.weight * self.weights)[0], f**2)
+        q = 4 * angular_potential(around, problem.a, problem.b)[0] + self.rest
+        U = q * inverse + _at_nodes(problem, around, self.nodes, highest)
+        f, slope = (side[0] @ tables for side in (around.values, around.slopes))
+        E += np.einsum("ij,ijk->k", around.weight[0] * U, f**2)
+        E += np.einsum("ij,ijk->k", 4 * inverse * around.weight[0] * (1 - around.x[0] ** 2), slope**2)
+        return E / (tables**2).sum(axis=(0, 1))
+
+
+def beyond(problem: Problem, bottom: float, top: float) -> float:
+    """Return an energy above the highest level, and below where V ends."""
+    return min(bottom + 1.2 * (top - bottom), (top + problem.threshold) / 2)
+
+
+def sizes(problem: Problem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
+    """Return how many global functions of rho and of x resolve waves."""
+    return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(
+        density * (1.2 * problem.channels(top) + 16)
+    )
+
+
+def _bases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: float, density: float) -> _Bases:
+    with np.errstate(invalid="ignore"):
+        near, far = decayed("V", problem.rho, problem.lowest, beyond(problem, bottom, top), 0.0, problem.far)
+    n_rho, n_x = sizes(problem, near, far, bottom, top, density)
+    n_rho = max(n_rho, parts[0].needed)
+    if n_rho > LARGEST or n_x > LARGEST // 2:
+        raise too_large(n_rho * n_x, LARGEST, parts, parts[0].needed == n_rho > LARGEST)
+    angular = basis(
+        angular_interval("V", problem.well, problem.a, problem.b), n_x, max(n_x // 2 + 16, parts[1].needed - n_x)
+    )
+    free = angular.matrix(angular_potential(angular, problem.a, problem.b), 1 - angular.x**2)[0]
+    tiny = np.array([1e-6 * far])
+    e_lo = inner_exponent(near, tiny[0], _angular_matrices(problem, angular, free, tiny)[0])
+    outer = Interval(near, far, np.array([e_lo]), np.array([1.0]), True, True)
+    radial = basis(outer, n_rho, 8)
+    weights = 2 * e_lo / (radial.below * radial.above)  # e_lo (e_lo - 1)/rho^2 cancels at rho = 0; it is 0 at a wall
+    alpha, beta = 2 * outer.e_hi, 2 * outer.e_lo
+    t, w = gauss_jacobi(n_rho, alpha, beta)
+    grid = (jacobi_table(n_rho, alpha, beta, t)[0] * np.sqrt(w[0])[:, None]).T
+    return _Bases(
+        outer,
+        grid,
+        near + (far - near) * (1 + t[0]) / 2,
+        grid.T @ radial.matrix(weights, 1.0)[0] @ grid,
+        0.75 - e_lo * (e_lo - 1),
+        angular,
+        free,
+        radial,
+        weights,
+    )
+
+
+def inner_exponent(near: float, tiny: float, matrix: np.ndarray) -> float:
+    """Return the exponent at the least rho: at 0 of the lowest channel, whose matrix at a tiny rho has rho^2 U where it
+    has a limit.
+    """
+    return exponent("V", 0.75 + float(np.linalg.eigvalsh(matrix)[0]) * tiny**2, "at phi = 0") if near == 0.0 else 1.0
+
+
+def by_channels(
+    problem: Problem,
+    parts: tuple[Panels, Panels],
+    count: int,
+    bottom: float,
+    top: float,
+    cut: float,
+    density: float,
+    depth: float,
+) -> tuple[np.ndarray, Waves, int, np.ndarray]:
+    """Return the lowest eigenvalues, their waves, the size, and what the cut leaves, for one cut and density."""
+    from scipy.linalg import eigh
+
+    bases, highest = _bases(problem, parts, bottom, top, density), bottom + STEEP * (top - bottom)
+    energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, highest))
+    energies = energies + bases.rest / bases.nodes[:, None] ** 2
+    kept = _kept(energies, bases.nodes, bottom + cut * (top - bottom), bottom + 1.05 * (top - bottom), depth)
+    node, channel = np.nonzero(kept)
+    if node.size > LARGEST:
+        raise too_large(node.size, LARGEST, parts, False)
+    G = vectors[node, :, channel]  # (size, n_x)
+    H = G @ G.T
+    H *= bases.kinetic[node[:, None], node]
+    H[np.arange(node.size), np.arange(node.size)] += energies[node, channel]
+    E, C = eigh(H, subset_by_index=(0, min(count, node.size) - 1), overwrite_a=True, check_finite=False, driver="evr")
+    left, height = np.empty(len(E)), np.diagonal(bases.kinetic)[:, None] + energies
+    for k in range(0, len(E), LEVELS):
+        some = slice(k, k + LEVELS)
+        within = np.zeros((*kept.shape, len(E[some])))
+        within[kept] = C[:, some]
+        tables = vectors @ within
+        E[some] = bases.quotients(problem, tables, highest)
+        outside = (vectors.mT @ np.tensordot(bases.kinetic, tables, 1))[~kept]
+        left[some] = TAILS * (outside**2 / np.maximum(height[~kept][:, None] - E[some], top - bottom)).sum(axis=0)
+    return E, ChannelWaves(bases.grid, node, G, C, bases.rho, bases.angular.interval), node.size, left
+
+
+def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth: float) -> np.ndarray:
+    """Return which channels (rho, n) to keep: those below `limit`, and their tails until an action of `depth` at the
+    energy `top`.
+
+    Behind centrifugal barriers waves decay by a power of rho: a cut in energy alone would converge slowly.
+    """
+    below = energies < limit
+    action = np.cumsum(np.sqrt(np.maximum(energies - top, 0)) * np.gradient(rho)[:, None], axis=0)
+    first, last = np.argmax(below, axis=0), below.shape[0] - 1 - np.argmax(below[::-1], axis=0)
+    columns = np.arange(below.shape[1])
+    index = np.arange(below.shape[0])[:, None]
+    tail = (index < first) & (action[first, columns] - action < depth) | (index > last) & (
+        action - action[last, columns] < depth
+    )
+    between = (index >= first) & (index <= last)
+    return (between | tail) & below.any(axis=0)
+
+
+def cut_off(U: np.ndarray, highest: float) -> np.ndarray:
+    """Return U, no more than `highest`; raises ValueError where it is infinite."""
+    if not np.all(np.isfinite(U)):
+        raise ValueError(
+            "the potential must be finite on all of det phi > 0 or of GL(2,R); it is infinite at some alpha, beta "
+            "inside"
+        )
+    return np.minimum(U, highest)
+
+
+def _angular_matrices(
+    problem: Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf
+) -> np.ndarray:
+    """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
+    U, values = _at_nodes(problem, angular, rho, highest), angular.values[0]
+    return free * (4 / rho**2)[:, None, None] + (values * (angular.weight[0] * U)[..., None]).mT @ values
+
+
+def _at_nodes(problem: Problem, angular: Basis, rho: np.ndarray, highest: float) -> np.ndarray:
+    """Return U (rho, nodes) at every rho and at the nodes of the basis in x, cut off at `highest`."""
+    vartheta = 2 * np.arctan2(np.sqrt(1 - angular.x[0]), np.sqrt(1 + angular.x[0]))
+    return cut_off(sampled(lambda q: problem.U(q, vartheta), rho[:, None] + 0 * vartheta), highest)
