@@ -93,7 +93,7 @@ def test_resonant_orbits_say_that_their_basis_is_another():
         assert not (off & ~f.other_basis).any()
         assert f"{f.other_basis.sum()} by another basis" in f.summary() or not f.other_basis.any()
         seen += off.sum()
-    assert 20 < seen < 220
+    assert 5 < seen < 220
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
@@ -382,5 +382,8 @@ def test_lines_too_close_to_tell_are_undecided_and_their_errors_know():
             assert (off <= found.error).mean() > 0.9
             assert np.all(found.error[:, found.kind == FrequencyKind.UNDECIDED].max(axis=0) * time >= 1)
     apart = fa.frequency_map(fa.hamiltonian("(x**2 + (1 + d)**2*y**2)/2", d=1e-5), z, time=1000.0)
-    assert np.abs(apart.omega - [[1.0], [1 + 1e-5]]).max() < 1e-11  # which do not know of one another
-    assert np.all(apart.kind == FrequencyKind.INDEPENDENT)
+    assert (
+        np.abs(apart.omega - [[1.0], [1 + 1e-5]]).max() < 1e-11
+    )  # which do not know of one another: it can't be known
+    assert np.all(apart.kind == FrequencyKind.UNDECIDED)
+    assert np.all(apart.error * 1000 >= 1)

@@ -163,14 +163,14 @@ def weighted_sum(weights, values, sums):
 
 
 def read_signals(unit, stop, progress, states, which, parameters, table, signals, low, high, finite):
-    """Fill signals (orbits, rows, samples) with what the call of the table makes of the states (all orbits, samples,
+    """Fill signals (orbits, rows, samples) with what the call of the table makes of the first states (all orbits, more,
     2n) of orbit which[unit], low and high (orbits, rows) with their extremes, and finite (orbits,): whether the states
     are.
     """
     if read_now(stop, 0) > 0:
         return
     own, calls = states[which[unit]], Calls(table, parameters)
-    samples, size, rows = own.shape[0], own.shape[1], signals.shape[1]
+    samples, size, rows = signals.shape[2], own.shape[1], signals.shape[1]
     z, made, trace = np.zeros(size * LANES), np.zeros(rows * LANES), np.zeros(LANES)
     least, most = np.full(rows * LANES, math.inf), np.full(rows * LANES, -math.inf)
     for start in range(0, samples, LANES):

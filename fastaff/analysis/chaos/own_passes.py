@@ -11,7 +11,7 @@ from ...base.status import Status
 from ...flows import observers
 from ...flows.flow import Flow, Report, no_memory
 from ...flows.motion import motion
-from ..frequencies.frequency_map import FALLBACK, FrequencyWork, checked_angles
+from ..frequencies.frequency_map import FrequencyWork, checked_angles
 from ..frequencies.map_frequencies import map_frequencies_of
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .translations import median_correlation, sampling
@@ -25,7 +25,7 @@ def frequency_diffusion(
         found = map_frequencies_of(flow, z0, int(time))
         value = found.diffusion + np.log10(2 * math.pi)
         return np.where(found.status == Status.OK, value, np.nan), found.status
-    work = FrequencyWork(flow, checked_angles(indicator.angles, flow.model), z0, time, None, FALLBACK, report)
+    work = FrequencyWork(flow, checked_angles(indicator.angles, flow.model), z0, time, None, None, report)
     work.run()
     found = work.result()
     value = found.diffusion - np.log10(rates / (2 * math.pi))

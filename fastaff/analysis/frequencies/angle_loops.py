@@ -12,7 +12,7 @@ from ...compile.blocks import rows_block, signals_block
 from ...compile.pointers import call_table
 from ...kernels import fundamental as kernels
 from ...models.angles import AlphaBeta, RVartheta
-from .fundamental import SPANS, run, weight_at, windows
+from .fundamental import PARTS, parts, run, weight_at
 
 
 class Plain(NamedTuple):
@@ -85,10 +85,19 @@ class Layout:
             block = signals_block(self.angles, 2 * self.n, tuple(self.kept), bool(self.clocked))
         return call_table(np.zeros(0), (block,))
 
-    def signals(self, states: np.ndarray, which: np.ndarray, threads: int, room: Room | None = None) -> Signals:
-        """Return the signals of the orbits `which` of states (orbits, samples, 2n), in a room where one is given."""
+    def signals(
+        self,
+        states: np.ndarray,
+        which: np.ndarray,
+        threads: int,
+        room: Room | None = None,
+        samples: int | None = None,
+    ) -> Signals:
+        """Return the signals of the orbits `which` of states (orbits, samples, 2n), of the first `samples` where that
+        is given, in a room where one is.
+        """
         orbits, rows = which.size, len(self.kept) + bool(self.clocked)
-        shape = orbits, rows, states.shape[1]
+        shape = orbits, rows, states.shape[1] if samples is None else samples
         s = np.empty(shape) if room is None else room.array(*shape)
         low, high, finite = np.empty((orbits, rows)), np.empty((orbits, rows)), np.empty(orbits, bool)
         run(kernels.read_signals, orbits, (states, which, *self.calls, s, low, high, finite), threads)
@@ -139,8 +148,8 @@ def _for_steps(weights: np.ndarray) -> np.ndarray:
 
 
 def clock_windows(rate: np.ndarray) -> np.ndarray:
-    """Return weights (orbits, windows, steps) over equal spans of a clock of so fast `rate` (orbits, samples), as
-    `windows` over time's.
+    """Return weights (orbits, parts, steps) over equal PARTS of a clock of so fast `rate` (orbits, samples), as
+    `parts` over time's.
 
     They turn angles per step into mean angles per clock unit, times the clock's mean rate. The clock is summed by a
     rule of order 6.
@@ -151,12 +160,11 @@ def clock_windows(rate: np.ndarray) -> np.ndarray:
     for i, c in enumerate((11, -93, 802, 802, -93, 11)):
         steps += c / 1440 * padded[:, i : i + samples - 1]
     clock = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
-    x, plain = clock / clock[:, -1:], windows(samples - 1)
+    x, plain = clock / clock[:, -1:], parts(samples - 1)
     middle = (rate[:, 1:] + rate[:, :-1]) / 2
-    weights = np.empty((rate.shape[0], len(SPANS) + 1, samples - 1))
-    for w, (x0, x1) in enumerate(SPANS):
+    weights = np.empty((rate.shape[0], len(PARTS), samples - 1))
+    for w, (x0, x1) in enumerate(PARTS):
         weights[:, w] = _for_steps(weight_at(2 * (x - x0) / (x1 - x0) - 1))
         mean = (plain[w] * middle).sum(axis=1)
         weights[:, w] *= (mean / (weights[:, w] * steps).sum(axis=1))[:, None]
-    weights[:, -1] = weights[:, 0]
     return weights

@@ -8,12 +8,12 @@ from ...schemes.catalogue import RungeKutta, Splitting
 from .angle_lines import LineTable
 from .angle_loops import Layout
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
-from .readings import CHANGED, RESOLVED, Reading
+from .readings import Reading
 
 
 class Found:
-    """What is known so far of the frequencies of orbits: arrays as in a FrequencyMap, with halves (2, n, orbits), and
-    reached (orbits,), those that have been read.
+    """What is known so far of the frequencies of orbits: arrays as in a FrequencyMap, with `vague` and `irregular` as
+    in a Reading, and reached (orbits,), those that have been read.
     """
 
     def __init__(self, layout: Layout, orbits: int, lines: int | None = None):
@@ -24,14 +24,17 @@ class Found:
         self.method = np.zeros((n, orbits), np.int8)
         self.rank = np.zeros(orbits, np.int64)
         self.basis = np.zeros((n, n, orbits), np.int64)
-        self.reached = np.zeros(orbits, bool)
+        self.halves_error = np.full((2, n, orbits), np.inf)
+        self.reached, self.vague, self.irregular = np.zeros((3, orbits), bool)
         self.lines = None if lines is None else LineTable(layout.angles.names, lines, orbits)
 
     def adopt(self, orbits: np.ndarray, reading: Reading) -> None:
         """Fill in what was read of these orbits."""
         for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
             getattr(self, name)[:, orbits] = getattr(reading, name).T
-        self.halves[:, :, orbits] = reading.halves.transpose(2, 1, 0)
+        for name in ("halves", "halves_error"):
+            getattr(self, name)[:, :, orbits] = getattr(reading, name).transpose(2, 1, 0)
+        self.vague[orbits], self.irregular[orbits] = reading.vague, reading.irregular
         self.basis[:, :, orbits], self.rank[orbits] = reading.basis.transpose(1, 2, 0), reading.rank
         self.reached[orbits] = True
 
@@ -42,15 +45,14 @@ class Found:
 
     def kind(self, time: float | np.ndarray) -> np.ndarray:
         """Return what the frequencies over that time and their change say of each orbit."""
-        m, change = self.layout.m, self.change
+        m = self.layout.m
         turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
-        cycles = time / 2 * change[:m].max(axis=0, initial=0.0)
         kind = np.where(self.rank < len(self.nu), FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
         # Two steady lines closer than 1/time, such as those of a slow precession, look alike and may change by a turn.
-        vague = (time * np.where(np.isfinite(self.error[:m]), self.error[:m], 0.0) >= 1).any(axis=0)
-        vague = (self.rank == 0) | (vague & (not self.layout.body))
+        unknown = time * np.where(np.isfinite(self.error[:m]), self.error[:m], 0.0) >= 1
+        vague = self.vague | (unknown.any(axis=0) & (not self.layout.body))
         kind[vague] = FrequencyKind.UNDECIDED
-        kind[cycles > np.where(vague, RESOLVED, CHANGED)] = FrequencyKind.IRREGULAR
+        kind[self.irregular] = FrequencyKind.IRREGULAR
         kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
         return kind
 
@@ -71,6 +73,7 @@ class Found:
         a body; t: the time that each orbit reached, read: that over which it was read.
         """
         names, method, leading, leading_error = self.layout.angles.names, self.method, self.leading, self.leading_error
+        halves, halves_error = self.halves, self.halves_error
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.
         sound = np.array(self.layout.angles.planes) if self.layout.body else np.ones(len(nu), bool)
         diffusion = np.where(self.reached, np.log10(self.change[sound].max(axis=0) + 1e-18), 0.0)
@@ -80,6 +83,12 @@ class Found:
             names = (*names[:-2], "phi", "psi")
             nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
             error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))
+            halves = np.stack(
+                [*halves[:, :-2].swapaxes(0, 1), halves[:, -2:].sum(axis=1) / 2, (halves[:, -1] - halves[:, -2]) / 2], 1
+            )
+            halves_error = np.stack(
+                [*halves_error[:, :-2].swapaxes(0, 1), *[halves_error[:, -2:].sum(axis=1) / 2] * 2], 1
+            )
             method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
         return FrequencyMap(
             names,
@@ -101,4 +110,6 @@ class Found:
             self.basis,
             t,
             None if self.lines is None else self.lines.result(),
+            halves,
+            halves_error,
         )

@@ -67,6 +67,10 @@ class FrequencyMap(Result):
     basis: Annotated[np.ndarray, along("angle", "generator", "orbit", labels="names")]
     t: Annotated[np.ndarray | None, along("orbit", unit="time")] = None
     lines: Annotated[AngleLines | None, along("orbit")] = None
+    halves: Annotated[np.ndarray | None, along("half", "angle", "orbit", unit="cycles/time", labels="names")] = None
+    halves_error: Annotated[np.ndarray | None, along("half", "angle", "orbit", unit="cycles/time", labels="names")] = (
+        None
+    )
 
     @property
     def digits(self) -> np.ndarray:

@@ -14,6 +14,7 @@ from ...base.recipe import recorded
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
+from ...flows import observers
 from ...flows.accuracy import HALVINGS
 from ...flows.checks import RUNS, checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
@@ -34,24 +35,29 @@ from .turning import unresolved
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-FALLBACK = 1e-9
-"""Relative error of averages above which lines are fitted, where no accuracy is asked for."""
-
-BUDGET = 1 << 27
+BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
 
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
 
-PILOT_STEPS = 256
-DENSE, CLOCKED_DENSE = 0.35, 0.05
-"""Radians of the fastest motion between samples; where angles have a clock, which is summed from samples."""
+PILOT_STEPS, PILOT_SAMPLES = 128, 48
+PROBE = 128
+"""Steps from which it is learned how fast an orbit moves."""
+
+DENSE, BODY_DENSE, CLOCKED_DENSE = 0.8, 0.5, 0.1
+"""Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next; where
+these have a clock, which is summed from samples.
+"""
+
+BESIDE = 0.1
+"""Share of a frequency's error from which the scheme's counts."""
 
 LONGEST = 1.5
 """Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
 
-STRIDES = np.array([1, 2, 3, 4, 6, 8, 12])
-"""Steps between samples: the longest is a multiple of all others."""
+SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
+"""Numbers of samples: few, as orbits of equal numbers are read together, all multiples of what pilots take."""
 
 
 @takes(z0=starts_of, scheme=scheme_of, method=method_of)
@@ -129,8 +135,6 @@ def frequency_map(
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
-    if fallback is None:
-        fallback = FALLBACK if options.accuracy is None else options.accuracy
     angles = checked_angles(angles, body)
     flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
@@ -154,20 +158,30 @@ def checked_angles(angles: Any, body: Any) -> Any:
     return chosen
 
 
-def _resolving(flow: Flow, z: np.ndarray, time: float) -> Flow:
-    """Return the flow with steps that resolve the fastest oscillation of each orbit, however weak."""
-    if flow.adaptive:
-        return flow
-    rate = fastest_rates(flow.model, z, flow.step)
+def _resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
+    """Return the flow with steps that resolve the fastest oscillation (orbits,) of each orbit, however weak."""
     long = rate * flow.step > LONGEST
     if not long.any():
         return flow
     return replace(flow, step=np.where(long, on_ladder(LONGEST / np.where(long, rate, 1.0), time), flow.step))
 
 
-def _share(steps: np.ndarray) -> np.ndarray:
-    """Return which part of so many steps the pilot takes: PILOT, or a smaller power of 2 that leaves it PILOT_STEPS."""
-    room = np.maximum(steps // PILOT_STEPS, 1)
+def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how many samples (orbits,), of few different numbers, are enough for those needed and take few more steps
+    than `steps`.
+    """
+    need = np.clip(need, SIZES[0], SIZES[-4])
+    first = np.searchsorted(SIZES, need * (1 - 1e-9))
+    choice = SIZES[first[:, None] + np.arange(3)]
+    cost = choice * -(-steps[:, None] // choice) / steps[:, None] + 0.1 * choice / need[:, None]
+    return np.take_along_axis(choice, cost.argmin(axis=1)[:, None], axis=1)[:, 0]
+
+
+def _share(steps: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return which part of so many steps, and samples, the pilot takes: PILOT, or a smaller power of 2 that leaves it
+    PILOT_STEPS and PILOT_SAMPLES.
+    """
+    room = np.maximum(np.minimum(steps // PILOT_STEPS, counts // PILOT_SAMPLES), 1)
     return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))
 
 
@@ -181,15 +195,17 @@ class FrequencyWork:
         z0: np.ndarray,
         time: float,
         accuracy: float | None,
-        fallback: float,
+        fallback: float | None,
         report: Report | None,
         lines: int | None = None,
     ):
-        flow = _resolving(flow, z0, time)
+        if not flow.adaptive:
+            self.rate = fastest_rates(flow.model, z0, flow.step)
+            flow = _resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
         self.layout = Layout(angles, flow.model.degrees_of_freedom)
-        self.states, self.signals = Room(), Room()
+        self.states, self.pilot, self.signals = Room(), Room(), Room()
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
@@ -221,81 +237,100 @@ class FrequencyWork:
         """
         found = self.found
         known = found.kind(self.time) <= FrequencyKind.DEPENDENT
-        share = np.where(np.isfinite(found.scheme_error), found.scheme_error, 0.0).max(axis=0)
+        share = np.where(np.isfinite(found.scheme_error), found.scheme_error, 0.0)
+        # A finer step changes nothing where the time is what is short.
+        share = np.where(share > BESIDE * found.error, share, 0.0).max(axis=0)
         share = np.where(known, share / np.maximum(np.abs(found.nu).max(axis=0), 1e-300), 0.0)
         energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
         return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
 
     def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
-        steps = self._steps(flow)
-        fits(
-            "time", len(self.z0), int(steps.max(initial=0)) // STRIDES[-1]
-        )  # samples of one orbit, as few as there may be
-        for count in np.unique(steps[orbits]):
-            same = orbits[steps[orbits] == count]
-            portion = max(1, BUDGET // (8 * self.z0.shape[0] * int(count) * 2))
-            if portion > LANES:
-                portion -= portion % LANES
-            for begin in range(0, same.size, portion):
-                self._portion(flow, same[begin : begin + portion], int(count))
+        rows = self.z0.shape[0]
+        counts, steps = self._counts(flow, orbits)
+        fits("time", rows, int(counts.max(initial=0)))  # samples of one orbit
+        order = np.argsort(counts, kind="stable")
+        begin = 0
+        while begin < orbits.size:
+            end = begin + 1
+            while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 16 <= BUDGET:
+                if flow.adaptive and counts[order[end]] != counts[order[begin]]:
+                    break
+                end += 1
+            part = np.sort(order[begin:end])
+            self._portion(flow, orbits[part], counts[part], steps[part])
+            begin = end
 
-    def _steps(self, flow: Flow) -> np.ndarray:
-        """Return the number of steps (or samples, for an adaptive scheme) of each orbit: a multiple of what pilots
-        take.
-        """
-        if flow.adaptive and not np.isfinite(flow.step):
-            interval = 1 / (16 * natural_rates(flow.model, self.z0, flow.threads))
-            # By powers of 2: orbits of equal numbers are sampled together.
-            steps = 2 ** np.ceil(np.log2(np.maximum(64, self.time / interval))).astype(np.int64)
-        else:
-            steps = np.maximum(64 if flow.adaptive else 32, flow.steps(self.time))
-        steps = np.broadcast_to(steps, self.orbits)
-        share = _share(steps)
-        unit = np.where(share > 1, STRIDES[-1] * share, 1)
-        return unit * -(-steps // unit)
+    def _counts(self, flow: Flow, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return how many samples (orbits,) each orbit needs, and how many steps, a multiple of these."""
+        if flow.adaptive:
+            interval = flow.step
+            if not np.isfinite(flow.step):
+                interval = 1 / (16 * natural_rates(flow.model, self.z0[:, orbits], flow.threads))
+            # By powers of 2: orbits of equal numbers are read together.
+            found = 2 ** np.ceil(np.log2(np.maximum(64, np.broadcast_to(self.time / interval, orbits.size))))
+            return found.astype(np.int64), found.astype(np.int64)
+        steps = np.broadcast_to(np.maximum(64, flow.of(orbits).steps(self.time)), orbits.size)
+        need, layout = np.empty(orbits.size), self.layout
+        radians = CLOCKED_DENSE if layout.clocked else BODY_DENSE if layout.body else DENSE
+        portion = max(LANES, BUDGET // (16 * self.z0.shape[0] * PROBE))
+        for at in range(0, orbits.size, portion):
+            part = slice(at, min(at + portion, orbits.size))
+            step = np.broadcast_to(flow.of(orbits[part]).step, need[part].size)
+            states, _ = self._sample(
+                replace(flow, step=step), orbits[part], PROBE * step, np.full(need[part].size, PROBE)
+            )
+            seen = self.layout.signals(states, np.arange(need[part].size), flow.threads)
+            with np.errstate(all="ignore"):
+                dense = self.time * fastest(seen.s, 1.0, flow.threads) / step / radians
+            dense = np.maximum(dense, self.time * self.rate[orbits[part]] / LONGEST)
+            need[part] = np.where(seen.finite & np.isfinite(dense), dense, steps[part])
+        counts = sample_counts(need, steps)
+        return counts, counts * -(-steps // counts)
 
-    def _portion(self, flow: Flow, orbits: np.ndarray, steps: int) -> None:
-        """Find the frequencies of these orbits, which take so many steps."""
-        share = int(_share(np.array(steps)))
-        time, count = self.time / share, steps // share
-        states, _ = self._sample(flow.finer(), orbits, time, count)
-        pilot = self.layout.signals(states, np.arange(orbits.size), flow.threads)
-        with np.errstate(all="ignore"):
-            rate = fastest(pilot.s, time / count, flow.threads)
-            allowed = (CLOCKED_DENSE if self.layout.clocked else DENSE) / np.maximum(rate, 1e-300) / (self.time / steps)
-        every = STRIDES[np.maximum(np.searchsorted(STRIDES, allowed, side="right") - 1, 0)]
-        every = np.where(pilot.finite & (share > 1), every, 1)
-        for d in np.unique(every):
-            own = np.flatnonzero(every == d)
-            part = orbits[own]
-            states, run = self._sample(flow, part, self.time, steps // int(d), self.states)
-            self.ensemble.take(part, run)
-            self.used[part] = self.time / steps
-            kept = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
-            signals = self.layout.signals(states, kept, flow.threads, self.signals)
+    def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
+        """Find the frequencies of these orbits from so many samples, and so many steps."""
+        if not flow.adaptive:
+            flow = replace(flow, step=self.time / steps)
+        states, run = self._sample(flow, orbits, self.time, counts, self.states)
+        share = _share(steps, counts)
+        pilot, _ = self._sample(flow.finer(), orbits, self.time / share, counts // share, self.pilot)
+        self.ensemble.take(orbits, run)
+        self.used[orbits] = self.time / steps
+        done = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12))
+        for count, part in np.unique(np.stack([counts, counts // share])[:, done], axis=1).T:
+            kept = np.flatnonzero(done & (counts == count) & (counts // share == part))
+            signals = self.layout.signals(states, kept, flow.threads, self.signals, int(count))
+            start = self.layout.signals(pilot, kept, flow.threads, None, int(part)).s
             if not signals.finite.all():
-                kept, signals = kept[signals.finite], signals.of(signals.finite)
-            interval = self.time * int(d) / steps
-            start = np.ascontiguousarray(pilot.s[own[kept], :, int(d) - 1 :: int(d)])
+                kept, start, signals = kept[signals.finite], start[signals.finite], signals.of(signals.finite)
             if kept.size:
                 order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
-                self._adopt(part[kept], Samples(signals, start, interval, order))
-            self.unfinished[part] &= self.accuracy is not None  # with one, once its error is judged
-            self.done += own.size
-            if self.report is not None:
-                self.report(min(self.done / self.orbits, 1.0))
+                self._adopt(orbits[kept], Samples(signals, start, self.time / int(count), order))
+        self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
+        self.done += orbits.size
+        if self.report is not None:
+            self.report(min(self.done / self.orbits, 1.0))
 
     def _sample(
-        self, flow: Flow, orbits: np.ndarray, time: float, count: int, room: Room | None = None
+        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room | None = None
     ) -> tuple[np.ndarray, Ensemble]:
-        """Return so many states (orbits, count, 2n) of these orbits, and how they ended; what was not reached is NaN,
-        or in a given room whatever was there.
+        """Return so many states (orbits, most samples, 2n) of these orbits, and how they ended; what was not reached is
+        whatever was there.
         """
-        flow = flow.of(orbits)
+        rows, most = self.z0.shape[0], int(counts.max())
+        step = flow.step
+        if isinstance(step, np.ndarray) and step.size != orbits.size:
+            flow = flow.of(orbits)
         run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
-        states = None if room is None else room.array(orbits.size, count, self.z0.shape[0])
-        return flow.sampled(run, count, time=time, states=states), run
+        states = np.empty((orbits.size, most, rows)) if room is None else room.array(orbits.size, most, rows)
+        observer = observers.samples(rows)
+        memory = np.zeros((observer.rows, orbits.size))
+        observations: Any = counts
+        if flow.adaptive:  # all alike
+            time, observations = float(np.max(time)), int(counts[0])
+        flow.advance(run, observer, memory, states.reshape(orbits.size, -1), time=time, observations=observations)
+        return states, run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""

@@ -16,7 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compile.threads import together
 from ...flows.flow import launch
+from ...kernels import demodulation, peaks
 from ...kernels import fundamental as kernels
 from ...kernels.birkhoff import SHARPNESS
 from .integer_lattice import ball
@@ -34,8 +36,36 @@ bins have the window of twice that order.
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
-WEAK = 1e-9
-"""Amplitude of a line, relative to its loop's largest, below which it says nothing."""
+PIECE = 2048
+"""Samples from whose first ones lines are read where there are more than twice as many."""
+
+APART_ORDER, SEEN = 3, 6
+"""p of the window of lines that stand apart, and how many are looked for in each loop."""
+
+BROAD = 0.1
+"""Share of a loop's size that its strongest lines leave, beyond which none stands out."""
+
+FAR = 0.3
+"""Cycles over the whole time that a line of the first piece may be off."""
+
+RESOLVED, NEAR = 1.5, 8.0
+"""Cycles over the window between two lines that windows tell apart, and within which a line changes what its halves
+say.
+"""
+
+RELATED = (48, 24, 10, 6, 4, 3, 3, 2)
+"""Largest |k|_1 of combinations of 1, 2, ... frequencies that are held against 0."""
+
+SHOWS, LARGE = 0.1, 0.3
+"""Relative amplitudes from which a line that is not told apart leaves an orbit undecided, and changes its halves."""
+
+AT_ONCE = 32
+"""Orbits whose Fourier transforms are made at once."""
+
+WEAK, MINOR = 1e-9, 2e-3
+"""Amplitudes of a line, relative to its loop's largest, below which it says nothing, and below which it is no
+generator.
+"""
 
 SHARP = 0.03
 """Error bar of a line, in cycles over the window, up to which it belongs to the lattice."""
@@ -64,6 +94,23 @@ SPANS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, GOLDEN), (1.0 - GOLDEN, 1.0),
 """Windows of averages: the whole, both halves, and others whose lengths and starts have no common phase."""
 
 
+HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
+PAIRS = (0.7, 0.8)
+"""Windows of lines: the whole and its halves, and the lengths of their parts of which two tell the error of each."""
+
+BOUND = 7.5
+"""Factor of the error over the differences of the pairs: the error of one line from 1.5 cycles away on is within."""
+
+RECENTRED = 0.5
+"""Cycles over the whole that a line may be off where it is looked for."""
+
+PARTS = (
+    *((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, 0.6), (0.4, 1.0)),
+    *((0.0, 0.35), (0.15, 0.5), (0.5, 0.85), (0.65, 1.0)),
+)
+"""Windows of orbits in time: the whole, both halves, two that tell the error of the whole, and two for each half."""
+
+
 class Loops(NamedTuple):
     """Loops c . s - offset - drift j of signals s at sample j: c (orbits, loops, rows), offset, drift (orbits,
     loops).
@@ -72,6 +119,10 @@ class Loops(NamedTuple):
     c: np.ndarray
     offset: np.ndarray
     drift: np.ndarray
+
+    def of(self, loops: slice) -> Loops:
+        """Return some of the loops."""
+        return Loops(*(entry[:, loops] for entry in self))
 
 
 class Modes(NamedTuple):
@@ -82,7 +133,7 @@ class Modes(NamedTuple):
     @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
     and P itself where a loop has none of its own; owned: which have; moving: which loops move; drifting (orbits,):
     whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size that its lines leave,
-    the largest one's.
+    the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the strongest lines.
     """
 
     rank: np.ndarray
@@ -98,6 +149,7 @@ class Modes(NamedTuple):
     moving: np.ndarray
     drifting: np.ndarray
     rest: np.ndarray
+    lines: np.ndarray
 
 
 def weight_at(x: np.ndarray) -> np.ndarray:
@@ -106,7 +158,7 @@ def weight_at(x: np.ndarray) -> np.ndarray:
     return np.where(y > 0, np.exp(SHARPNESS * (np.sqrt(np.maximum(y, 0.0)) - 1)), 0.0)
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=128)
 def bump(x0: float, x1: float, samples: int) -> np.ndarray:
     """Return weights (samples,) at the middles of samples equal parts of (0, 1), over the span x0 to x1, of sum 1."""
     w = weight_at(2 * ((np.arange(samples) + 0.5) / samples - x0) / (x1 - x0) - 1)
@@ -119,6 +171,84 @@ def windows(steps: int) -> np.ndarray:
     rows = [bump(*span, steps) for span in SPANS]
     pairs = np.repeat(bump(0.0, 1.0, steps // 2), 2) / 2
     return np.array([*rows, np.append(pairs, [0.0] * (steps - pairs.size))])
+
+
+class LineRates(NamedTuple):
+    """Frequencies nu (orbits, loops) of lines with their errors, and those of both halves (orbits, loops, 2)."""
+
+    nu: np.ndarray
+    error: np.ndarray
+    halves: np.ndarray
+    halves_error: np.ndarray
+
+
+@functools.lru_cache(maxsize=32)
+def demodulating(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights (18, samples) that loops are summed with, and where they are not 0, (18, 2).
+
+    For the whole and each half a window and its change from sample to sample, then for each of them the windows over
+    its first and last PAIRS of it.
+    """
+    rows = []
+    for begin, end in HALVES:
+        g = np.append(bump(begin, end, samples - 1), 0.0)
+        rows += [g, np.append(0.0, g[:-1]) - g]
+    for begin, end in HALVES:
+        for part in PAIRS:
+            length = part * (end - begin)
+            rows += [bump(begin, begin + length, samples), bump(end - length, end, samples)]
+    table = np.array(rows)
+    some = table != 0
+    ends = np.stack([some.argmax(axis=1), samples - some[:, ::-1].argmax(axis=1)], axis=1)
+    return table, ends.astype(np.int64)
+
+
+def demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
+    """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals.
+
+    With sums S of a line times a window and D times the window's change, the turn from one sample to the next is that
+    of 1 + D/S, exactly; another line of relative amplitude a and at a distance d adds a d W(d). The phases of two
+    windows over parts of it say how much that is. It is a bound for d beyond 1.5/time.
+    """
+    rates = _demodulated(signals, loops, nu, interval, threads)
+    off = np.abs(rates.nu - nu) * interval * signals.shape[2]
+    far = (np.isfinite(off) & (off > RECENTRED)).any(axis=1)
+    if far.any():  # the windows see less of a line that far
+        near = np.where((off < 3.0)[far], rates.nu[far], nu[far])
+        part = np.ascontiguousarray(signals[far])
+        again = _demodulated(part, Loops(*(entry[far] for entry in loops)), near, interval, threads)
+        for old, new in zip(rates, again, strict=True):
+            old[far] = new
+    return rates
+
+
+def _demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
+    samples = signals.shape[2]
+    tables, ends = demodulating(samples)
+    sums = np.zeros((*nu.shape, len(tables)), complex)
+    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
+    run(demodulation.demodulate, len(nu), (signals, *complexes, nu, interval, tables, ends, sums), threads)
+    parts, unit = len(HALVES), 2 * np.pi * interval
+    off, spread = np.zeros((2, *nu.shape, parts))
+    with np.errstate(all="ignore"):
+        for i, (begin, end) in enumerate(HALVES):
+            off[:, :, i] = np.angle(1 + sums[:, :, 2 * i + 1] / sums[:, :, 2 * i])
+            for j, part in enumerate(PAIRS):
+                at = 2 * (parts + len(PAIRS) * i + j)
+                apart = (1 - part) * (end - begin) * samples
+                phase = sums[:, :, at + 1] * sums[:, :, at].conj() * np.exp(-1j * off[:, :, i] * apart)
+                spread[:, :, i] = np.maximum(spread[:, :, i], np.abs(np.angle(phase)) / apart)
+        error = BOUND * spread / unit
+        found = nu[:, :, None] + off / unit
+    none = ~np.isfinite(found) | ~np.isfinite(error)
+    found, error = np.where(none, nu[:, :, None], found), np.where(none, np.inf, error)
+    return LineRates(found[:, :, 0].copy(), error[:, :, 0].copy(), found[:, :, 1:].copy(), error[:, :, 1:].copy())
+
+
+@functools.lru_cache(maxsize=32)
+def parts(steps: int) -> np.ndarray:
+    """Return the weights (parts, steps) of PARTS."""
+    return np.array([bump(*span, steps) for span in PARTS])
 
 
 def damping(cycles: np.ndarray) -> np.ndarray:
@@ -134,11 +264,20 @@ def fast_length(samples: int) -> int:
     return prev_fast_len(samples)
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=32)
 def cosine_window(samples: int) -> np.ndarray:
     """Return the window (1 + cos)^WINDOW_ORDER of sum 1."""
     w = (1 + np.cos(2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples)) ** WINDOW_ORDER
     return w / w.sum()
+
+
+@functools.lru_cache(maxsize=32)
+def apart_window(samples: int) -> np.ndarray:
+    """Return the window of lines that stand apart, of sum 1, whose transform is closed."""
+    times, weight = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples, np.ones(samples)
+    for i in range(APART_ORDER):
+        weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
+    return weight / weight.sum()
 
 
 @functools.cache
@@ -192,18 +331,129 @@ def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: fl
     return rates / (2 * np.pi * interval)
 
 
-def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Modes:
-    """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart, from every stride-th
-    sample.
+def modes(signals: np.ndarray, interval: float, threads: int, fit: bool = False) -> Modes:
+    """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart.
+
+    Lines that stand apart are read from the bins of Fourier transforms, of a first piece where there are many samples.
+    Where they do not, lines are fitted to the whole, but without `fit` not where no line stands out, as of a chaotic
+    orbit: these are `drifting`.
+    """
+    orbits, m = len(signals), signals.shape[1] // 2
+    whole, result, left = fast_length(signals.shape[2]), _no_modes(orbits, m), np.arange(orbits)
+    for n in [PIECE] * (whole > 2 * PIECE and not fit) + [whole]:
+        part = signals if left.size == orbits else np.ascontiguousarray(signals[left])
+        spectra, moving, drift, centre, size = _spectra(part, n, threads)
+        found = _apart(spectra, moving, interval, threads)
+        off = np.where(found.owned, found.spread, 0.0).max(axis=1, initial=0.0) * interval * whole
+        done = (found.rank == moving.sum(axis=1)) & moving.any(axis=1) & (off < FAR)
+        if n == whole:
+            slow = np.flatnonzero(~done & (fit | ~found.drifting) & moving.any(axis=1))
+            if slow.size:
+                x, loops, *_ = _prepared(np.ascontiguousarray(part[slow]), n, threads)
+                _adopt(found, slow, _fitted(x, loops, moving[slow], interval, threads))
+            done[:] = True
+        done |= found.drifting
+        dual = found.dual / size[:, None, :]
+        offset, step = (dual * centre[:, None, :]).sum(axis=2), (dual * drift[:, None, :]).sum(axis=2)
+        found = found._replace(dual=dual, offset=offset, drift=step)
+        _adopt(result, left[done], Modes(*(entry[done] for entry in found)))
+        left = left[~done]
+        if not left.size:
+            break
+    return result
+
+
+def _adopt(modes: Modes, orbits: np.ndarray, found: Modes) -> None:
+    """Fill in what was found of these orbits."""
+    for old, new in zip(modes, found, strict=True):
+        old[orbits] = new
+
+
+def _no_modes(orbits: int, m: int) -> Modes:
+    """Return modes of which nothing is known."""
+    zero, none = np.zeros((orbits, m)), np.zeros((orbits, m), bool)
+    return Modes(
+        rank=np.zeros(orbits, np.int64),
+        nu=zero.copy(),
+        spread=np.full((orbits, m), np.inf),
+        leading=zero.copy(),
+        leading_error=np.full((orbits, m), np.inf),
+        combination=np.zeros((orbits, m, m), np.int64),
+        dual=np.zeros((orbits, m, 2 * m), complex),
+        offset=zero.astype(complex),
+        drift=zero.astype(complex),
+        owned=none.copy(),
+        moving=none.copy(),
+        drifting=np.zeros(orbits, bool),
+        rest=np.zeros(orbits),
+        lines=np.zeros((orbits, 3, m, SEEN)),
+    )
+
+
+def _prepared(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ...]:
+    """Return the first n samples of the rows, the loops (orbits, m, n), which of these move, and drift,
+    centre and size of the rows; see `kernels.fundamental.prepare`.
     """
     orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
-    n, h = fast_length(-(-signals.shape[2] // stride)), interval * stride
-    time, w = n * h, cosine_window(n)
     tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
     x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
     drift, centre, size = np.empty((3, orbits, rows))
-    found = x, loops, drift, centre, size, moving
-    run(kernels.prepare, orbits, (signals, stride, w, tables, AT_REST**2, *found), threads)
+    arguments = signals, 1, cosine_window(n), tables, AT_REST**2, x, loops, drift, centre, size, moving
+    run(kernels.prepare, orbits, arguments, threads)
+    return x, loops, moving, drift, centre, size
+
+
+def _spectra(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ...]:
+    """Return Fourier transforms (orbits, m, n) of the windowed loops of the first n samples, which of these move, and
+    drift, centre and size of the rows; see `kernels.peaks.windowed`.
+    """
+    orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
+    tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
+    spectra, moving = np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
+    drift, centre, size = np.empty((3, orbits, rows))
+    away, middle = np.abs(signals[:, :, n - 1] - signals[:, :, 0]), np.abs(signals[:, :, n // 2] - signals[:, :, 0])
+    rotating = (away > middle).astype(np.int64)  # most that swing are told by these alone
+    arguments = signals, cosine_window(n), apart_window(n), tables, AT_REST**2, rotating
+    run(peaks.windowed, orbits, (*arguments, spectra, drift, centre, size, moving), threads)
+
+    def transform(begin: int) -> None:
+        for i in range(begin, orbits, AT_ONCE * threads):
+            part = spectra[i : i + AT_ONCE]
+            np.fft.fft(part, axis=-1, out=part)
+
+    together([functools.partial(transform, AT_ONCE * i) for i in range(threads)], int, int)
+    return spectra, moving, drift, centre, size
+
+
+def _apart(spectra: np.ndarray, moving: np.ndarray, h: float, threads: int) -> Modes:
+    """Return what bins of Fourier transforms (orbits, m, n) say of loops whose lines stand apart; rank 0 of others."""
+    orbits, m, n = spectra.shape
+    result, unit = _no_modes(orbits, m), n * h
+    tables, sizes = _tables(m)
+    clear, rank, rest = np.zeros(orbits, np.int64), np.zeros(orbits, np.int64), np.zeros(orbits)
+    value, bar, strength = np.zeros((3, orbits, m, SEEN))
+    bar[:] = np.inf
+    basis, spread = np.zeros((2, orbits, m))
+    dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
+    inputs = spectra, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
+    outputs = clear, rest, value, bar, strength, rank, basis, spread, dual, share
+    run(peaks.separate, orbits, (*inputs, *outputs), threads)
+    some = clear.astype(bool)
+    rank = np.where(some, rank, 0)
+    value, bar = value / unit, bar / unit
+    result.lines[:] = np.stack([value, bar, strength], axis=1)
+    leading, leading_error = value[:, :, 0].copy(), bar[:, :, 0].copy()
+    _place(result, rank, basis / unit, spread / unit, dual, share, leading, leading_error, moving)
+    result.rest[:], result.drifting[:] = rest, ~some & (rest > BROAD)
+    return result
+
+
+def _fitted(x: np.ndarray, loops: np.ndarray, moving: np.ndarray, h: float, threads: int) -> Modes:
+    """Return what lines say that are fitted together to loops (orbits, m, n) of the rows x, more of them where a few
+    leave the lattice incomplete.
+    """
+    m, n = loops.shape[1:]
+    time = n * h
     result = _lattice(loops, x, h, time, moving, m + LINES, threads)
     short = np.flatnonzero((result.rank < moving.sum(axis=1)) & moving.any(axis=1))
     lines = min(m + MORE_LINES, n // 4 - LINE_ORDER)
@@ -215,10 +465,42 @@ def modes(signals: np.ndarray, interval: float, stride: int, threads: int) -> Mo
         again = _lattice(loops[short], np.ascontiguousarray(x[short]), h, time, moving[short], lines, threads)
         for old, new in zip(result, again, strict=True):
             old[short] = new
-    dual = result.dual / size[:, None, :]
-    offset = (dual * centre[:, None, :]).sum(axis=2)
-    step = (dual * drift[:, None, :]).sum(axis=2) / stride
-    return result._replace(dual=dual, offset=offset, drift=step)
+    return result
+
+
+class Closeness(NamedTuple):
+    """What relations of the frequencies say, see `kernels.peaks.relations`: arrays over orbits, blur (orbits, m)."""
+
+    strange: np.ndarray
+    blur: np.ndarray
+    near: np.ndarray
+    close: np.ndarray
+
+
+def closeness(found: Modes, nu: np.ndarray, time: float, interval: float, threads: int) -> Closeness:
+    """Hold frequencies nu (orbits, m) of modes against each other that were found over that time, from samples an
+    interval apart.
+    """
+    orbits, m = nu.shape
+    tables, sizes = _tables(m)
+    k, lengths = _relating(m)
+    value, bar, strength = (np.ascontiguousarray(found.lines[:, i]) for i in range(3))
+    known = np.where(found.owned & np.isfinite(nu), nu, 0.0), np.where(found.owned, found.spread, 0.0)
+    result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((2, orbits), bool))
+    limits = RESOLVED, NEAR, SHOWS, LARGE
+    seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
+    run(peaks.relations, orbits, (*seen, *result), threads)
+    return result
+
+
+@functools.cache
+def _relating(m: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vectors k, one of each pair +-k, of relations of m frequencies that are looked at, and |k|_1."""
+    k = ball(m, RELATED[min(m, len(RELATED)) - 1])[1:]
+    first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
+    length = np.abs(k).sum(axis=1)
+    kept = (first > 0) & (length > 1)
+    return np.ascontiguousarray(k[kept]), length[kept]
 
 
 def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
@@ -253,7 +535,7 @@ def _lattice(
     top = np.take_along_axis(np.where(seen, value, 0.0), first, axis=2)[:, :, 0]
     bar = 3 * bar + LINE_WIDTH / time
     top_bar = np.take_along_axis(bar, first, axis=2)[:, :, 0]
-    used = seen & (bar * time < 3 * SHARP)
+    used = seen & (bar * time < 3 * SHARP) & ((strength > MINOR) | leads)
     rank_of_lines = np.where(used, strength + 2.0 * leads, 0.0).reshape(orbits, -1)
     order = np.argsort(-rank_of_lines, axis=1, kind="stable")
     value, bar = (
@@ -268,34 +550,42 @@ def _lattice(
         kernels.generators, orbits, (value, bar, count, tables, sizes, rank, nu, spread, source), 1
     )  # too brief for more
     dual, share = _dual(x, h, rank, nu, threads)
-    place = _places(share, nu, rank, moving)
-    rows = np.arange(orbits)[:, None]
+    result = _no_modes(orbits, m)
+    _place(result, rank, nu, spread, dual, share, top, top_bar, moving)
+    result.rest[:] = (np.where(moving, found.residual, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0)
+    seen_lines = slice(0, min(SEEN, found.nu.shape[2]))
+    for i, entry in enumerate((np.abs(found.nu), 3 * found.error + LINE_WIDTH / time, strength)):
+        result.lines[:, i, :, seen_lines] = entry[:, :, seen_lines]
+    return result
+
+
+def _place(
+    result: Modes,
+    rank: np.ndarray,
+    nu: np.ndarray,
+    spread: np.ndarray,
+    dual: np.ndarray,
+    share: np.ndarray,
+    top: np.ndarray,
+    top_bar: np.ndarray,
+    moving: np.ndarray,
+) -> None:
+    """Fill in generators nu (orbits, m), each with the loop of whose motion it has most, and leading lines `top`."""
+    orbits, m = nu.shape
+    tables, sizes = _tables(m)
+    place, rows = _places(share, nu, rank, moving), np.arange(orbits)[:, None]
     owned = place < rank[:, None]
     nu, spread = nu[rows, place], spread[rows, place]
     plain = np.zeros((m, 2 * m), complex)
     plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
-    dual = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
-    combination = np.zeros((orbits, m, m), np.int64)
-    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, combination), 1)
+    top_bar = np.where(top > 0, top_bar, np.inf)
+    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, result.combination), 1)
+    result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
+    result.dual[:] = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
     # A loop without a frequency of its own shows its leading line, which depends on the others.
-    nu, spread = np.where(owned, nu, top), np.where(owned, spread, np.where(top > 0, top_bar, np.inf))
-    zero = np.zeros((orbits, m), complex)
-    return Modes(
-        rank,
-        nu,
-        spread,
-        top,
-        np.where(top > 0, top_bar, np.inf),
-        combination,
-        dual,
-        zero,
-        zero.copy(),
-        owned,
-        moving,
-        np.zeros(orbits, bool),
-        (np.where(moving, found.residual, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0),
-    )
+    result.nu[:], result.spread[:] = np.where(owned, nu, top), np.where(owned, spread, top_bar)
+    result.leading[:], result.leading_error[:] = top, top_bar
 
 
 def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .angle_loops import Layout, Plain, Room
 from .found_frequencies import Found
 from .frequencies import FrequencyMap
-from .frequency_map import FALLBACK, checked_angles
+from .frequency_map import checked_angles
 from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
@@ -80,7 +80,7 @@ def orbit_frequencies(
     fallback = checked_method(method).fallback
     lines = None if lines is None else whole("lines", lines, 1)
     layout = Layout(_angles(given, body, angles), given.shape[0] // 2)
-    work = _Work(given, layout, FALLBACK if fallback is None else fallback, lines, checked_threads(threads), report)
+    work = _Work(given, layout, fallback, lines, checked_threads(threads), report)
     with keeping("orbit_frequencies", work.result):
         work.run()
     return work.result()
@@ -112,7 +112,7 @@ class _Work:
         self,
         given: GivenOrbits,
         layout: Layout,
-        fallback: float,
+        fallback: float | None,
         lines: int | None,
         threads: int,
         report: Report | None,

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from .angle_loops import Layout, Signals, clock_windows
-from .fundamental import Loops, Modes, damping, fastest, line_changes, line_rates, modes, turning, values, windows
+from .fundamental import (
+    Closeness,
+    Loops,
+    Modes,
+    closeness,
+    damping,
+    demodulated,
+    line_changes,
+    line_rates,
+    modes,
+    parts,
+    turning,
+    values,
+)
 from .integer_lattice import box
 
 SAFETY = 5.0
@@ -17,23 +29,33 @@ SAFETY = 5.0
 (bench/test_frequency.py).
 """
 
-LINES_DENSE = 0.8
-"""Radians of the fastest motion between samples that lines are fitted to."""
-
-CHANGED = 0.3
-"""Cycles over a half by which frequencies differ from half to half where they are said to change."""
-
-ROUGH = 0.1
-"""Share of a loop's size that its strongest lines leave, beyond which a changing average is most likely chaos."""
+CHANGED, SURELY = 0.3, 3.0
+"""Cycles over a half by which frequencies differ from half to half where they are said to change, and where no close
+lines may do that.
+"""
 
 SAME = 0.5
 """Cycles over the window by which a mean rate may be off the line that it should be."""
 
-RESOLVED, CRISP = 1.5, 1e-6
-"""Cycles over the window between two frequencies that lines tell apart, and errors up to which they need not be."""
+ROUGH, STRANGE = 0.1, 0.05
+"""Share of a loop's size that its strongest lines leave, from which these are no few and small ones; relative amplitude
+of a line of which a frequency is a multiple, from which it is none.
+"""
 
-BLUR = 4.0
-"""Factor of the errors of closer ones all the same: all windows see the same of a beat."""
+CLEAN = 1e-5
+"""Share of a loop's size that lines leave, up to which those fewer than the loops are all there is."""
+
+SLOW = 5.0
+"""Cycles over the whole from which lines are told from what does not turn."""
+
+UNSETTLED = 0.02
+"""Cycles over the whole that a frequency may be off, from which lines are fitted where no `fallback` is asked for."""
+
+REST = 5.0
+"""Amplitude, relative to a line's, that is taken to be left at frequency 0."""
+
+HIGHER = 0.2
+"""Share of the change with half the step that the correction for the step may be off."""
 
 ROUNDING = 1e-13
 AT_ONCE = 256
@@ -58,28 +80,33 @@ class Samples(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves (orbits, n, 2), basis
-    (orbits, n, n).
+    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves and halves_error (orbits, n,
+    2), basis (orbits, n, n).
 
-    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's.
+    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's. vague (orbits,): whether two
+    lines are closer than 1/time, or something moves that no line explains; irregular (orbits,): whether frequencies
+    change from half to half more than close lines can do.
     """
 
     nu: np.ndarray
     error: np.ndarray
     scheme_error: np.ndarray
     halves: np.ndarray
+    halves_error: np.ndarray
     method: np.ndarray
     rank: np.ndarray
     leading: np.ndarray
     leading_error: np.ndarray
     basis: np.ndarray
+    vague: np.ndarray
+    irregular: np.ndarray
 
 
 class _Rates(NamedTuple):
     """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
 
-    halves (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and step_error: how
-    much that may be.
+    halves, halves_error (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and
+    step_error: how much that may be.
     """
 
     nu: np.ndarray
@@ -88,6 +115,7 @@ class _Rates(NamedTuple):
     step: np.ndarray
     step_error: np.ndarray
     halves: np.ndarray
+    halves_error: np.ndarray
 
     def where(self, chosen: np.ndarray, other: _Rates) -> _Rates:
         """Return these for the chosen ones, `other` for the rest."""
@@ -104,55 +132,85 @@ class _Rates(NamedTuple):
         return _Rates(*(entry[:, loops] for entry in self))
 
 
-def read(layout: Layout, samples: Samples, fallback: float, threads: int) -> Reading:
-    """Read the frequencies of sampled orbits; lines are fitted again where the relative error exceeds `fallback` (0:
-    all are lines).
+def read(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
+    """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
+    (0: all are lines; None: where a frequency is off by UNSETTLED).
     """
     s, start, dt = samples.run.s, samples.start, samples.interval
     time, m, n = (s.shape[2] - 1) * dt, layout.m, len(layout.angles.names)
-    found, stride = _modes(s[:, : 2 * m], dt, threads)
+    rows = np.ascontiguousarray(s[:, : 2 * m])
+    found = modes(rows, dt, threads)
     loops = _all_loops(layout, samples.run, found)
-    rates = _averages(layout, s, start, loops, dt, threads)
-    # A loop's mean rate counts where it is the line that the loop was made for.
-    own, centre = rates.of(slice(0, m)), found.nu
-    sound = (np.abs(own.nu - centre) * time < SAME) | (found.rank == 0)[:, None]
-    own = own._replace(error=np.where(sound & found.moving, own.error, np.inf))
-    line = own._replace(nu=centre, error=np.where(centre > 0, found.spread, np.inf), method=np.ones_like(own.method))
-
-    def librations(lattice: _Rates) -> tuple[_Rates, np.ndarray]:
-        """Return the frequencies that stand for the lattice's, and the leading lines' integers."""
-        best = lattice.better(line) if np.isfinite(fallback) else lattice.where(np.isfinite(lattice.error), line)
-        if not layout.body:
-            return best, found.combination
-        return _own_angles(best, rates.of(slice(m, 2 * m)), found, layout.separate, time, fallback == 0)
-
-    steady = centre
-    if 0 < fallback < np.inf:
-        rough = (_change(librations(own)[0], time) > CHANGED).any(axis=1) & (found.rest > ROUGH) & ~found.drifting
-        lost = found.drifting | _without_lines(own, rough, s, loops, centre, stride, dt, threads)
-        steady = np.where(lost[:, None], 0.0, centre)
-    chosen, combination = librations(_with_lines(own, s, loops, steady, stride, dt, fallback, threads))
-    if not layout.body:
-        chosen = chosen._replace(error=_blurred(chosen, found, time))
+    lattice = _lattice_rates(s, start, loops.of(slice(0, m)), found, dt, threads)
+    close = closeness(found, lattice.nu, time, dt, threads)
+    vague = _vague(found, close)
+    irregular = _irregular(lattice, s, loops, found, close.near, vague, dt, threads)
+    again = np.flatnonzero(found.drifting & ~irregular)  # which are no chaos: all is fitted
+    if again.size:
+        fitted = modes(rows[again], dt, threads, fit=True)
+        for old, new in zip(found, fitted, strict=True):
+            old[again] = new
+        loops = _all_loops(layout, samples.run, found)
+        some, part = np.ascontiguousarray(s[again]), None if start is None else start[again]
+        theirs = Loops(*(entry[again, :m] for entry in loops))
+        for old, new in zip(lattice, _lattice_rates(some, part, theirs, fitted, dt, threads), strict=True):
+            old[again] = new
+        close = closeness(found, lattice.nu, time, dt, threads)
+        vague = _vague(found, close)
+        # Beside a weak generator other lines may be larger: they are fitted.
+        near = close.near | found.drifting | np.isin(np.arange(len(s)), again)
+        irregular[again] = _irregular(lattice, s, loops, found, near, vague, dt, threads)[again]
+    centre = found.nu
+    slow = np.abs(centre) * time < SLOW  # beside what is left at 0
+    steady = centre if fallback == 0 else np.where(irregular[:, None] | slow, 0.0, centre)
+    lattice = _with_lines(lattice, s, loops, steady, dt, fallback, threads)
+    # All windows see the same of the beat of lines that are closer than they resolve.
+    unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
+    blur = np.where(unknown | (vague[:, None] & found.moving), 1.0, close.blur)
+    lattice = lattice._replace(error=lattice.error + blur / time)
+    chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(centre), n, n), np.int64)
-    basis[:, :m, :m] = combination
     if layout.body:
-        planes = rates.of(slice(2 * m, None))
-        regular = (_change(chosen, time) <= CHANGED).all(axis=1, keepdims=True) | (fallback == 0)
-        near = np.where((planes.error * time < 3) & regular, planes.nu, 0.0)
-        planes = _with_lines(
-            planes, s, Loops(*(entry[:, 2 * m :] for entry in loops)), near, stride, dt, fallback, threads
-        )
+        own = _averages(layout, s, start, loops.of(slice(m, None)), dt, threads)
+        chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time, fallback == 0)
+        planes, at = own.of(slice(m, None)), loops.of(slice(2 * m, None))
+        near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
+        line = _demodulated(s, start, at, near, dt, threads)
+        same = np.abs(line.nu - planes.nu) <= planes.error
+        planes = line._replace(error=np.where(same, line.error, np.inf)).better(planes)
+        planes = _with_lines(planes, s, at, near, dt, fallback, threads)
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
-    return _with_scheme(chosen, samples, found.rank + n - m, leading, leading_error, basis)
+    basis[:, :m, :m] = combination
+    # Where the integers are known the frequencies tell the leading lines better than bins do.
+    known = (combination != 0).any(axis=2) & np.isfinite(chosen.error[:, :m]).all(axis=1, keepdims=True)
+    through = _applied(combination, chosen.nu[:, :m]), _applied(np.abs(combination), chosen.error[:, :m])
+    known &= through[1] < leading_error[:, :m]
+    leading[:, :m] = np.where(known, through[0], leading[:, :m])
+    leading_error[:, :m] = np.where(known, through[1], leading_error[:, :m])
+    return _with_scheme(chosen, samples, found.rank + n - m, leading, leading_error, basis, vague, irregular)
+
+
+def _lattice_rates(
+    s: np.ndarray, start: np.ndarray | None, loops: Loops, found: Modes, dt: float, threads: int
+) -> _Rates:
+    """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
+    rates = _demodulated(s, start, loops, found.nu, dt, threads)
+    return rates._replace(error=np.where(found.moving, rates.error, np.inf))
 
 
 def _with_scheme(
-    rates: _Rates, samples: Samples, rank: np.ndarray, leading: np.ndarray, leading_error: np.ndarray, basis: np.ndarray
+    rates: _Rates,
+    samples: Samples,
+    rank: np.ndarray,
+    leading: np.ndarray,
+    leading_error: np.ndarray,
+    basis: np.ndarray,
+    vague: np.ndarray,
+    irregular: np.ndarray,
 ) -> Reading:
     """Return the reading in which the scheme's error is taken off where it is known, and counted as an error three
     times over.
@@ -174,43 +232,50 @@ def _with_scheme(
         np.where(known, error, np.inf),
         more,
         rates.halves,
+        rates.halves_error,
         rates.method,
         rank,
         leading,
         leading_error,
         basis,
+        vague,
+        irregular,
     )
 
 
-def _blurred(rates: _Rates, found: Modes, time: float) -> np.ndarray:
-    """Return the errors (orbits, m) of rates whose lines are as close as 1/time, within which two look like one.
+def _vague(found: Modes, closeness: Closeness) -> np.ndarray:
+    """Tell of which orbits two lines that both show are closer than the window resolves, or lines are not explained."""
+    missing = found.rank < found.moving.sum(axis=1)
+    return closeness.close | (closeness.strange > STRANGE) | (missing & (found.rest > CLEAN)) | (found.rank == 0)
 
-    Known to 1/time only are loops that no line of the lattice explains, and two frequencies as close as that where not
-    both are sharp, as those of two coordinates that do not know of one another are.
+
+def _irregular(
+    rates: _Rates,
+    s: np.ndarray,
+    loops: Loops,
+    found: Modes,
+    near: np.ndarray,
+    vague: np.ndarray,
+    dt: float,
+    threads: int,
+) -> np.ndarray:
+    """Tell of which orbits the frequencies change from half to half more than lines that are close to each other can
+    do.
+
+    A line of relative amplitude a changes the difference of the halves by 2 a cycles over a half at most. Where that
+    may be all, the line is fitted in both halves.
     """
-    nu, error, some = rates.nu, rates.error, found.owned & (rates.nu > 0)
-    vague = found.moving & ~found.owned & (found.combination == 0).all(axis=2)
-    near = np.zeros_like(vague)
-    for i, j in itertools.combinations(range(nu.shape[1]), 2):
-        with np.errstate(invalid="ignore"):
-            pair = some[:, i] & some[:, j] & (np.abs(nu[:, i] - nu[:, j]) * time < RESOLVED)
-            both = pair & ((error[:, i] + error[:, j]) * time > CRISP)
-        for k in (i, j):
-            near[:, k] |= pair
-            vague[:, k] |= both
-    return np.where(near, BLUR * error, error) + vague / time
-
-
-def _modes(s: np.ndarray, dt: float, threads: int) -> tuple[Modes, np.ndarray]:
-    """Return the modes of signals and the strides of the samples that their lines were fitted to: each orbit's own."""
-    fast = fastest(s, dt, threads) * dt
-    stride = 2 ** np.floor(np.log2(np.clip(LINES_DENSE / np.maximum(fast, 1e-6), 1, max(1, s.shape[2] // 64)))).astype(
-        np.int64
-    )
-    parts = [(np.flatnonzero(stride == k), int(k)) for k in np.unique(stride)]
-    found = [modes(np.ascontiguousarray(s[where]), dt, k, threads) for where, k in parts]
-    order = np.argsort(np.concatenate([where for where, _ in parts]))
-    return Modes(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True))), stride
+    change = np.where(found.moving, _change(rates, (s.shape[2] - 1) * dt), 0.0)
+    change = np.where(np.isfinite(change), change, 0.0)
+    most, loop = change.max(axis=1, initial=0.0), change.argmax(axis=1)
+    rough = found.rest > np.where(found.drifting & (most < SURELY), 2 * ROUGH, ROUGH)
+    result = (most > np.where(vague & (found.rank > 0), SURELY, CHANGED)) & rough & ~near
+    unsure = (most > CHANGED) & ~result & ~vague
+    for o in np.array_split(np.flatnonzero(unsure), -(-np.count_nonzero(unsure) // AT_ONCE) or 1):
+        if o.size:
+            f = values(s, loops, o, loop[o], 1, threads)
+            result[o] = line_changes(f, dt, found.nu[o, loop[o]]) > CHANGED
+    return result
 
 
 def _all_loops(layout: Layout, signals: Signals, found: Modes) -> Loops:
@@ -227,30 +292,63 @@ def _all_loops(layout: Layout, signals: Signals, found: Modes) -> Loops:
     )
 
 
+def _demodulated(
+    s: np.ndarray, start: np.ndarray | None, loops: Loops, nu: np.ndarray, dt: float, threads: int
+) -> _Rates:
+    """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
+    found, time = demodulated(s, loops, nu, dt, threads), (s.shape[2] - 1) * dt
+    change = np.zeros((*nu.shape, 3))
+    if start is not None:
+        coarse, fine = (
+            demodulated(np.ascontiguousarray(x[:, :, : start.shape[2]]), loops, nu, dt, threads) for x in (s, start)
+        )
+        # The halves too: what one window says may be small by chance.
+        change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
+    return _Rates(
+        found.nu,
+        found.error + REST * damping(np.abs(found.nu) * time) / time,
+        np.zeros(nu.shape, np.int8),
+        *_of_step(change),
+        found.halves,
+        found.halves_error,
+    )
+
+
+def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the change of frequencies (orbits, loops, windows) over the first window where the step is halved, and by
+    how much it may be off: by what the other windows say, and by terms of higher order.
+    """
+    first = change[:, :, 0]
+    return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
+
+
 def _averages(layout: Layout, s: np.ndarray, start: np.ndarray | None, loops: Loops, dt: float, threads: int) -> _Rates:
-    """Return weighted averages of all loops' rates, those of angles with a clock in that clock."""
+    """Return weighted averages of the rates of a body's own loops' arguments, of angles with a clock in that clock."""
     steps = s.shape[2] - 1
-    rates = turning(s, loops, windows(steps), dt, threads)
+    rates = turning(s, loops, parts(steps), dt, threads)
     if layout.clocked:
-        on = [layout.m + i for i in layout.clocked]
-        weights = clock_windows(s[:, -1])
-        rates[:, on] = turning(s, Loops(*(entry[:, on] for entry in loops)), weights, dt, threads)
-    nu, time = rates[:, :, 0], steps * dt
-    error = SAFETY * np.abs(rates[:, :, 1:-1] - nu[:, :, None]).max(axis=2) + np.abs(rates[:, :, -1] - nu)
-    error = error + damping(np.abs(nu) * time) / time
-    change = np.zeros((*nu.shape, 1))
+        own = Loops(*(entry[:, layout.clocked] for entry in loops))
+        rates[:, layout.clocked] = turning(s, own, clock_windows(s[:, -1]), dt, threads)
+    change = np.zeros((*loops.offset.shape, 1))
     if start is not None:
         count = start.shape[2]
-        brief = windows(count - 1)[:3]  # the halves too: what one window says may be small by chance
+        brief = parts(count - 1)[:3]
         coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
         change = coarse - fine
+    nu, time = rates[:, :, 0], steps * dt
+
+    def spread(whole: int, *parts: int) -> np.ndarray:
+        return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
+
+    error = spread(0, 3, 4) + damping(np.abs(nu) * time) / time
+    halves_error = np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
     return _Rates(
         nu,
         np.where(np.isfinite(error), error, np.inf),
         np.zeros(nu.shape, np.int8),
-        change[:, :, 0],
-        np.abs(change).max(axis=2),
+        *_of_step(change),
         rates[:, :, 1:3],
+        np.where(np.isfinite(halves_error), halves_error, np.inf),
     )
 
 
@@ -259,34 +357,12 @@ def _change(rates: _Rates, time: float) -> np.ndarray:
     return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2
 
 
-def _parts(needed: np.ndarray, stride: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer of one stride, and that."""
-    for k in np.unique(stride):
-        orbits, loops = np.nonzero(needed & (stride == k)[:, None])
-        for begin in range(0, orbits.size, AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
-            yield orbits[part], loops[part], int(k)
-
-
-def _without_lines(
-    own: _Rates,
-    rough: np.ndarray,
-    s: np.ndarray,
-    loops: Loops,
-    centre: np.ndarray,
-    stride: np.ndarray,
-    dt: float,
-    threads: int,
-) -> np.ndarray:
-    """Tell of which `rough` (orbits,) orbits no lines need be fitted: in the loop whose average changes most from
-    half to half the line does so too, which is chaos.
-    """
-    change = np.where(centre != 0, _change(own, (s.shape[2] - 1) * dt), 0.0)
-    most = np.arange(change.shape[1]) == change.argmax(axis=1)[:, None]
-    lost = np.zeros(len(centre), bool)
-    for o, j, k in _parts(most & (change > CHANGED) & rough[:, None], stride):
-        lost[o] = line_changes(values(s, loops, o, j, k, threads), dt * k, centre[o, j]) > CHANGED
-    return lost
+def _parts(needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer."""
+    orbits, loops = np.nonzero(needed)
+    for begin in range(0, orbits.size, AT_ONCE):
+        part = slice(begin, begin + AT_ONCE)
+        yield orbits[part], loops[part]
 
 
 def _with_lines(
@@ -294,27 +370,29 @@ def _with_lines(
     s: np.ndarray,
     loops: Loops,
     centre: np.ndarray,
-    stride: np.ndarray,
     dt: float,
-    fallback: float,
+    fallback: float | None,
     threads: int,
 ) -> _Rates:
     """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where
     all are asked for.
     """
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
-    needed = (centre != 0) & ((rates.error > fallback * top) | (fallback == 0))
+    limit = UNSETTLED / ((s.shape[2] - 1) * dt) if fallback is None else fallback * top
+    needed = (centre != 0) & ((rates.error > limit) | (fallback == 0))
     lines = rates._replace(
         nu=rates.nu.copy(),
         error=np.full(rates.error.shape, np.inf),
         method=np.ones_like(rates.method),
         halves=rates.halves.copy(),
+        halves_error=rates.halves_error.copy(),
     )
-    for o, j, k in _parts(needed, stride):
+    for o, j in _parts(needed):
         useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-        nu, uncertainty = line_rates(values(s, loops, o, j, k, threads), dt * k, centre[o, j], useless)
+        nu, uncertainty = line_rates(values(s, loops, o, j, 1, threads), dt, centre[o, j], useless)
         lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
-        lines.halves[o, j] = np.where(np.isfinite(nu[1:3]).all(axis=0), nu[1:3], rates.halves[o, j].T).T
+        both = np.isfinite(nu[1:3]).all(axis=0)
+        lines.halves[o, j] = np.where(both, nu[1:3], rates.halves[o, j].T).T
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
 
 
@@ -323,8 +401,9 @@ def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
     orbits.
     """
     result = np.zeros((len(nu), k.shape[-2]))
-    for j in range(nu.shape[1]):
-        result += k[..., j] * nu[:, j, None]
+    with np.errstate(invalid="ignore"):  # none of what is not known is 0
+        for j in range(nu.shape[1]):
+            result += np.where(k[..., j] != 0, k[..., j] * nu[:, j, None], 0.0)
     return result
 
 
@@ -357,6 +436,7 @@ def _own_angles(
         _applied(vectors, lattice.step),
         _applied(np.abs(vectors), lattice.step_error),
         np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
+        np.stack([_applied(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2),
     )
     best = through.where(np.isfinite(through.error), own) if lines else own.better(through)
     chosen = best.where(kept[:, None], lattice)

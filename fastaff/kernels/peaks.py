@@ -1,0 +1,417 @@
+"""Kernel of lines that stand apart: frequencies, amplitudes and generators from the bins of Fourier transforms,
+without a fit.
+
+The window of order p is w_n ~ prod_{i<p} (cos(2 pi t/T) + cos((2 i + 1) pi/N)); its transform W(d) at d bins is
+closed, so two neighbouring bins of a line that stands alone give its place exactly, and the two pairs around its
+largest bin agree. How far they do not is the error that other lines make.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..compile.jit import jit, read_now
+from .fundamental import BLOCK, generate, growth, relate, total, weighted_sum
+
+SLOW = 1e-3
+"""Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
+
+
+FEWEST, SHORT = 1e-6, 6
+"""Amplitude beside the largest line's, below which lines are not looked for; |k|_1 of combinations whose lines may hide
+behind others.
+"""
+
+STRONG = 0.05
+"""Amplitude of a line, relative to its loop's largest, from which generators must be no multiples of it."""
+
+
+@jit
+def moments(row, window, count, sums):
+    """Return the weighted mean of the first `count` samples of a row, and their weighted root mean square about it."""
+    mean = weighted_sum(window, row[:count], sums)
+    for i in range(BLOCK):
+        sums[i] = 0.0
+    for start in range(0, count, BLOCK):
+        for i in range(min(BLOCK, count - start)):
+            value = row[start + i] - mean
+            sums[i] += window[start + i] * value * value
+    return mean, math.sqrt(total(sums))
+
+
+def windowed(
+    unit, stop, progress, signals, window, weight, tables, at_rest, rotating, spectra, drift, centre, size, moving
+):
+    """Fill spectra (orbits, m, samples) with the loops Q - i P of an orbit times a weight (samples,), ready for a
+    Fourier transform, as `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q
+    and P.
+
+    signals (orbits, 2m, >= samples); rotating (orbits, 2m): rows that may grow without bound; filled are drift,
+    centre, size (orbits, 2m) and moving (orbits, m) too.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    samples, m = window.size, spectra.shape[1]
+    sums, rest, row = np.empty(BLOCK), np.empty(samples), np.empty((2, samples))
+    largest_one = 0.0
+    for r in range(2 * m):
+        source = signals[unit, r]
+        drift[unit, r] = growth(source[:samples], tables, rest, sums) if rotating[unit, r] != 0 else 0.0
+        if drift[unit, r] != 0.0:
+            for i in range(samples):
+                rest[i] = source[i] - drift[unit, r] * i
+            centre[unit, r], size[unit, r] = moments(rest, window, samples, sums)
+        else:
+            centre[unit, r], size[unit, r] = moments(source, window, samples, sums)
+    for j in range(m):
+        largest_one = max(largest_one, size[unit, 2 * j] * size[unit, 2 * j + 1])
+    for j in range(m):
+        moving[unit, j] = size[unit, 2 * j] * size[unit, 2 * j + 1] > at_rest * largest_one
+        for k in range(2):
+            r = 2 * j + k
+            size[unit, r] = size[unit, r] if size[unit, r] > 0.0 else 1.0
+            source, unit_size, mean, change = signals[unit, r], 1.0 / size[unit, r], centre[unit, r], drift[unit, r]
+            for i in range(samples):
+                row[k, i] = (source[i] - mean - change * i) * unit_size * weight[i]
+        out = spectra[unit, j]
+        for i in range(samples):
+            out[i] = complex(row[0, i], -row[1, i]) if moving[unit, j] else 0j
+    progress[unit] = 1.0
+
+
+@jit
+def shape_of(d, samples, order):
+    """Return the transform of the window, 1 at d = 0, at so many bins |d| < 1 from the line."""
+    x = math.sin(math.pi * d / samples)
+    value = 1.0 if d == 0.0 else math.sin(math.pi * d) / (samples * x)
+    for i in range(1, order + 1):
+        s = math.sin(math.pi * i / samples)
+        value *= s * s / (s * s - x * x)
+    return value
+
+
+@jit
+def centred(spectrum, k, samples):
+    """Return bin k of a spectrum, any integer, with the time from the middle of the samples."""
+    phase = math.pi * ((k * (samples - 1)) % (2 * samples)) / samples
+    return spectrum[k % samples] * complex(math.cos(phase), math.sin(phase))
+
+
+@jit
+def place_of(spectrum, k, samples, order):
+    """Return the place in bins of the line whose largest bin is k, and its error by what the two pairs of bins say."""
+    middle, below, above = (
+        centred(spectrum, k, samples),
+        centred(spectrum, k - 1, samples),
+        centred(spectrum, k + 1, samples),
+    )
+    step = math.pi / samples
+    half = math.tan(step * (order + 0.5))
+    ahead, behind = above / middle, below / middle
+    up = math.atan(half * (ahead.real - 1.0) / (ahead.real + 1.0)) / step + 0.5 if ahead.real > -1.0 else 9.0
+    down = 0.5 - math.atan(half * (behind.real - 1.0) / (behind.real + 1.0)) / step - 1.0 if behind.real > -1.0 else 9.0
+    error = abs(up - down) + abs(ahead.imag) + abs(behind.imag)
+    return k + 0.5 * (up + down), error
+
+
+@jit
+def largest(power):
+    """Return the place of the largest of the values."""
+    top, where = -1.0, 0
+    for start in range(0, power.size, BLOCK):
+        part = power[start : start + BLOCK]
+        best = -1.0
+        for i in range(part.size):
+            best = part[i] if part[i] > best else best
+        if best > top:
+            top, where = best, start
+    for k in range(where, min(where + BLOCK, power.size)):
+        if power[k] == top:
+            return k
+    return 0
+
+
+@jit
+def find_peaks(spectrum, order, place, size, error):
+    """Fill place, size, error with the peaks of a spectrum, the largest first; return their number and the share of the
+    power that is in none.
+    """
+    samples, count = spectrum.size, 0
+    power, whole = np.empty(samples), 0.0
+    for i in range(samples):
+        power[i] = spectrum[i].real ** 2 + spectrum[i].imag ** 2
+        whole += power[i]
+    rest, top = whole, 0.0
+    while count < place.size:
+        k = largest(power)
+        height = power[k]
+        if not height > FEWEST**2 * top or height == 0.0:
+            break
+        top = max(top, height)
+        u, bar = place_of(spectrum, k, samples, order)
+        found = abs(u - k) < 1.0
+        place[count], error[count] = (u if found else k), (bar if found else 9.0)
+        size[count] = math.sqrt(height) / abs(shape_of(place[count] - k, samples, order))
+        count += 1
+        for j in range(k - order - 1, k + order + 2):
+            rest -= power[j % samples]
+            power[j % samples] = 0.0
+    return count, math.sqrt(max(rest, 0.0) / whole) if whole > 0.0 else 0.0
+
+
+@jit
+def amplitude_at(spectrum, u, samples, order):
+    """Return the amplitude, in the middle of the samples, of a line at u bins."""
+    k = math.floor(u + 0.5)
+    return centred(spectrum, k, samples) / shape_of(u - k, samples, order)
+
+
+@jit
+def solve(matrix, right, n):
+    """Solve matrix x = right in place (n, columns) by elimination; return whether it could be done."""
+    largest_one = 0.0
+    for i in range(n):
+        for j in range(n):
+            largest_one = max(largest_one, abs(matrix[i, j]))
+    for i in range(n):
+        pivot = i
+        for j in range(i + 1, n):
+            if abs(matrix[j, i]) > abs(matrix[pivot, i]):
+                pivot = j
+        if not abs(matrix[pivot, i]) > 1e-9 * largest_one:
+            return False
+        for c in range(n):
+            matrix[i, c], matrix[pivot, c] = matrix[pivot, c], matrix[i, c]
+        for c in range(right.shape[1]):
+            right[i, c], right[pivot, c] = right[pivot, c], right[i, c]
+        for j in range(n):
+            if j != i:
+                factor = matrix[j, i] / matrix[i, i]
+                for c in range(i, n):
+                    matrix[j, c] -= factor * matrix[i, c]
+                for c in range(right.shape[1]):
+                    right[j, c] -= factor * right[i, c]
+    for i in range(n):
+        for c in range(right.shape[1]):
+            right[i, c] /= matrix[i, i]
+    return True
+
+
+@jit
+def divides(value, bar, unit, nu, bars, rank, table, count, k):
+    """Return whether generators are multiples of a line, or multiples of it combinations of them while it is none
+    itself: then they span a part of the lattice only. unit: the width of a bin.
+    """
+    alone = not relate(value, min(bar, 0.3 * unit), nu, bars, rank, table, count, 0.5, k)
+    for m in range(2, 4):
+        for i in range(rank):
+            if abs(m * value - nu[i]) < m * min(max(bar, 0.05 * unit), 0.5 * unit):
+                return True
+        if alone and relate(m * value, 0.3 * m * unit, nu, bars, rank, table, count, 0.5, k):
+            return True
+    return False
+
+
+def separate(
+    unit,
+    stop,
+    progress,
+    spectra,
+    moving,
+    order,
+    minor,
+    sharp,
+    width,
+    tables,
+    sizes,
+    clear,
+    rest,
+    value,
+    bar,
+    strength,
+    rank,
+    basis,
+    spread,
+    dual,
+    share,
+):
+    """Find the lines of the loops of an orbit and the generators of their lattice, where all stand apart; frequencies
+    are in bins.
+
+    spectra (orbits, m, samples) of the loops Q - i P, in units of the sizes of Q and P. Filled are value, bar,
+    strength (orbits, m, lines), the lines of each loop, the largest first, and their amplitudes; rank, basis and
+    spread (orbits, m), the generators and their errors; dual (orbits, m, 2m) and share (orbits, m, m), see
+    `fundamental`; rest (orbits,), the share of a loop's size that no line has, the largest one's; clear (orbits,),
+    whether all that moves has its generator and every leading line is explained.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    m, samples, lines = spectra.shape[1], spectra.shape[2], value.shape[2]
+    place, size, error = np.zeros((m, lines)), np.zeros((m, lines)), np.full((m, lines), 9.0)
+    good, some = 1, 0
+    for j in range(m):
+        if moving[unit, j] == 0:
+            continue
+        some += 1
+        count, left = find_peaks(spectra[unit, j], order, place[j], size[j], error[j])
+        rest[unit] = max(rest[unit], left)
+        for i in range(count):
+            u = place[j, i] if place[j, i] < samples / 2 else place[j, i] - samples
+            place[j, i], value[unit, j, i] = u, abs(u)
+            bar[unit, j, i], strength[unit, j, i] = 3.0 * error[j, i] + width, size[j, i]
+        if not (error[j, 0] < sharp and value[unit, j, 0] > order + 2.0):
+            good = 0
+        slow = 0.0  # what moves so slowly that it is no line yet
+        for i in range(-order - 1, order + 2):
+            slow = max(slow, abs(spectra[unit, j, i % samples]))
+        good = good if slow < SLOW * size[j, 0] else 0
+    # The leading lines first, then the others by what they have of their loops.
+    all_values, all_bars, key = np.zeros(m * lines), np.zeros(m * lines), np.zeros(m * lines)
+    used = 0
+    for j in range(m):
+        for i in range(lines):
+            if size[j, i] > minor * size[j, 0] and error[j, i] < sharp and value[unit, j, i] > 2.0:
+                own = size[j, i] / size[j, 0] + (2.0 if i == 0 else 0.0)
+                at = used
+                while at > 0 and key[at - 1] < own:
+                    key[at], all_values[at], all_bars[at] = key[at - 1], all_values[at - 1], all_bars[at - 1]
+                    at -= 1
+                key[at], all_values[at], all_bars[at] = own, value[unit, j, i], bar[unit, j, i]
+                used += 1
+    source, nu, bars = np.full(m, -1), np.zeros(m), np.zeros(m)
+    found = generate(all_values, all_bars, used, m, tables, sizes, nu, bars, source)
+    rank[unit] = found
+    k, r = np.zeros(m, np.int64), max(found, 1)
+    for j in range(m):
+        if moving[unit, j] != 0 and good == 1:
+            explained = found > 0 and relate(
+                value[unit, j, 0], bar[unit, j, 0], nu, bars, found, tables[r - 1], sizes[r - 1, 0], 0.5, k
+            )
+            good = good if explained else 0
+        for i in range(lines):
+            if size[j, i] > STRONG * size[j, 0] and good == 1 and found > 0:
+                good = (
+                    0
+                    if divides(
+                        value[unit, j, i], bar[unit, j, i], 1.0, nu, bars, found, tables[r - 1], sizes[r - 1, 0], k
+                    )
+                    else 1
+                )
+    for i in range(found):
+        basis[unit, i], spread[unit, i] = nu[i], bars[i]
+        good = good if source[i] >= 0 else 0
+        for j in range(i):
+            good = good if abs(nu[i] - nu[j]) > order + 1.0 else 0
+    if good == 1 and found == some and some > 0:
+        matrix, right = np.zeros((2 * found, 2 * found)), np.zeros((2 * found, 2 * found))
+        rows, row = np.zeros(2 * m, np.int64), 0
+        for j in range(m):
+            if moving[unit, j] != 0:
+                for i in range(found):
+                    ahead = amplitude_at(spectra[unit, j], nu[i], samples, order)
+                    mirror = amplitude_at(spectra[unit, j], -nu[i], samples, order).conjugate()
+                    q, p = 0.5 * (ahead + mirror), 0.5j * (ahead - mirror)
+                    share[unit, i, j] = abs(q) * abs(p)
+                    # s = sum_i 2 Re(A_i exp(i phi)): rows q, p of the real matrix of 2 Re A, -2 Im A.
+                    matrix[row, 2 * i], matrix[row, 2 * i + 1] = 2.0 * q.real, -2.0 * q.imag
+                    matrix[row + 1, 2 * i], matrix[row + 1, 2 * i + 1] = 2.0 * p.real, -2.0 * p.imag
+                rows[row], rows[row + 1] = 2 * j, 2 * j + 1
+                row += 2
+        for i in range(2 * found):
+            right[i, i] = 1.0
+        if solve(matrix, right, 2 * found):
+            for i in range(found):
+                for r in range(2 * found):
+                    dual[unit, i, rows[r]] = complex(right[2 * i, r], right[2 * i + 1, r])
+        else:
+            good = 0
+    else:
+        good = 0
+    clear[unit] = good
+    progress[unit] = 1.0
+
+
+def relations(
+    unit,
+    stop,
+    progress,
+    value,
+    bar,
+    strength,
+    nu,
+    spread,
+    tables,
+    sizes,
+    k,
+    lengths,
+    time,
+    rate,
+    limits,
+    strange,
+    blur,
+    near,
+    close,
+):
+    """Hold the frequencies of an orbit against each other: fill in what of its lines they do not explain, and which
+    combinations of them are as close to 0 as lines can't be told apart.
+
+    value, bar, strength (orbits, m, lines) of the loops' lines, the largest first; nu, spread (orbits, m) of
+    generators, 0 where there is none; k (vectors, m), by lengths (vectors,) |k|_1, one of each pair +-k; rate: of
+    samples, modulo which combinations are seen. limits: cycles over the time of what is close, of what is near, and
+    the amplitudes from which lines show, and from which they are large. Filled are strange (orbits,), the amplitude,
+    relative to its loop's largest, of the largest line of which a generator is a multiple; blur (orbits, m), the
+    cycles that each frequency may be off by close lines of combinations; near, close (orbits,): whether there are such
+    that are large, or show.
+
+    Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
+    to be no larger than the smallest line that is known, FEWEST where there are no more.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    resolved, beside, shows, large = limits
+    m, lines = value.shape[1], value.shape[2]
+    own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
+    found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
+    for j in range(m):
+        if nu[unit, j] > 0.0:
+            own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
+            rank += 1
+    for j in range(m):
+        if strength[unit, j, lines - 1] > 0.0:
+            most = max(most, strength[unit, j, lines - 1] / strength[unit, j, 0])
+        for i in range(lines):
+            part = strength[unit, j, i] / strength[unit, j, 0] if strength[unit, j, i] > 0.0 else 0.0
+            if part == 0.0 or rank == 0:
+                continue
+            r = rank - 1
+            width = min(bar[unit, j, i], 0.3 / time)
+            if relate(value[unit, j, i], width, own, bars, rank, tables[r], sizes[r, 0], 0.5, found):
+                length = 0
+                for g in range(rank):
+                    length += abs(found[g])
+                if length > 1 and i > 0:
+                    decay = max(decay, part ** (1.0 / (length - 1)))
+            if value[unit, j, i] > 0.0 and divides(
+                value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
+            ):
+                strange[unit] = max(strange[unit], part)
+    for v in range(lengths.size):
+        total_one, there = 0.0, True
+        for j in range(m):
+            if k[v, j] != 0:
+                total_one += k[v, j] * nu[unit, j]
+                there = there and nu[unit, j] > 0.0
+        aliases = math.floor(total_one / rate + 0.5)
+        cycles = abs(total_one - rate * aliases) * time
+        if there and cycles < beside:
+            reach = decay ** (lengths[v] - 2)
+            reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
+            near[unit] = near[unit] or reach > large
+            if cycles < resolved:
+                close[unit] = close[unit] or reach > shows
+                for j in range(m):
+                    if k[v, j] != 0:
+                        blur[unit, j] = max(blur[unit, j], 1.0 if reach > shows else reach)
+    progress[unit] = 1.0
