@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -132,6 +133,25 @@ def test_plot_section_refuses(ax):
 def test_resonances_between():
     assert plot.resonances_between(1.2, 1.6, 7) == [(2, 0, -3), (3, 0, -4)]
     assert all(1.2 < -m / n < 1.6 for n, _, m in plot.resonances_between(1.2, 1.6, 20))
+
+
+def test_particles_without_a_tune_are_not_drawn(ax):
+    """They have the number 0 in `nu`; by any colours, and of one plane too."""
+    turn, rng = np.arange(400), np.random.default_rng(7)
+    z = np.exp(2j * np.pi * (rng.uniform(0.1, 0.4, (2, 20, 1)) * turn))
+    z[:, ::2, 30:] = np.nan
+    samples = np.concatenate([z.real, -z.imag])
+    found = fastaff.tunes(samples)
+    for drawn in (
+        plot.plot_tunes(found, ax=ax),
+        plot.plot_tunes(found, ax=ax, values=np.arange(20.0)),
+        plot.plot_tunes(fastaff.tunes(samples[::2]), ax=ax),
+    ):
+        assert len(drawn.points.get_offsets()) == 10
+        assert drawn.missing == 10
+        assert drawn.points.get_offsets()[:, 1].min() > 0.05
+    found = dataclasses.replace(found, status=np.zeros(20, np.int64))  # some may be OK without one
+    assert plot.plot_tunes(found, ax=ax, values=np.arange(20.0)).missing == 10
 
 
 def test_plot_frequency_map_labels_the_line_that_orbits_stand_on(ax):

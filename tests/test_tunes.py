@@ -366,7 +366,7 @@ def pushed(z, *sizes, **given):
 def close(one, other):
     """Equal to the rounding of sums; what is at rounding is 0."""
     assert distance(one.nu, other.nu).max() < 1e-14
-    assert np.abs(10**one.diffusion - 10**other.diffusion).max() < 1e-14
+    np.testing.assert_allclose(10**one.diffusion, 10**other.diffusion, rtol=0, atol=1e-14)
     finite = np.isfinite(one.error)
     assert (finite == np.isfinite(other.error)).all()
     assert np.abs(one.error[finite] - other.error[finite]).max(initial=0) < 1e-13
@@ -610,6 +610,41 @@ def test_what_does_not_move_or_moves_in_ticks_is_not_lost():
     found = fa.tunes(np.concatenate([ticks.real, -ticks.imag]))
     assert (found.status == fa.Status.OK).mean() > 0.97
     assert (distance(found.nu[0], nu) < 1e-3).all()
+
+
+def test_what_has_no_tune_is_no_regular_orbit():
+    """Most of a grid leaves Henon's map, after 64 turns or more some of it; what stays far away after its end, by the
+    map itself or by its samples, has no tune and no diffusion; what lived long enough has the numbers of its life.
+    """
+    grid = np.linspace(-1.4, 1.4, 12 if JIT_DISABLED else 40)
+    z0 = np.array([each.ravel() for each in np.meshgrid(grid, grid)])
+    model, turn = fa.models.HenonMap(np.random.default_rng(8).uniform(0.205, 0.215)), 2 * np.pi * 0.2114
+    # within a circle a turn with a kick, outside an attracting point far away
+    inside = "w = 1/(1 + exp(50*(x**2 + p**2 - 1))); k = p + 0.3*x**2;"
+    bounded = fa.mapping(
+        inside + "x1 = w*(c*x + s*k) + (1 - w)*(5 + 0.5*(x - 5)); p1 = w*(c*k - s*x) + (1 - w)*(4 + 0.5*(p - 4))",
+        c=np.cos(turn),
+        s=np.sin(turn),
+    )
+    for body in (model, bounded):
+        samples = fa.integrate(body, z0, time=1024, samples=1024).samples.transpose(1, 2, 0)
+        gone = ~(np.abs(samples[:, :, -40]) < 3).all(axis=0)  # not just now
+        assert gone.mean() > 0.5
+        filled, last = np.nan_to_num(samples), fa.frequency_map(body, z0, time=1024, window=256)
+        for found in (fa.frequency_map(body, z0, time=1024), last, fa.tunes(filled), pushed(filled, 1024)):
+            none = ~np.isfinite(found.error[0])
+            assert none[gone].mean() > 0.9
+            assert np.isnan(found.diffusion[none]).all()
+            assert np.isnan(found.digits[none]).all()
+            assert (found.kind[none] == FrequencyKind.UNDECIDED).all()
+            assert (found.nu[0, none] == 0).all()
+            assert not found.regular[gone].any()
+            assert not (found.diffusion[gone] < -6).any()
+            assert np.isfinite(found.diffusion[~gone]).mean() > 0.98
+            brief = gone & (found.kind != FrequencyKind.UNDECIDED)
+            lived = found.turns if hasattr(found, "turns") else found.t
+            assert (lived[brief] >= 64).all()
+            assert (lived[brief] * np.minimum(found.nu, 1 - found.nu)[0, brief] >= 30).all()
 
 
 def test_particles_of_a_ring_with_an_aperture_are_lost():

@@ -13,14 +13,15 @@ from ..base.numbers import text
 
 def frequency(frequency_map: Any, name: str) -> np.ndarray:
     """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
-    "beta/alpha".
+    "beta/alpha"; NaN of orbits that have none.
     """
     numerator, slash, denominator = text("frequency", name).partition("/")
     if slash:
         with np.errstate(all="ignore"):
             return frequency(frequency_map, numerator) / frequency(frequency_map, denominator)
     if name in frequency_map.names:
-        return frequency_map.nu[frequency_map.names.index(name)]
+        row = frequency_map.names.index(name)
+        return np.where(np.isfinite(frequency_map.error[row]), frequency_map.nu[row], np.nan)
     if name in ("eta", "gamma") and frequency_map.nu_eta is not None:
         return frequency_map.nu_eta if name == "eta" else frequency_map.nu_gamma
     extra = ", eta, gamma" if frequency_map.nu_eta is not None else ""

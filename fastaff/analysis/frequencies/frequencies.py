@@ -41,7 +41,8 @@ class FrequencyMap(Result):
     (n, n, orbits) integers with leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known).
     Frequencies that all have basis 1 are those of the coordinates' own lines (`other_basis` tells which have not); a
     singular basis tells that the leading lines are locked. diffusion (orbits,) = log10 of the largest |nu(first half) -
-    nu(second half)|, for a body over nu_eta and nu_gamma, whose angles are well defined on every orbit; energy_error,
+    nu(second half)|, for a body over nu_eta and nu_gamma, whose angles are well defined on every orbit, of a map NaN
+    where there is no frequency; energy_error,
     status (orbits,); t (orbits,) the time reached. step: what was used, one for each orbit, or that of an adaptive
     scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the
     strongest lines of each angle's signal, where they were asked for. Of orbits that were given as samples there is no

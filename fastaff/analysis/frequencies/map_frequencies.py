@@ -37,12 +37,15 @@ SWINGS = 2.0
 
 
 class _Window(NamedTuple):
-    """What a window of turns says of orbits: nu, error, method (n, orbits), halves (2, n, orbits)."""
+    """What a window of turns says of orbits: nu, error, method (n, orbits), halves (2, n, orbits); span (orbits,), the
+    turns of it that these are of.
+    """
 
     nu: np.ndarray
     error: np.ndarray
     method: np.ndarray
     halves: np.ndarray
+    span: np.ndarray
 
 
 def map_frequencies(
@@ -100,6 +103,7 @@ class MapFrequencies:
         self.halves, self.method = np.zeros((2, n, orbits)), np.zeros((n, orbits), np.int8)
         self.later = np.zeros((n, orbits), bool)
         self.status, self.t = np.full(orbits, int(Status.INTERRUPTED)), np.zeros(orbits)
+        self.span = np.full(orbits, float(self.length))
 
     def run(self, report: Report | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
@@ -118,7 +122,8 @@ class MapFrequencies:
         if self.lines is not None:
             for own in self._portions(np.flatnonzero(counts >= LEAST)):
                 self._lined(start.of(own), part[own], first.nu[:, own], self.lines)
-        self.nu[:, part], self.error[:, part], self.method[:, part], self.halves[:, :, part] = first
+        self.nu[:, part], self.error[:, part], self.method[:, part], self.halves[:, :, part] = first[:4]
+        self.span[part] = first.span
         self.later[:, part] = np.isfinite(first.error) if not self.kept else False
         t, status = counts, ensemble.status.copy()
         if self.kept:
@@ -155,12 +160,13 @@ class MapFrequencies:
         error = np.where(whole_ones, error, np.inf)
         nu, halves = np.where(whole_ones, nu, 0.0), np.where(whole_ones, halves, 0.0)
         nu[~wound] %= 1.0
-        found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves)
+        found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, np.full(orbits, float(self.length)))
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
         again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
         for part in self._portions(again):
             self._sampled(start.of(part), part, found, fallback)
+        found.nu[~np.isfinite(found.error)] = 0.0
         return found, counts.astype(np.float64)
 
     def _portions(self, orbits: np.ndarray) -> Iterator[np.ndarray]:
@@ -212,6 +218,8 @@ class MapFrequencies:
         where = np.ix_(plain, orbits)
         found.nu[where], found.error[where], found.method[where] = own.nu % 1.0, own.error, own.method
         found.halves[:, where[0], where[1]] = own.halves
+        ended = own.window < self.length - 1
+        found.span[orbits[ended]] = own.window[ended]
 
     def result(self) -> FrequencyMap:
         """Assemble the map."""
@@ -223,15 +231,16 @@ class MapFrequencies:
         change = np.where(self.later, change, 0.0)
         known = np.isfinite(self.error)
         some, largest = self.later.any(axis=0), change.max(axis=0)
-        span = self.length if self.kept else self.length / 2
+        span = self.span if self.kept else self.span / 2
         kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
         kind[self._dependent().any(axis=0)] = FrequencyKind.DEPENDENT
         kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
         beyond = np.where(self._wound_rows()[:, None], SWINGS, CHANGED)
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
         kind[~some] = FrequencyKind.UNDECIDED
-        turned = self.length * np.where(known, np.abs(self.nu - np.rint(self.nu)), 0.0).max(axis=0)
-        kind[(turned < MANY_TURNS) & (kind == FrequencyKind.INDEPENDENT)] = FrequencyKind.UNDECIDED
+        turned = self.span * np.where(known, np.abs(self.nu - np.rint(self.nu)), 0.0).max(axis=0)
+        ended = self.span < self.length
+        kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED
         basis = np.zeros((n, n, orbits), np.int64)
         basis[range(n), range(n)] = known
         diffusion = np.where(some, np.log10(largest + 1e-18), np.nan)

@@ -12,7 +12,7 @@ from ...compile.plane_loops import COLUMNS, MOMENTS, SPANS
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow
 from ...flows.map_sums import extended, summed
-from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved
+from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved, without_standing
 
 ROWS = 64
 """Numbers that are kept of an orbit, about, in sums."""
@@ -55,7 +55,7 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
         error[wound] = spread + unresolved(nu[wound], steps) + ROUNDING * np.maximum(np.abs(nu[wound]), 1.0)
     if planes:
         turning.sums = sums[len(own.wound) :].transpose(2, 0, 1)
-        found, plain = turning.means(steps), [*own.planes]
+        found, plain = without_standing(turning.means(steps), steps), [*own.planes]
         nu[plain], error[plain], halves[:, plain] = found
         moving[plain] = (turning.planes[:, :, COLUMNS.a] != 0).T
     return RunningMeans(Means(nu, error, halves), moving)

@@ -15,7 +15,7 @@ from ...compile.threads import checked_threads
 from ...kernels import tunes as kernels
 from ..orbits.given_orbits import gap, given_orbits, row_names, stays
 from .tunes import Tunes, tunes_of
-from .turning import PIECE, Means, Turning, Window, run_orbits
+from .turning import PIECE, Means, Turning, Window, run_orbits, without_standing
 
 FIRST = 32
 """Steps that only say where the loops are; the windows are [32, 64), [64, 128), ..., each twice as long."""
@@ -134,7 +134,7 @@ class TuneAccumulator:
     def tunes(self) -> Tunes:
         """Return what is known of all orbits. Raises ValueError before the first push."""
         known = self._pushed()
-        means = Means(known.nu, known.error, known.halves)
+        means = without_standing(Means(known.nu, known.error, known.halves), known.window)
         lost = known.stay(known.samples)
         turns = known.turns - lost * (known.still[0] + 1)
         status = np.where(known.ended, Status.NONFINITE, np.where(lost, Status.LOST, Status.OK))

@@ -27,7 +27,7 @@ from .integer_lattice import ball
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
 from .readings import CHANGED, SAME
-from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window
+from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, without_standing
 
 FALLBACK = 1e-9
 """Error in turns above which lines are fitted."""
@@ -75,13 +75,13 @@ class Tunes(Result):
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
     takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
     error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
-    log10 of the largest |change| from the first half of the window to the second; turns (orbits,): samples before its
-    end, all of them for an orbit that survived; window (orbits,): the number of steps that nu is the mean of; kind
-    (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3 cycles or more; DEPENDENT, a
-    plane is at rest, or two tunes are related by small integers: locked, or lines of one motion; UNDECIDED, too short
-    to tell; else INDEPENDENT; status (orbits,): OK, or of an orbit that ended, whose numbers are those of its life,
-    NONFINITE or, where its samples stay at one point, such as 0, LOST. lines: the strongest lines of each plane's
-    signal, where they were asked for.
+    log10 of the largest |change| from the first half of the window to the second, NaN where there is no tune; turns
+    (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
+    that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
+    cycles or more; DEPENDENT, a plane is at rest, or two tunes are related by small integers: locked, or lines of one
+    motion; UNDECIDED, too short to tell, or no tune; else INDEPENDENT; status (orbits,): OK, or of an orbit that ended,
+    whose numbers are those of its life, NONFINITE or, where its samples stay at one point, such as 0, LOST. lines: the
+    strongest lines of each plane's signal, where they were asked for.
     """
 
     names: tuple[str, ...]
@@ -189,7 +189,7 @@ def tunes_of(
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
     kind[window / 2 * change > CHANGED] = FrequencyKind.IRREGULAR
     kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
-    diffusion = np.where(some, np.log10(change + 1e-18), 0.0)
+    diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
     return Tunes(names, nu, error, method, diffusion, turns, window, kind, status, lines)
 
 
@@ -241,7 +241,7 @@ class TuneWork:
         means = turning.means(length)
         method = np.zeros(means.nu.shape, np.int8)
         self._with_lines(z, turning, means, method, length)
-        self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = means
+        self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
         self.method[:, orbits], self.window[orbits] = method, length
         if self.lines is not None:
             self._lined(z, orbits, self.lines)

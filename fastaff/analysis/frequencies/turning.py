@@ -22,6 +22,9 @@ SAFETY = 5.0
 ROUNDING = 2e-15
 """Turns that the mean of angles may be off by rounding."""
 
+STANDING = 0.1
+"""Cycles over a window below which a mean turn is none: what stays beside a centre, such as a lost particle."""
+
 HARMONICS = 40
 """Harmonics of a curve whose slow beats count in the error of its rotation number."""
 
@@ -52,6 +55,12 @@ class Means(NamedTuple):
     nu: np.ndarray
     error: np.ndarray
     halves: np.ndarray
+
+
+def without_standing(means: Means, length: int | np.ndarray) -> Means:
+    """Return means over that many steps (orbits,), without those of planes that do not go around: error inf."""
+    standing = np.abs(means.nu - np.rint(means.nu)) * length < STANDING
+    return means._replace(error=np.where(standing, np.inf, means.error))
 
 
 def run_orbits(kernel: object, orbits: int, arguments: tuple, threads: int) -> None:
