@@ -252,6 +252,29 @@ def test_windows_at_both_ends_give_tunes_and_diffusion_of_those_who_survive():
     np.testing.assert_array_equal(alone.nu, found.nu[:, [5, 7]])
 
 
+def test_coupled_planes_of_a_map_have_both_tunes_in_both_windows():
+    """Two quadratic maps in coordinates turned by 45 degrees, where both planes have as much of both."""
+    rng = np.random.default_rng(15)
+    nu, share = rng.uniform(0.13, 0.17), np.sqrt(0.5)
+    c, s, d, e = (g(2 * np.pi * x) for x in (nu, nu + 0.2547) for g in (np.cos, np.sin))
+    text = (
+        "u = r*(x + y); a = r*(p_x + p_y) + u**2; v = r*(y - x); b = r*(p_y - p_x) + v**2; f = c*u + s*a;"
+        "g = c*a - s*u; h = d*v + e*b; j = d*b - e*v; x1 = r*(f - h); y1 = r*(f + h);"
+        "p_x1 = r*(g - j); p_y1 = r*(g + j)"
+    )
+    model = fa.mapping(text, coordinates="x, y", momenta="p_x, p_y", r=share, c=c, s=s, d=d, e=e)
+    u, v, a, b = w = rng.uniform(-0.15, 0.15, (4, 40))
+    own = [fa.frequency_map(HenonMap(x), w[k::2], time=8192).nu[0] for k, x in enumerate((nu, nu + 0.2547))]
+    z = share * np.array([u - v, u + v, a - b, a + b])
+    for more in ({"time": 1024}, {"time": 8192, "window": 1024}):
+        found = fa.frequency_map(model, z, **more)
+        assert (found.kind == 0).all()
+        off = np.minimum(np.abs(found.nu - own), np.abs(found.nu - own[::-1]))
+        assert (off <= found.error + 1e-12).mean() >= 0.98
+        assert (found.diffusion < -6).all()
+        assert (fa.resonances(found, max_order=3).rank == 0).all()
+
+
 @pytest.mark.parametrize("fallback", [None, np.inf])
 def test_tunes_of_running_orbits_are_bitwise_those_of_their_samples(fallback):
     """Also of those whose planes are fitted by lines, or that are lost."""

@@ -1,5 +1,6 @@
 """tunes and TuneAccumulator: orbits whose tunes are known, coverage of errors, chunks, ends, company, bad input."""
 
+import itertools
 import pickle
 
 import numpy as np
@@ -177,15 +178,61 @@ def test_henon_map_against_longer_runs_and_high_precision():
 
 
 def test_a_plane_that_shows_another_planes_line():
-    """Where coupling is stronger than a plane's own line its loop turns with the other: so it is told, as dependent."""
+    """Where coupling is stronger than a plane's own line its loop turns with the other, which the lines of both undo;
+    what arrives in parts has no lines: dependent.
+    """
     rng = np.random.default_rng(4)
     z = circles(rng, np.array([[0.2317, 0.31], [0.1721, 0.4]]), 4000)
     h = z + np.array([0.2, 3.0])[:, None, None] * z[::-1]
-    found = fa.tunes(optics(rng, h))
+    samples = optics(rng, h)
+    found = fa.tunes(samples)
+    assert distance(found.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])).max() < 1e-10
+    assert (found.kind == FrequencyKind.INDEPENDENT).all()
+    found = pushed(samples, 4000)
     assert distance(found.nu, np.array([[0.2317, 0.31], [0.2317, 0.31]])).max() < 1e-10
     assert (found.kind == FrequencyKind.DEPENDENT).all()
     equal = fa.tunes(optics(rng, z + 0.99 * z[::-1] * np.array([1.0, 0.0])[:, None, None]))
     assert (distance(equal.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])) <= equal.error).all()
+
+
+@pytest.mark.parametrize("angle", [np.pi / 4, None])
+@pytest.mark.parametrize("n", [2, 3])
+def test_modes_of_coupled_planes(n, angle):
+    """Quadratic maps that know nothing of each other, seen in turned coordinates: their own tunes, each once."""
+    if n == 3 and angle is not None:
+        return
+    rng = np.random.default_rng([21, n, angle is None])
+    count, turns = 10 if JIT_DISABLED else 500, 1024
+    nu = rng.uniform(0.05, 0.95, (n, count))
+    c, s = np.cos(2 * np.pi * nu), np.sin(2 * np.pi * nu)
+    (u, p), own = rng.uniform(-0.2, 0.2, (2, n, count)), np.empty((2, n, count, turns))
+    with np.errstate(all="ignore"):
+        for t in range(turns):
+            own[:, :, :, t] = u, p
+            kick = p + u * u
+            u, p = c * u + s * kick, c * kick - s * u
+    own = own[:, :, np.isfinite(own).all(axis=(0, 1, 3))]
+    truth = fa.tunes(own.reshape(2 * n, -1, turns))
+    clear = (truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < 1e-8).all(axis=0)
+    for i, j in itertools.combinations(range(n), 2):
+        low = VECTORS[np.abs(VECTORS).sum(axis=1) <= 4] @ truth.nu[[i, j]]
+        clear &= (np.abs(low - np.rint(low)) > 3 / turns).all(axis=0)
+    truth, own = truth.take(np.flatnonzero(clear)), own[:, :, clear]
+    assert JIT_DISABLED or clear.sum() > 150
+    turn = np.linalg.qr(rng.normal(size=(clear.sum(), n, n)))[0]
+    if angle is not None:
+        turn[:] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    found = fa.tunes(np.einsum("oij,rjot->riot", turn, own).reshape(2 * n, -1, turns))
+    assert (found.kind == FrequencyKind.INDEPENDENT).mean() >= 0.99
+    orders = np.array([*itertools.permutations(range(n))])
+    off, error = distance(found.nu, truth.nu[orders]), truth.error[orders] + found.error
+    off, error = off.transpose(2, 0, 1), error.transpose(2, 0, 1)
+    best = off.max(axis=2).argmin(axis=1)
+    ratio = np.array([each[k] / width[k] for each, width, k in zip(off, error, best, strict=True)])
+    assert (ratio <= 1).mean() >= 0.99
+    assert np.median(found.error) < 1e-10
+    few = fa.resonances(found, max_order=3)
+    assert (few.rank == 0).mean() > 0.98
 
 
 def test_a_plane_driven_harder_than_it_moves_by_itself():

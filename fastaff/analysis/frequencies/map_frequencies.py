@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -23,10 +24,13 @@ from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
 from .readings import CHANGED
 from .running_turns import ROWS, running_means
-from .tunes import FALLBACK, LEAST, TuneWork
+from .tunes import FALLBACK, LEAST, TuneWork, entangled
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
+
+COUPLED = 4
+"""Most planes whose tunes are looked at in other orders."""
 
 LOCKED = 12
 """Largest period of islands that a rotation number is looked at for."""
@@ -140,11 +144,25 @@ class MapFrequencies:
             whole_one = last.of(going)
             second, more = self._seen(whole_one)
             self.halves[0][:, part] = first.nu
-            self.halves[1][:, part[going]] = second.nu
+            self.halves[1][:, part[going]] = self._in_order(second.nu, first.nu[:, going])
             self.later[:, part[going]] = np.isfinite(second.error) & np.isfinite(first.error[:, going])
             t[going] += more
             status[going] = whole_one.status
         self.t[part], self.status[part] = t, status
+
+    def _in_order(self, nu: np.ndarray, first: np.ndarray) -> np.ndarray:
+        """Return tunes (n, orbits) in the order in which they are nearest to the first ones: coupled planes that share
+        their lines equally may have changed them.
+        """
+        plain = np.flatnonzero(~self._wound_rows())
+        best, least = nu.copy(), np.full(nu.shape[1], np.inf)
+        for order in itertools.permutations(plain) if plain.size <= COUPLED else ():
+            change = nu[list(order)] - first[plain]
+            change = np.abs(change - np.rint(change)).max(axis=0, initial=0.0)
+            better = change < least
+            best[np.ix_(plain, better)] = nu[np.ix_(order, better)]
+            least[better] = change[better]
+        return best
 
     def _seen(self, ensemble: Ensemble) -> tuple[_Window, np.ndarray]:
         """Follow orbits through a window; return what it says, and how many turns (orbits,) each has of it.
@@ -163,6 +181,7 @@ class MapFrequencies:
         found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, np.full(orbits, float(self.length)))
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
+        with_lines |= whole_ones & moving[~wound].all(axis=0) & entangled(nu[~wound], self.length)
         again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
         for part in self._portions(again):
             self._sampled(start.of(part), part, found, fallback)

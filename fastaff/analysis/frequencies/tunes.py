@@ -26,6 +26,7 @@ from .fundamental import LINE_ORDER, drifts, line_rates, lines_of
 from .integer_lattice import ball
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
+from .plane_modes import modes_of, plane_values
 from .readings import CHANGED, SAME
 from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, without_standing
 
@@ -41,6 +42,9 @@ BUDGET = 1 << 27
 AT_ONCE = 1 << 22
 """Samples of signals whose lines are fitted at once."""
 
+
+ROUGH = 0.05
+"""Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
 
 OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
 """Lines of a plane whose loop passes through its centre, among which its own is looked for; the largest |k|_1 of
@@ -143,8 +147,10 @@ def tunes(
     loop passes through its centre, as one of coupled planes may, the mean turn is no line: then it is the strongest
     line of the plane, fitted with seven others, that is no small combination of the others' tunes. Where all of these
     are harmonics of one, as of a loop beside its centre, a crescent, it is that one, in the sense in which the loop
-    goes around its area; one that jumps across its centre from turn to turn may show a harmonic. Tunes of motion in
-    time, without the modulus: `orbit_frequencies`.
+    goes around its area; one that jumps across its centre from turn to turn may show a harmonic. Where two planes show
+    one line, or a loop passes through its centre, the strongest independent lines of all planes are modes, whose
+    amplitudes say what turns in one alone: these loops are averaged, and each plane has the one of whose motion it has
+    most (equal shares: in ascending order). Tunes of motion in time, without the modulus: `orbit_frequencies`.
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, what beats near a
     fraction p/m can do that are too slow to see, and rounding. Orbits that ended are cut to one of eight lengths in a
     factor of 2.
@@ -193,6 +199,15 @@ def tunes_of(
     return Tunes(names, nu, error, method, diffusion, turns, window, kind, status, lines)
 
 
+def entangled(nu: np.ndarray, length: int) -> np.ndarray:
+    """Tell which orbits (orbits,) have two tunes nu (n, orbits) that are one line over a window of that many steps."""
+    result = np.zeros(nu.shape[1], bool)
+    for one, other in itertools.combinations(nu, 2):
+        for apart in (one - other, one + other):
+            result |= np.abs(apart - np.rint(apart)) * length < SAME
+    return result
+
+
 class TuneWork:
     """Tunes in the making; arrays hold what is known so far."""
 
@@ -226,6 +241,17 @@ class TuneWork:
 
     def _adopt(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
         """Fill in what z (2n, orbits, length + 1) says."""
+        turning, means, method, rough = self._read(z, length)
+        self._with_modes(z, turning, means, method, rough)
+        self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
+        self.method[:, orbits], self.window[orbits] = method, length
+        if self.lines is not None:
+            self._lined(z, orbits, self.lines)
+
+    def _read(self, z: np.ndarray, length: int) -> tuple[Turning, Means, np.ndarray, np.ndarray]:
+        """Return the loops of z (2n, orbits, length + 1), their tunes, what gave these, and which orbits (orbits,) have
+        a loop whose mean turn is not steady.
+        """
         until, window = np.empty(z.shape[1], np.int64), Window(0, length, (0, length))
         turning = Turning(z[:, :, 0])
         first = turning.last.copy()
@@ -240,11 +266,34 @@ class TuneWork:
                 turning.last = first
         means = turning.means(length)
         method = np.zeros(means.nu.shape, np.int8)
+        rough = np.any(means.error / SAFETY * length > ROUGH, axis=0)
         self._with_lines(z, turning, means, method, length)
-        self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
-        self.method[:, orbits], self.window[orbits] = method, length
-        if self.lines is not None:
-            self._lined(z, orbits, self.lines)
+        return turning, means, method, rough
+
+    def _with_modes(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray) -> None:
+        """Put the tunes of modes in the places of those of planes that show the same line, or whose loops pass through
+        their centres (`rough`).
+        """
+        length = z.shape[2] - 1
+        twice = entangled(means.nu, length)
+        needed = (twice | rough) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1) & (len(means.nu) > 1)
+        for _, orbits in _parts(needed[None], max(1, AT_ONCE // (len(z) * (length + 1)))):
+            f = plane_values(z[:, orbits], turning.planes[orbits])
+            halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
+            restless = _restless(f.reshape(-1, length + 1), halves, length).reshape(f.shape[:2])
+            calm = ~restless.all(axis=1)
+            known, lines, modes = modes_of(f[calm])
+            if not known.any():
+                continue
+            _, found, how, _ = self._read(modes, length)
+            own = orbits[calm][known]
+            better = twice[own] | (found.error.max(axis=0) < means.error[:, own].max(axis=0))
+            off = np.abs(found.nu - lines - np.rint(found.nu - lines))
+            good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0) & ~entangled(found.nu, length)
+            own = own[good]
+            for old, new in zip(means, found, strict=True):
+                old[..., own] = new[..., good]
+            method[:, own] = how[:, good]
 
     def _lined(self, z: np.ndarray, orbits: np.ndarray, table: LineTable) -> None:
         """Fill in the lines of z (2n, orbits, samples)."""

@@ -1,0 +1,141 @@
+"""Modes of coupled planes of maps: loops of one line each, for orbits whose planes show the same line, or each other's.
+
+The lines of all planes together span a lattice of frequencies modulo 1; the strongest independent ones are its
+generators g_k. The rows of the inverse of their amplitudes (A_1 ... A_n, conj A_1 ... conj A_n) in the planes make
+loops with the line g_k alone among these: planes again, whose tunes are found as those of any.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...compile.plane_loops import COLUMNS
+from .fundamental import LINE_ORDER, LINE_WIDTH, WEAK, cosine_window, fast_length
+from .integer_lattice import ball
+from .naff import found_lines
+
+LINES = 6
+"""Lines of a plane, beyond the number of planes, that generators are looked for among."""
+
+LONGEST = (12, 10, 6, 4, 3)
+"""Largest |k|_1 of combinations of 1, 2, ... tunes; 2 of more."""
+
+SHARP = 0.1
+"""Error bar of a generator, in cycles over the samples."""
+
+PARTS = 3
+"""Largest m of a line that is a generator over m."""
+
+BLURRED = 0.1
+"""Over |k|_1^2, the bins within which a line is such a combination whatever its error bar: two lines in a bin pull."""
+
+EQUAL = 0.03
+"""Part by which shares differ that are equal: those of coordinates turned by 45 degrees."""
+
+APART = 1e-7
+"""Smallest over largest singular value of amplitudes that say which line is whose."""
+
+
+def plane_values(z: np.ndarray, planes: np.ndarray) -> np.ndarray:
+    """Return the loops (orbits, n, samples) of z (2n, orbits, samples) about their centres, as circles: planes (orbits,
+    n, COLUMNS.end).
+    """
+    n = len(z) // 2
+    known = planes.transpose(1, 0, 2)[..., None]
+    x, y = z[:n] - known[:, :, COLUMNS.q], z[n:] - known[:, :, COLUMNS.p]
+    f = known[:, :, COLUMNS.a] * x + 1j * (known[:, :, COLUMNS.b] * x + known[:, :, COLUMNS.c] * y)
+    return np.ascontiguousarray(f.swapaxes(0, 1))
+
+
+def modes_of(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which orbits (orbits,) of loops f (orbits, n, samples) have n independent lines, for these the lines (n,
+    some), and their modes as planes (2n, some, samples): each in the place, and in the sense, of the loop of whose
+    motion it has most.
+    """
+    n, samples = f.shape[1], fast_length(f.shape[2])
+    g, known = _generators(f[:, :, :samples])
+    if not known.any():
+        return known, np.zeros((n, 0)), np.zeros((2 * n, 0, f.shape[2]))
+    f, g = f[known], g[known]
+    plus, minus = _amplitudes(f[:, :, :samples], g)  # (orbits, n loops, n lines): of +g and of -g
+    share = np.abs(np.abs(plus) ** 2 - np.abs(minus) ** 2) + 1e-3 * (np.abs(plus) ** 2 + np.abs(minus) ** 2)
+    place = _places(share / share.sum(axis=2, keepdims=True), np.abs(g))
+    each, loop = np.arange(len(f))[:, None], np.arange(n)
+    plus, minus = plus[each, :, place].swapaxes(1, 2), minus[each, :, place].swapaxes(1, 2)
+    # f = plus e + minus conj(e), and its conjugate
+    whole = np.concatenate(
+        [np.concatenate([plus, minus], axis=2), np.concatenate([minus.conj(), plus.conj()], axis=2)], axis=1
+    )
+    size = np.linalg.svd(whole, compute_uv=False)
+    sound = size[:, -1] > APART * size[:, 0]
+    known[known] = sound
+    back = np.linalg.inv(whole[sound])[:, :n]
+    e = back[:, :, :n] @ f[sound] + back[:, :, n:] @ f[sound].conj()
+    other = (np.abs(plus) < np.abs(minus))[:, loop, loop][sound]
+    e = np.where(other[:, :, None], e.conj(), e).swapaxes(0, 1)
+    g = np.take_along_axis(g, place, axis=1)[sound]
+    return known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag])
+
+
+def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the strongest independent lines (orbits, n) of loops f (orbits, n, samples), a loop's strongest first, and
+    which orbits (orbits,) have n.
+    """
+    orbits, n, samples = f.shape
+    found = found_lines(f, 1.0, max(1, min(n + LINES, samples // 4 - LINE_ORDER)), LINE_ORDER)
+    size, bar = np.abs(found.amplitude), 3 * found.error + LINE_WIDTH / samples
+    seen = np.isfinite(bar) & (np.abs(found.nu) * samples > 2) & (size > WEAK * size.max(axis=2, keepdims=True))
+    seen &= (bar * samples < 3 * SHARP) & (np.abs(np.abs(found.nu) - 0.5) * samples > 1)
+    size = np.where(seen, size / np.maximum(size.max(axis=2, keepdims=True), 1e-300), 0.0)
+    order = np.argsort(-(size + 2.0 * (size == 1.0)).reshape(orbits, -1), axis=1, kind="stable")
+    nu, bar, size = (np.take_along_axis(rows.reshape(orbits, -1), order, axis=1) for rows in (found.nu, bar, size))
+    k = ball(n, LONGEST[n - 1] if n <= len(LONGEST) else 2)
+    length = np.abs(k).sum(axis=1)
+    single, least = length == 1, BLURRED / np.maximum(length, 1) ** 2 / samples
+    g, spread, rank = np.zeros((orbits, n)), np.zeros((orbits, n)), np.zeros(orbits, int)
+    every = np.arange(orbits)
+    for line, width, strength in zip(nu.T, bar.T, size.T, strict=True):
+        combined, wide = g @ k.T, spread @ np.abs(k).T
+        new = (rank < n) & (strength > 0) & np.isfinite(width)
+        whole = np.zeros(orbits, bool)
+        for m in range(1, PARTS + 1):
+            apart = m * line[:, None] - combined
+            near = np.abs(apart - np.rint(apart)) < np.maximum(wide + m * width[:, None], least)
+            whole = near.any(axis=1) if m == 1 else whole
+            part = near & single if m > 1 else near[:, :0]
+            finer = (strength > 0) & ~whole & part.any(axis=1)  # a generator is a harmonic of this line
+            which = np.abs(k[part.argmax(axis=1)]).argmax(axis=1) if m > 1 else rank
+            finer &= which < rank
+            g[every[finer], which[finer]], spread[every[finer], which[finer]] = line[finer], width[finer]
+            new &= ~near.any(axis=1)
+            whole |= finer
+        g[every[new], rank[new]], spread[every[new], rank[new]] = line[new], width[new]
+        rank[new] += 1
+    return g, rank == n
+
+
+def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the amplitudes (orbits, loops, lines) of the lines g and -g (orbits, lines) in loops f (orbits, loops,
+    samples), fitted together with the mean.
+    """
+    n, w = g.shape[1], cosine_window(f.shape[2])
+    turns = np.concatenate([g, -g, 0 * g[:, :1]], axis=1)[:, :, None] * np.arange(f.shape[2])
+    lines = np.exp(2j * np.pi * (turns - np.rint(turns)))
+    weighted = (w * lines.conj()).swapaxes(1, 2)
+    amplitude = (f @ weighted) @ np.linalg.pinv(lines @ weighted, rcond=1e-12)
+    return amplitude[:, :, :n], amplitude[:, :, n : 2 * n]
+
+
+def _places(share: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return which line (orbits, n) each loop gets of shares (orbits, loops, lines), the largest first, of equal ones
+    those of ascending nu (orbits, lines).
+    """
+    orbits, n, _ = share.shape
+    place, every = np.zeros((orbits, n), int), np.arange(orbits)
+    rank = nu.argsort(axis=1).argsort(axis=1)
+    left = share * (1.0 - EQUAL * np.abs(rank[:, None] - np.arange(n)[:, None]))
+    for _ in range(n):
+        loop, line = np.divmod(left.reshape(orbits, -1).argmax(axis=1), n)
+        place[every, loop] = line
+        left[every, loop], left[every, :, line] = -1.0, -1.0
+    return place
