@@ -37,6 +37,7 @@ from fastaff import (
 )
 from fastaff.analysis import Character
 from fastaff.analysis.chaos.streamed import own_rates, scales, symplectic_frame
+from fastaff.compile.jit import JIT_DISABLED
 
 EVERY = (
     Lyapunov(),
@@ -478,6 +479,25 @@ def test_the_correlations_of_zero_one_are_those_of_their_definition(count):
         square = np.array([np.mean(np.abs(walk[m : m + left] - walk[:left]) ** 2) for m in n])
         square -= phi.mean() ** 2 * (1 - np.cos(n * c)) / (1 - math.cos(c))
         assert k == pytest.approx(np.corrcoef(n, square)[0, 1], abs=1e-9)
+
+
+def test_zero_one_calls_no_chaotic_orbit_regular():
+    """Of those of Henon and Heiles, as long runs tell them, one in a hundred at most, however many samples there are;
+    most regular ones are regular.
+    """
+    rng, energy = np.random.default_rng(31), 0.125
+    y, p_y = rng.uniform(-0.5, 0.9, 1200), rng.uniform(-0.5, 0.5, 1200)
+    square = 2 * energy - y * y + 2 * y**3 / 3 - p_y**2
+    z = np.array([0 * y, y, np.sqrt(np.maximum(square, 0)), p_y])[:, square > 0][:, : 16 if JIT_DISABLED else 400]
+    truth = chaos_map(HenonHeiles(), z, time=1000.0 if JIT_DISABLED else 50000.0).verdict
+    chaotic, regular = truth == 1, truth == 0
+    for time, samples in ((1000.0, None), (1000.0, 4000), (2500.0, None), (2500.0, 10000)):
+        found = chaos_map(HenonHeiles(), z, time=time, indicators=ZeroOne(samples=samples)).verdict
+        assert (found[chaotic] == 0).mean() <= 0.01
+        assert not (found[regular] == 1).any()
+        if not JIT_DISABLED and samples is None:
+            assert (found[regular] == 0).mean() > 0.5
+    assert chaotic.sum() > 0
 
 
 def test_zero_one_tells_chaos_from_order():

@@ -338,7 +338,9 @@ class ZeroOne:
 
     `samples` of the kinetic energy at some of the steps (None: five in 2 pi/omega, at least 400, at most 4000), of an
     adaptive scheme at equal times in a pass of its own. Cost: samples^2 operations an orbit. Chaotic above `limit`
-    after 300 natural periods (beats look alike before), regular below 1 - limit.
+    after 300 natural periods (beats look alike before). K of regular orbits falls like 1/samples, that of weakly
+    chaotic ones may be as small before their displacements have grown: regular below 50/samples, and below 1 - limit,
+    with half a radian of 2 pi/omega or more between samples, else undecided.
     Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
     """
 
@@ -350,8 +352,8 @@ class ZeroOne:
     least: ClassVar[float] = 3 * MANY
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell where K is as close to 0 as the limit is to 1, or closer."""
-        return np.abs(value) < 1.0 - limit
+        """Tell where K is as close to 0 as the limit is to 1, or closer, and as that many samples allow (`before`)."""
+        return np.abs(value) < np.minimum(1.0 - limit, before)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,6 @@
-"""Indicators of chaos that make passes of their own over the orbits. Each returns its values and statuses (orbits,)."""
+"""Indicators of chaos that make passes of their own over the orbits. Each returns its values, what these are judged by
+(NaN where that is a limit alone), and statuses (orbits,).
+"""
 
 from __future__ import annotations
 
@@ -19,22 +21,22 @@ from .translations import median_correlation, sampling
 
 def frequency_diffusion(
     indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray | float, np.ndarray]:
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
     if flow.exact:
         found = map_frequencies_of(flow, z0, int(time))
         value = found.diffusion + np.log10(2 * math.pi)
-        return np.where(found.status == Status.OK, value, np.nan), found.status
+        return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
     work = FrequencyWork(flow, checked_angles(indicator.angles, flow.model), z0, time, None, None, report)
     work.run()
     found = work.result()
     value = found.diffusion - np.log10(rates / (2 * math.pi))
-    return np.where(found.status == Status.OK, value, np.nan), found.status
+    return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
 
 
 def zero_one(
     indicator: ZeroOne, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray | float, np.ndarray]:
     """Return the median correlation K of the 0-1 test on equidistant samples of the kinetic energy, for an adaptive
     scheme.
     """
@@ -44,12 +46,12 @@ def zero_one(
     chosen.prepare(memory)
     flow.advance(ensemble, observer, memory, out, time=time, observations=int(chosen.seen), report=report)
     found = median_correlation(out, chosen.counts, flow.threads, report)
-    return np.where(ensemble.status == Status.OK, found, np.nan), ensemble.status
+    return np.where(ensemble.status == Status.OK, found, np.nan), chosen.quiet, ensemble.status
 
 
 def reversibility_error(
     indicator: ReversibilityError, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray | float, np.ndarray]:
     """Return log10 of the distance from the start, in amplitudes of the motion, after going to `time` and coming
     back.
     """
@@ -62,7 +64,7 @@ def reversibility_error(
     away = back.z * np.repeat([1.0, -1.0], n)[:, None] - z0
     with np.errstate(all="ignore"):
         value = np.log10(np.maximum(motion(flow.model, z0, flow.threads).distance(away), 1e-17))
-    return np.where(back.status == Status.OK, value, np.nan), back.status
+    return np.where(back.status == Status.OK, value, np.nan), np.nan, back.status
 
 
 def _advance(flow: Flow, ensemble: Any, time: float, report: Report | None) -> None:

@@ -176,7 +176,7 @@ class ChaosRun:
         own = [(self.memory[row:], self.out[:, column:]) for row, column in firsts]
         if self.sampled:
             memory, self.samples = own.pop()
-            self.counts = samples.counts
+            self.counts, self.before[self.sampled[0][0]] = samples.counts, samples.quiet
             samples.prepare(memory)
         if self.digits:
             self.averages, _ = own.pop()
@@ -282,8 +282,8 @@ class ChaosRun:
 
     def adopt(self, entry: Indicator, own: Callable, report: Report | None) -> None:
         """Run the pass of an indicator of its own; an orbit that fails in it is marked."""
-        value, status = own(entry, replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
-        self.values[self.chosen.index(entry)] = value
+        value, before, status = own(entry, replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
+        self.values[self.chosen.index(entry)], self.before[self.chosen.index(entry)] = value, before
         fine = self.ensemble.status == Status.OK
         self.ensemble.status[fine] = status[fine]
 

@@ -16,16 +16,24 @@ from .indicators import ZeroOne
 ANGLES = 100
 """Angles c of the 0-1 test, random in (pi/5, 4 pi/5): away from the resonances with the sampling."""
 
+QUIET, DENSE = 50.0, 0.5
+"""Correlation times samples below which an orbit may be regular: most regular ones have less, of the chaotic ones of
+Henon and Heiles at the energy 1/8 one in a hundred; and the radians of its natural frequency between samples that this
+takes: the angles of denser ones belong to frequencies beyond those of the motion."""
+
 LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
 """Samples of the 0-1 test where none are asked for."""
 
 
 class Sampling(NamedTuple):
-    """Samples of the 0-1 test: `counts` (orbits,), one after `stride` (orbits,) of `seen` observations."""
+    """Samples of the 0-1 test: `counts` (orbits,), one after `stride` (orbits,) of `seen` observations; quiet
+    (orbits,): the correlation below which an orbit may be regular.
+    """
 
     stride: np.ndarray
     counts: np.ndarray
     seen: int | np.ndarray
+    quiet: np.ndarray
 
     @property
     def columns(self) -> int:
@@ -50,7 +58,8 @@ def sampling(indicator: ZeroOne, flow: Flow, time: float, rates: np.ndarray) -> 
     stride = np.maximum(1, seen // wanted)
     counts = np.minimum(wanted, seen // stride).astype(np.int64)
     fits("ZeroOne.samples", rates.size, int(counts.max()))
-    return Sampling(stride, counts, seen)
+    sparse = flow.exact | (time * rates * stride / seen > DENSE)
+    return Sampling(stride, counts, seen, np.where(sparse, QUIET / counts, 0.0))
 
 
 def median_correlation(samples: np.ndarray, counts: np.ndarray, threads: int, report: Report | None) -> np.ndarray:
