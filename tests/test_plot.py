@@ -135,6 +135,29 @@ def test_resonances_between():
     assert all(1.2 < -m / n < 1.6 for n, _, m in plot.resonances_between(1.2, 1.6, 20))
 
 
+def test_three_coordinates_are_drawn_by_their_leading_lines(ax):
+    """Independent frequencies of a triaxial potential change their order from orbit to orbit: their ratios are a cross
+    of dots, those of the leading lines of x, y and z lie near the potential's own.
+    """
+    body = fastaff.hamiltonian("0.5*log(x**2 + (y/0.9)**2 + (z/0.7)**2 + 0.01)", coordinates="x, y, z")
+    v = np.random.default_rng(9).normal(size=(3, 60))
+    v /= np.sqrt(v[0] ** 2 + (v[1] / 0.9) ** 2 + (v[2] / 0.7) ** 2)
+    found = fastaff.frequency_map(body, np.concatenate([v, 0 * v]), time=200.0)
+    drawn = plot.plot_frequency_map(found, ax=ax, lines=[(1, -1, 0)])
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\nu_{x}/\nu_{z}$", r"$\nu_{y}/\nu_{z}$")
+    places = np.asarray(drawn.points.get_offsets())
+    picked = drawn.points.get_offsets().shape[0]
+    assert picked == np.isfinite(found.leading_error).all(axis=0).sum()
+    truth = found.leading[:2] / found.leading[2]
+    np.testing.assert_allclose(np.sort(places[:, 0]), np.sort(truth[0]))
+    np.testing.assert_allclose(np.sort(places[:, 1]), np.sort(truth[1]))
+    assert (places < 1.3).all()
+    assert (found.nu[:2] / found.nu[2]).max() > 1.3
+    assert drawn.missing == found.nu.shape[1] - picked
+    inside = plot.on_line(found, (1, -1, 0), x="x/z", y="y/z", tolerance=1e-6)
+    assert inside == (np.abs(truth[0] - truth[1]) < 1e-6).sum()
+
+
 def test_particles_without_a_tune_are_not_drawn(ax):
     """They have the number 0 in `nu`; by any colours, and of one plane too."""
     turn, rng = np.arange(400), np.random.default_rng(7)

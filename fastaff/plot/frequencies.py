@@ -13,7 +13,7 @@ from ..base.status import Status
 from ..schemes.catalogue import ITERATION
 from .labels import Box, settled, write_along
 from .picking import carry
-from .ratios import frequency
+from .ratios import by_leading_lines, frequency
 from .scales import Colouring, clipped, colouring, colours_of, each_value, limited
 from .sections import colour_bar, why
 from .style import DARK, GREY, Artists, figure, nothing, symbol
@@ -40,6 +40,7 @@ def plot_frequency_map(
     """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
 
     Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body,
+    the first two rows to the third one for other flows of three coordinates or more, whose leading lines are drawn,
     else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another result of
     the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in
     `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
@@ -51,6 +52,8 @@ def plot_frequency_map(
     body = getattr(frequency_map, "nu_eta", None) is not None
     if len(names) == 1:
         return _one_frequency(frequency_map, ax)
+    if x is None and y is None and by_leading_lines(frequency_map):
+        x, y = f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
     if x is None and y is None and not body:
         x, y = names[0], names[1]
     x, y = x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"

@@ -9,11 +9,19 @@ from typing import Any
 import numpy as np
 
 from ..base.numbers import text
+from ..schemes.catalogue import ITERATION
+
+
+def by_leading_lines(frequency_map: Any) -> bool:
+    """Tell whether figures are of leading lines: of flows of three coordinates or more, but for a body's planes."""
+    flow = hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
+    return flow and frequency_map.nu_eta is None and len(frequency_map.names) > 2
 
 
 def frequency(frequency_map: Any, name: str) -> np.ndarray:
     """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
-    "beta/alpha"; NaN of orbits that have none.
+    "beta/alpha"; NaN of orbits that have none. Of flows of three coordinates or more it is the leading line of that
+    coordinate: the order of independent frequencies changes from orbit to orbit.
     """
     numerator, slash, denominator = text("frequency", name).partition("/")
     if slash:
@@ -21,7 +29,10 @@ def frequency(frequency_map: Any, name: str) -> np.ndarray:
             return frequency(frequency_map, numerator) / frequency(frequency_map, denominator)
     if name in frequency_map.names:
         row = frequency_map.names.index(name)
-        return np.where(np.isfinite(frequency_map.error[row]), frequency_map.nu[row], np.nan)
+        nu, error = frequency_map.nu[row], frequency_map.error[row]
+        if by_leading_lines(frequency_map):
+            nu, error = frequency_map.leading[row], frequency_map.leading_error[row]
+        return np.where(np.isfinite(error), nu, np.nan)
     if name in ("eta", "gamma") and frequency_map.nu_eta is not None:
         return frequency_map.nu_eta if name == "eta" else frequency_map.nu_gamma
     extra = ", eta, gamma" if frequency_map.nu_eta is not None else ""

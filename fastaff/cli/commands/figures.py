@@ -138,6 +138,8 @@ def _ratios(scene: Scene, result: Any, values: Any, ax: Any) -> Any:
     first, second = result.names[:2]
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
+    if not plane and len(result.names) > 2:
+        x, y = f"{first}/{result.names[2]}", f"{second}/{result.names[2]}"
     ratio = plot.frequency(result, f"{second}/{first}")
     fine = np.isfinite(ratio) & result.regular
     low, high = np.quantile(ratio[fine], [0.01, 0.99]) if fine.any() else (0.0, 1.0)
