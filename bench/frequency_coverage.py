@@ -1,5 +1,5 @@
-"""Whether `frequency_map` tells the truth: orbits of integrable systems whose frequencies are known, far from resonances
-and close to them: `python bench/frequency_coverage.py`, with --quick in a minute.
+"""Whether `frequency_map` tells the truth: orbits of integrable systems of known frequencies, far from resonances
+and close to them: `python bench/frequency_coverage.py`, with --quick in two minutes.
 
 Each group of orbits is one model with parameters, units and offsets drawn at random; the lines of its table count
 
@@ -29,6 +29,7 @@ from fastaff.analysis import FrequencyKind
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "guarantees.md"
 BEGIN, END = "<!-- frequency coverage -->\n", "<!-- end -->"
 RESONANCES = ((1, 1), (2, 1), (3, 1), (4, 1), (3, 2), (4, 3))  # (q, p) with |q nu_1 - p nu_2| T log-uniform in NEAR
+CELLS = ("generic", *(f"{q}:{p}" for q, p in RESONANCES))
 NEAR = (-4.0, 1.0)
 GROUP = 25
 TRUTH = 1e-13  # relative error of the true frequencies
@@ -266,10 +267,11 @@ def toda(rng, n, m):
     u = (l * w) ** 2
     shift, size = l * offsets(rng, 1), 2 * n + 2
     chain = ["", *(f"({a}-x0)/l0" for a in "xyz"[:n]), ""]
-    text = "+".join(f"exp({right}{f'-{left}' if left else ''})" for left, right in zip(chain, chain[1:]))
+    text = "+".join(f"exp({right}{f'-{left}' if left else ''})" for left, right in itertools.pairwise(chain))
     text = f"u0*({text}-{n + 1})+v0"
     parameters = {"x0": shift[0], "l0": l, "u0": u, "v0": u * offsets(rng, None)}
-    ray = rng.standard_normal((2 * n, m)) * decades(rng, -0.5, 0.5, m)
+    ray = rng.standard_normal((2 * n, m))
+    ray *= decades(rng, -0.7, 0.2, m) / np.sqrt((ray**2).sum(axis=0))
     theta = (np.arange(128) + 0.5) * np.pi / 128
 
     def start(s):
@@ -293,9 +295,11 @@ def toda(rng, n, m):
             low, high = edges[:, 2 * gap], edges[:, 2 * gap + 1]
             place = ((low + high) / 2 + (high - low) / 2 * np.cos(theta)[:, None]).T
             rest = np.delete(edges, [2 * gap, 2 * gap + 1], axis=1)[:, :, None]
-            under = np.sqrt(np.abs(place[:, None] ** 2 - rest**2).prod(axis=1) * (place + low[:, None]) * (place + high[:, None]))
+            under = (
+                np.abs(place[:, None] ** 2 - rest**2).prod(axis=1) * (place + low[:, None]) * (place + high[:, None])
+            )
             for k in range(n):
-                slopes[:, gap, k] = (place ** (2 * (n - k) - 1) / under).mean(axis=1)
+                slopes[:, gap, k] = (place ** (2 * (n - k) - 1) / np.sqrt(under)).mean(axis=1)
         return w / (2 * np.pi) * np.abs(np.linalg.inv(slopes)[:, 0]).T / 2
 
     return Family(text, parameters, start, truth)
@@ -303,7 +307,9 @@ def toda(rng, n, m):
 
 SYSTEMS: dict[str, Callable] = {
     "Morse": lambda rng, m, at: wells(rng, ("Morse", "Morse"), m, at),
-    "quartic": lambda rng, m, at: wells(rng, [("hard", "hard"), ("hard", "soft"), ("soft", "soft")][rng.integers(3)], m, at),
+    "quartic": lambda rng, m, at: wells(
+        rng, [("hard", "hard"), ("hard", "soft"), ("soft", "soft")][rng.integers(3)], m, at
+    ),
     "pendulums": lambda rng, m, at: wells(rng, rng.choice(["pendulum", "pendulum", "rotor"], 2), m, at),
     "cubic, 45°": henon,
     "turned": lambda rng, m, at: wells(
@@ -353,7 +359,7 @@ def made(rng, system, cell, periods, steps="default", orbits=GROUP) -> Case | No
 def cases(seed=0, *, systems=None, periods=(10, 30, 100, 1000), orbits=8, steps=("default",)) -> Iterator[Case]:
     """Yield cases of all systems, times and cells, in groups of at most GROUP orbits; each has a seed of its own."""
     names = list(SYSTEMS)
-    rows = itertools.product(systems or names, periods, ["generic", *(f"{q}:{p}" for q, p in RESONANCES)], steps)
+    rows = itertools.product(systems or names, periods, CELLS, steps)
     for system, t, cell, how in rows:
         if how == "coarse step" and (cell not in ("generic", "2:1") or t < 100):
             continue
@@ -445,7 +451,7 @@ def table(results: list[Judged], titles: tuple[str, ...], key: Callable) -> str:
 
 def tables(results: list[Judged]) -> str:
     """Return the tables: by system, by distance to a resonance, by steps."""
-    cells = sorted(results, key=lambda j: (["g", *(f"{q}:{p}" for q, p in RESONANCES)].index(j.case.cell.replace("generic", "g")), j.case.periods))
+    cells = sorted(results, key=lambda j: (CELLS.index(j.case.cell), j.case.periods))
     hows = sorted(results, key=lambda j: (STEPS.index(j.case.steps), j.case.periods))
     return "\n".join(
         (
@@ -472,8 +478,8 @@ def shown(results: list[Judged], count: int) -> str:
             numbers = {k: float(v) for k, v in c.parameters.items()}
             said.append(
                 f"# {name}: {c.system}, near {c.cell}, T = {c.periods} periods, {c.steps}; ratio {j.ratio[i]:.4g}\n"
-                f"fa.frequency_map(fa.hamiltonian({c.text!r}, coordinates={'x y z'[: 2 * len(c.nu) - 1]!r}, **{numbers}),\n"
-                f"    {c.z0[:, i].tolist()}, time={c.time!r}, **{c.options})\n"
+                f"model = fa.hamiltonian({c.text!r}, coordinates={'x y z'[: 2 * len(c.nu) - 1]!r}, **{numbers})\n"
+                f"fa.frequency_map(model, {c.z0[:, i].tolist()}, time={c.time!r}, **{c.options})\n"
                 f"#   nu    {f.nu[:, i].tolist()}\n#   error {f.error[:, i].tolist()}\n"
                 f"#   true  {c.nu[:, i].tolist()}  rank {f.rank[i]} status {f.status[i]}\n"
             )
