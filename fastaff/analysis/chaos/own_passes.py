@@ -13,8 +13,10 @@ from ...base.status import Status
 from ...flows import observers
 from ...flows.flow import Flow, Report, no_memory
 from ...flows.motion import motion
+from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.frequency_map import FrequencyWork, checked_angles
 from ..frequencies.map_frequencies import map_frequencies_of
+from ..frequencies.readings import CHANGED
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .translations import median_correlation, sampling
 
@@ -22,7 +24,9 @@ from .translations import median_correlation, sampling
 def frequency_diffusion(
     indicator: FrequencyDiffusion, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray | float, np.ndarray]:
-    """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period."""
+    """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period; NaN
+    where it says nothing: lines that are close change the halves of regular orbits, too.
+    """
     if flow.exact:
         found = map_frequencies_of(flow, z0, int(time))
         value = found.diffusion + np.log10(2 * math.pi)
@@ -31,7 +35,10 @@ def frequency_diffusion(
     work.run()
     found = work.result()
     value = found.diffusion - np.log10(rates / (2 * math.pi))
-    return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
+    vague = found.kind == FrequencyKind.UNDECIDED
+    beside = (found.kind != FrequencyKind.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
+    known = (found.status == Status.OK) & ~vague & ~beside
+    return np.where(known, value, np.nan), np.nan, found.status
 
 
 def zero_one(

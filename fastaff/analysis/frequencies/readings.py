@@ -29,9 +29,9 @@ SAFETY = 5.0
 (bench/test_frequency.py).
 """
 
-CHANGED, SURELY = 0.3, 3.0
+CHANGED, SURELY, EACH = 0.3, 3.0, 1.5
 """Cycles over a half by which frequencies differ from half to half where they are said to change, and where no close
-lines may do that.
+lines may do that; of three loops and more for each beyond one, where lines were not told apart.
 """
 
 SAME = 0.5
@@ -269,8 +269,11 @@ def _irregular(
     change = np.where(np.isfinite(change), change, 0.0)
     most, loop = change.max(axis=1, initial=0.0), change.argmax(axis=1)
     rough = found.rest > np.where(found.drifting & (most < SURELY), 2 * ROUGH, ROUGH)
-    result = (most > np.where(vague & (found.rank > 0), SURELY, CHANGED)) & rough & ~near
-    unsure = (most > CHANGED) & ~result & ~vague
+    # Of three loops and more lines are so many that several are close, where they were not told apart.
+    m = found.nu.shape[1]
+    least = np.where(found.drifting & (m > 2), EACH * (m - 1), CHANGED)
+    result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
+    unsure = (most > least) & ~result & ~(vague & (found.rank > 0))
     for o in np.array_split(np.flatnonzero(unsure), -(-np.count_nonzero(unsure) // AT_ONCE) or 1):
         if o.size:
             f = values(s, loops, o, loop[o], 1, threads)
