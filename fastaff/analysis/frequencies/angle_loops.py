@@ -12,7 +12,8 @@ from ...compile.blocks import rows_block, signals_block
 from ...compile.pointers import call_table
 from ...kernels import fundamental as kernels
 from ...models.angles import AlphaBeta, RVartheta
-from .fundamental import PARTS, parts, run, weight_at
+from .demodulated import PARTS, parts
+from .fundamental import run, weight_at
 
 
 class Plain(NamedTuple):

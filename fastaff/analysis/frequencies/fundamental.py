@@ -18,11 +18,11 @@ import numpy as np
 
 from ...compile.threads import together
 from ...flows.flow import launch
-from ...kernels import demodulation, peaks
 from ...kernels import fundamental as kernels
+from ...kernels import peaks
 from ...kernels.birkhoff import SHARPNESS
 from .integer_lattice import ball
-from .naff import FrequencyLines, followed_line, found_lines
+from .naff import found_lines
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
@@ -47,17 +47,6 @@ BROAD = 0.1
 
 FAR = 0.3
 """Cycles over the whole time that a line of the first piece may be off."""
-
-RESOLVED, NEAR = 1.5, 8.0
-"""Cycles over the window between two lines that windows tell apart, and within which a line changes what its halves
-say.
-"""
-
-RELATED = (48, 24, 10, 6, 4, 3, 3, 2)
-"""Largest |k|_1 of combinations of 1, 2, ... frequencies that are held against 0."""
-
-SHOWS, LARGE = 0.1, 0.3
-"""Relative amplitudes from which a line that is not told apart leaves an orbit undecided, and changes its halves."""
 
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
@@ -92,23 +81,6 @@ ORDERED = 0.02
 GOLDEN = (math.sqrt(5) - 1) / 2
 SPANS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, GOLDEN), (1.0 - GOLDEN, 1.0), (0.2, 0.2 + math.sqrt(0.4)))
 """Windows of averages: the whole, both halves, and others whose lengths and starts have no common phase."""
-
-
-HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
-PAIRS = (0.7, 0.8)
-"""Windows of lines: the whole and its halves, and the lengths of their parts of which two tell the error of each."""
-
-BOUND = 7.5
-"""Factor of the error over the differences of the pairs: the error of one line from 1.5 cycles away on is within."""
-
-RECENTRED = 0.5
-"""Cycles over the whole that a line may be off where it is looked for."""
-
-PARTS = (
-    *((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, 0.6), (0.4, 1.0)),
-    *((0.0, 0.35), (0.15, 0.5), (0.5, 0.85), (0.65, 1.0)),
-)
-"""Windows of orbits in time: the whole, both halves, two that tell the error of the whole, and two for each half."""
 
 
 class Loops(NamedTuple):
@@ -165,92 +137,6 @@ def bump(x0: float, x1: float, samples: int) -> np.ndarray:
     return w / (w.sum() or 1.0)
 
 
-@functools.lru_cache(maxsize=8)
-def windows(steps: int) -> np.ndarray:
-    """Return the weights (1 + spans, steps) of SPANS, and last those of the whole that see every second sample only."""
-    rows = [bump(*span, steps) for span in SPANS]
-    pairs = np.repeat(bump(0.0, 1.0, steps // 2), 2) / 2
-    return np.array([*rows, np.append(pairs, [0.0] * (steps - pairs.size))])
-
-
-class LineRates(NamedTuple):
-    """Frequencies nu (orbits, loops) of lines with their errors, and those of both halves (orbits, loops, 2)."""
-
-    nu: np.ndarray
-    error: np.ndarray
-    halves: np.ndarray
-    halves_error: np.ndarray
-
-
-@functools.lru_cache(maxsize=32)
-def demodulating(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights (18, samples) that loops are summed with, and where they are not 0, (18, 2).
-
-    For the whole and each half a window and its change from sample to sample, then for each of them the windows over
-    its first and last PAIRS of it.
-    """
-    rows = []
-    for begin, end in HALVES:
-        g = np.append(bump(begin, end, samples - 1), 0.0)
-        rows += [g, np.append(0.0, g[:-1]) - g]
-    for begin, end in HALVES:
-        for part in PAIRS:
-            length = part * (end - begin)
-            rows += [bump(begin, begin + length, samples), bump(end - length, end, samples)]
-    table = np.array(rows)
-    some = table != 0
-    ends = np.stack([some.argmax(axis=1), samples - some[:, ::-1].argmax(axis=1)], axis=1)
-    return table, ends.astype(np.int64)
-
-
-def demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
-    """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals.
-
-    With sums S of a line times a window and D times the window's change, the turn from one sample to the next is that
-    of 1 + D/S, exactly; another line of relative amplitude a and at a distance d adds a d W(d). The phases of two
-    windows over parts of it say how much that is. It is a bound for d beyond 1.5/time.
-    """
-    rates = _demodulated(signals, loops, nu, interval, threads)
-    off = np.abs(rates.nu - nu) * interval * signals.shape[2]
-    far = (np.isfinite(off) & (off > RECENTRED)).any(axis=1)
-    if far.any():  # the windows see less of a line that far
-        near = np.where((off < 3.0)[far], rates.nu[far], nu[far])
-        part = np.ascontiguousarray(signals[far])
-        again = _demodulated(part, Loops(*(entry[far] for entry in loops)), near, interval, threads)
-        for old, new in zip(rates, again, strict=True):
-            old[far] = new
-    return rates
-
-
-def _demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
-    samples = signals.shape[2]
-    tables, ends = demodulating(samples)
-    sums = np.zeros((*nu.shape, len(tables)), complex)
-    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(demodulation.demodulate, len(nu), (signals, *complexes, nu, interval, tables, ends, sums), threads)
-    parts, unit = len(HALVES), 2 * np.pi * interval
-    off, spread = np.zeros((2, *nu.shape, parts))
-    with np.errstate(all="ignore"):
-        for i, (begin, end) in enumerate(HALVES):
-            off[:, :, i] = np.angle(1 + sums[:, :, 2 * i + 1] / sums[:, :, 2 * i])
-            for j, part in enumerate(PAIRS):
-                at = 2 * (parts + len(PAIRS) * i + j)
-                apart = (1 - part) * (end - begin) * samples
-                phase = sums[:, :, at + 1] * sums[:, :, at].conj() * np.exp(-1j * off[:, :, i] * apart)
-                spread[:, :, i] = np.maximum(spread[:, :, i], np.abs(np.angle(phase)) / apart)
-        error = BOUND * spread / unit
-        found = nu[:, :, None] + off / unit
-    none = ~np.isfinite(found) | ~np.isfinite(error)
-    found, error = np.where(none, nu[:, :, None], found), np.where(none, np.inf, error)
-    return LineRates(found[:, :, 0].copy(), error[:, :, 0].copy(), found[:, :, 1:].copy(), error[:, :, 1:].copy())
-
-
-@functools.lru_cache(maxsize=32)
-def parts(steps: int) -> np.ndarray:
-    """Return the weights (parts, steps) of PARTS."""
-    return np.array([bump(*span, steps) for span in PARTS])
-
-
 def damping(cycles: np.ndarray) -> np.ndarray:
     """Return what is left, in a weighted average, of a line so many cycles per window from zero (an upper bound)."""
     root = np.sqrt(np.maximum(SHARPNESS**2 - (np.pi * cycles) ** 2, 0.0))
@@ -291,7 +177,7 @@ def _table(rank: int) -> tuple[np.ndarray, int, int]:
 
 
 @functools.cache
-def _tables(most: int) -> tuple[np.ndarray, np.ndarray]:
+def tables_of(most: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the tables of ranks 1 to `most`, (ranks, vectors, most) with zeros past their ends, and their numbers
     (ranks, 2).
     """
@@ -316,19 +202,6 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
     """Run a kernel of one orbit after another."""
     if orbits:
         launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None)
-
-
-def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int) -> np.ndarray:
-    """Return weighted mean rates (orbits, loops, windows), in cycles per unit time, of loops of the signals.
-
-    weights (windows, steps), or (orbits, windows, steps), each of sum 1.
-    """
-    orbits, steps = signals.shape[0], weights.shape[-1]
-    rates = np.zeros((*loops.offset.shape, weights.shape[-2]))
-    table = np.ascontiguousarray(weights.reshape(-1, *weights.shape[-2:]))
-    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(kernels.turn, orbits, (signals, steps + 1, *complexes, table, rates), threads)
-    return rates / (2 * np.pi * interval)
 
 
 def modes(signals: np.ndarray, interval: float, threads: int, fit: bool = False) -> Modes:
@@ -429,7 +302,7 @@ def _apart(spectra: np.ndarray, moving: np.ndarray, h: float, threads: int) -> M
     """Return what bins of Fourier transforms (orbits, m, n) say of loops whose lines stand apart; rank 0 of others."""
     orbits, m, n = spectra.shape
     result, unit = _no_modes(orbits, m), n * h
-    tables, sizes = _tables(m)
+    tables, sizes = tables_of(m)
     clear, rank, rest = np.zeros(orbits, np.int64), np.zeros(orbits, np.int64), np.zeros(orbits)
     value, bar, strength = np.zeros((3, orbits, m, SEEN))
     bar[:] = np.inf
@@ -466,41 +339,6 @@ def _fitted(x: np.ndarray, loops: np.ndarray, moving: np.ndarray, h: float, thre
         for old, new in zip(result, again, strict=True):
             old[short] = new
     return result
-
-
-class Closeness(NamedTuple):
-    """What relations of the frequencies say, see `kernels.peaks.relations`: arrays over orbits, blur (orbits, m)."""
-
-    strange: np.ndarray
-    blur: np.ndarray
-    near: np.ndarray
-    close: np.ndarray
-
-
-def closeness(found: Modes, nu: np.ndarray, time: float, interval: float, threads: int) -> Closeness:
-    """Hold frequencies nu (orbits, m) of modes against each other that were found over that time, from samples an
-    interval apart.
-    """
-    orbits, m = nu.shape
-    tables, sizes = _tables(m)
-    k, lengths = _relating(m)
-    value, bar, strength = (np.ascontiguousarray(found.lines[:, i]) for i in range(3))
-    known = np.where(found.owned & np.isfinite(nu), nu, 0.0), np.where(found.owned, found.spread, 0.0)
-    result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((2, orbits), bool))
-    limits = RESOLVED, NEAR, SHOWS, LARGE
-    seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
-    run(peaks.relations, orbits, (*seen, *result), threads)
-    return result
-
-
-@functools.cache
-def _relating(m: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vectors k, one of each pair +-k, of relations of m frequencies that are looked at, and |k|_1."""
-    k = ball(m, RELATED[min(m, len(RELATED)) - 1])[1:]
-    first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
-    length = np.abs(k).sum(axis=1)
-    kept = (first > 0) & (length > 1)
-    return np.ascontiguousarray(k[kept]), length[kept]
 
 
 def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
@@ -543,7 +381,7 @@ def _lattice(
     )
     bar = np.where(np.isfinite(bar), bar, 0.0)
     count = (rank_of_lines > 0).sum(axis=1)
-    tables, sizes = _tables(m)
+    tables, sizes = tables_of(m)
     rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
     nu, spread = np.zeros((2, orbits, m))
     run(
@@ -572,7 +410,7 @@ def _place(
 ) -> None:
     """Fill in generators nu (orbits, m), each with the loop of whose motion it has most, and leading lines `top`."""
     orbits, m = nu.shape
-    tables, sizes = _tables(m)
+    tables, sizes = tables_of(m)
     place, rows = _places(share, nu, rank, moving), np.arange(orbits)[:, None]
     owned = place < rank[:, None]
     nu, spread = nu[rows, place], spread[rows, place]
@@ -653,72 +491,3 @@ def values(
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
     run(kernels.loop_values, orbits.size, (signals, stride, orbits, number, *complexes, f), threads)
     return f
-
-
-def lines_of(f: np.ndarray, interval: float, lines: int = 8) -> FrequencyLines:
-    """Return the strongest lines of signals f (signals, samples), of their first samples as a Fourier transform likes
-    to have them.
-    """
-    samples = fast_length(f.shape[1])
-    return found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
-
-
-def line_rates(
-    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, found: FrequencyLines | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its
-    uncertainty.
-
-    It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error
-    bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
-    up, with inf for it. found: what `lines_of` says, where that is known.
-    """
-    line, uncertainty = _line_by(f, interval, nu, lines_of(f, interval) if found is None else found)
-    rates = np.full((5, len(f)), np.nan)
-    rates[0] = line.nu
-    left = np.flatnonzero(uncertainty < useless)
-    for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
-        rates[window, left] = line.over(SPANS[window], left)
-        if window > 2:
-            change = np.abs(rates[window, left] - rates[0, left])
-            uncertainty[left] = np.maximum(uncertainty[left], np.where(np.isfinite(change), change, np.inf))
-            left = left[uncertainty[left] < useless[left]]
-    return rates, np.where(uncertainty < useless, uncertainty, np.inf)
-
-
-def line_changes(f: np.ndarray, interval: float, nu: np.ndarray) -> np.ndarray:
-    """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
-    is lost.
-    """
-    line, _ = _line_by(f, interval, nu, lines_of(f, interval))
-    every = np.arange(len(f))
-    change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
-    return np.where(np.isfinite(change), change, np.inf)
-
-
-class _Line(NamedTuple):
-    """The line number `which` (signals,) of those found in signals f (signals, samples), and its frequency nu."""
-
-    f: np.ndarray
-    interval: float
-    found: FrequencyLines
-    which: np.ndarray
-    nu: np.ndarray
-
-    def over(self, span: tuple[float, float], signals: np.ndarray) -> np.ndarray:
-        """Return its frequency over a part of the time in some of the signals."""
-        samples = fast_length(self.f.shape[1])
-        first = round(span[0] * samples)
-        n = fast_length(min(round((span[1] - span[0]) * samples), samples - first))
-        found = self.found.take(signals)
-        return followed_line(self.f[signals], self.interval, LINE_ORDER, first, first + n, found, self.which[signals])
-
-
-def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, found: FrequencyLines) -> tuple[_Line, np.ndarray]:
-    """Return the strongest line found in f (signals, samples) within three bins of nu (signals,), and its error bar."""
-    samples = fast_length(f.shape[1])
-    near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
-    which = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)
-    some, rows = near.any(axis=1), np.arange(len(f))
-    line = _Line(f, interval, found, which, np.where(some, found.nu[rows, which], np.nan))
-    return line, np.where(some, found.error[rows, which], np.inf)

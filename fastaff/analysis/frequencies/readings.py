@@ -8,21 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .angle_loops import Layout, Signals, clock_windows
-from .fundamental import (
-    Closeness,
-    Loops,
-    Modes,
-    closeness,
-    damping,
-    demodulated,
-    line_changes,
-    line_rates,
-    modes,
-    parts,
-    turning,
-    values,
-)
+from .closeness import Closeness, closeness
+from .demodulated import demodulated, parts, turning
+from .fundamental import Loops, Modes, damping, modes, values
 from .integer_lattice import box
+from .line_rates import line_changes, line_rates
 
 SAFETY = 5.0
 """Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors

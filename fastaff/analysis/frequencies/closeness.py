@@ -1,0 +1,58 @@
+"""Which combinations of frequencies are as close to 0 as lines can be told apart."""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernels import peaks
+from .fundamental import Modes, run, tables_of
+from .integer_lattice import ball
+
+RESOLVED, NEAR = 1.5, 8.0
+"""Cycles over the window between two lines that windows tell apart, and within which a line changes what its halves
+say.
+"""
+
+RELATED = (48, 24, 10, 6, 4, 3, 3, 2)
+"""Largest |k|_1 of combinations of 1, 2, ... frequencies that are held against 0."""
+
+SHOWS, LARGE = 0.1, 0.3
+"""Relative amplitudes from which a line that is not told apart leaves an orbit undecided, and changes its halves."""
+
+
+class Closeness(NamedTuple):
+    """What relations of the frequencies say, see `kernels.peaks.relations`: arrays over orbits, blur (orbits, m)."""
+
+    strange: np.ndarray
+    blur: np.ndarray
+    near: np.ndarray
+    close: np.ndarray
+
+
+def closeness(found: Modes, nu: np.ndarray, time: float, interval: float, threads: int) -> Closeness:
+    """Hold frequencies nu (orbits, m) of modes against each other that were found over that time, from samples an
+    interval apart.
+    """
+    orbits, m = nu.shape
+    tables, sizes = tables_of(m)
+    k, lengths = _relating(m)
+    value, bar, strength = (np.ascontiguousarray(found.lines[:, i]) for i in range(3))
+    known = np.where(found.owned & np.isfinite(nu), nu, 0.0), np.where(found.owned, found.spread, 0.0)
+    result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((2, orbits), bool))
+    limits = RESOLVED, NEAR, SHOWS, LARGE
+    seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
+    run(peaks.relations, orbits, (*seen, *result), threads)
+    return result
+
+
+@functools.cache
+def _relating(m: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vectors k, one of each pair +-k, of relations of m frequencies that are looked at, and |k|_1."""
+    k = ball(m, RELATED[min(m, len(RELATED)) - 1])[1:]
+    first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
+    length = np.abs(k).sum(axis=1)
+    kept = (first > 0) & (length > 1)
+    return np.ascontiguousarray(k[kept]), length[kept]

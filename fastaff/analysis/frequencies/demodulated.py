@@ -1,0 +1,119 @@
+"""Frequencies of loops, in windows of the whole and of its halves: of demodulated lines, and mean rates of arguments."""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernels import demodulation
+from ...kernels import fundamental as kernels
+from .fundamental import Loops, bump, run
+
+HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
+PAIRS = (0.7, 0.8)
+"""Windows of lines: the whole and its halves, and the lengths of their parts of which two tell the error of each."""
+
+BOUND = 7.5
+"""Factor of the error over the differences of the pairs: the error of one line from 1.5 cycles away on is within."""
+
+RECENTRED = 0.5
+"""Cycles over the whole that a line may be off where it is looked for."""
+
+PARTS = (
+    *((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, 0.6), (0.4, 1.0)),
+    *((0.0, 0.35), (0.15, 0.5), (0.5, 0.85), (0.65, 1.0)),
+)
+"""Windows of orbits in time: the whole, both halves, two that tell the error of the whole, and two for each half."""
+
+
+class LineRates(NamedTuple):
+    """Frequencies nu (orbits, loops) of lines with their errors, and those of both halves (orbits, loops, 2)."""
+
+    nu: np.ndarray
+    error: np.ndarray
+    halves: np.ndarray
+    halves_error: np.ndarray
+
+
+@functools.lru_cache(maxsize=32)
+def demodulating(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights (18, samples) that loops are summed with, and where they are not 0, (18, 2).
+
+    For the whole and each half a window and its change from sample to sample, then for each of them the windows over
+    its first and last PAIRS of it.
+    """
+    rows = []
+    for begin, end in HALVES:
+        g = np.append(bump(begin, end, samples - 1), 0.0)
+        rows += [g, np.append(0.0, g[:-1]) - g]
+    for begin, end in HALVES:
+        for part in PAIRS:
+            length = part * (end - begin)
+            rows += [bump(begin, begin + length, samples), bump(end - length, end, samples)]
+    table = np.array(rows)
+    some = table != 0
+    ends = np.stack([some.argmax(axis=1), samples - some[:, ::-1].argmax(axis=1)], axis=1)
+    return table, ends.astype(np.int64)
+
+
+def demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
+    """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals.
+
+    With sums S of a line times a window and D times the window's change, the turn from one sample to the next is that
+    of 1 + D/S, exactly; another line of relative amplitude a and at a distance d adds a d W(d). The phases of two
+    windows over parts of it say how much that is. It is a bound for d beyond 1.5/time.
+    """
+    rates = _demodulated(signals, loops, nu, interval, threads)
+    off = np.abs(rates.nu - nu) * interval * signals.shape[2]
+    far = (np.isfinite(off) & (off > RECENTRED)).any(axis=1)
+    if far.any():  # the windows see less of a line that far
+        near = np.where((off < 3.0)[far], rates.nu[far], nu[far])
+        part = np.ascontiguousarray(signals[far])
+        again = _demodulated(part, Loops(*(entry[far] for entry in loops)), near, interval, threads)
+        for old, new in zip(rates, again, strict=True):
+            old[far] = new
+    return rates
+
+
+def _demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
+    samples = signals.shape[2]
+    tables, ends = demodulating(samples)
+    sums = np.zeros((*nu.shape, len(tables)), complex)
+    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
+    run(demodulation.demodulate, len(nu), (signals, *complexes, nu, interval, tables, ends, sums), threads)
+    parts, unit = len(HALVES), 2 * np.pi * interval
+    off, spread = np.zeros((2, *nu.shape, parts))
+    with np.errstate(all="ignore"):
+        for i, (begin, end) in enumerate(HALVES):
+            off[:, :, i] = np.angle(1 + sums[:, :, 2 * i + 1] / sums[:, :, 2 * i])
+            for j, part in enumerate(PAIRS):
+                at = 2 * (parts + len(PAIRS) * i + j)
+                apart = (1 - part) * (end - begin) * samples
+                phase = sums[:, :, at + 1] * sums[:, :, at].conj() * np.exp(-1j * off[:, :, i] * apart)
+                spread[:, :, i] = np.maximum(spread[:, :, i], np.abs(np.angle(phase)) / apart)
+        error = BOUND * spread / unit
+        found = nu[:, :, None] + off / unit
+    none = ~np.isfinite(found) | ~np.isfinite(error)
+    found, error = np.where(none, nu[:, :, None], found), np.where(none, np.inf, error)
+    return LineRates(found[:, :, 0].copy(), error[:, :, 0].copy(), found[:, :, 1:].copy(), error[:, :, 1:].copy())
+
+
+@functools.lru_cache(maxsize=32)
+def parts(steps: int) -> np.ndarray:
+    """Return the weights (parts, steps) of PARTS."""
+    return np.array([bump(*span, steps) for span in PARTS])
+
+
+def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int) -> np.ndarray:
+    """Return weighted mean rates (orbits, loops, windows), in cycles per unit time, of loops of the signals.
+
+    weights (windows, steps), or (orbits, windows, steps), each of sum 1.
+    """
+    orbits, steps = signals.shape[0], weights.shape[-1]
+    rates = np.zeros((*loops.offset.shape, weights.shape[-2]))
+    table = np.ascontiguousarray(weights.reshape(-1, *weights.shape[-2:]))
+    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
+    run(kernels.turn, orbits, (signals, steps + 1, *complexes, table, rates), threads)
+    return rates / (2 * np.pi * interval)

@@ -1,0 +1,79 @@
+"""Frequencies of the lines of signals that are fitted together with their neighbours."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .fundamental import LINE_ORDER, SPANS, fast_length
+from .naff import FrequencyLines, followed_line, found_lines
+
+
+def lines_of(f: np.ndarray, interval: float, lines: int = 8) -> FrequencyLines:
+    """Return the strongest lines of signals f (signals, samples), of their first samples as a Fourier transform likes
+    to have them.
+    """
+    samples = fast_length(f.shape[1])
+    return found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
+
+
+def line_rates(
+    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, found: FrequencyLines | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its
+    uncertainty.
+
+    It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error
+    bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
+    up, with inf for it. found: what `lines_of` says, where that is known.
+    """
+    line, uncertainty = _line_by(f, interval, nu, lines_of(f, interval) if found is None else found)
+    rates = np.full((5, len(f)), np.nan)
+    rates[0] = line.nu
+    left = np.flatnonzero(uncertainty < useless)
+    for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
+        rates[window, left] = line.over(SPANS[window], left)
+        if window > 2:
+            change = np.abs(rates[window, left] - rates[0, left])
+            uncertainty[left] = np.maximum(uncertainty[left], np.where(np.isfinite(change), change, np.inf))
+            left = left[uncertainty[left] < useless[left]]
+    return rates, np.where(uncertainty < useless, uncertainty, np.inf)
+
+
+def line_changes(f: np.ndarray, interval: float, nu: np.ndarray) -> np.ndarray:
+    """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
+    is lost.
+    """
+    line, _ = _line_by(f, interval, nu, lines_of(f, interval))
+    every = np.arange(len(f))
+    change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
+    return np.where(np.isfinite(change), change, np.inf)
+
+
+class _Line(NamedTuple):
+    """The line number `which` (signals,) of those found in signals f (signals, samples), and its frequency nu."""
+
+    f: np.ndarray
+    interval: float
+    found: FrequencyLines
+    which: np.ndarray
+    nu: np.ndarray
+
+    def over(self, span: tuple[float, float], signals: np.ndarray) -> np.ndarray:
+        """Return its frequency over a part of the time in some of the signals."""
+        samples = fast_length(self.f.shape[1])
+        first = round(span[0] * samples)
+        n = fast_length(min(round((span[1] - span[0]) * samples), samples - first))
+        found = self.found.take(signals)
+        return followed_line(self.f[signals], self.interval, LINE_ORDER, first, first + n, found, self.which[signals])
+
+
+def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, found: FrequencyLines) -> tuple[_Line, np.ndarray]:
+    """Return the strongest line found in f (signals, samples) within three bins of nu (signals,), and its error bar."""
+    samples = fast_length(f.shape[1])
+    near = (np.abs(found.nu - nu[:, None]) * samples * interval < 3) & np.isfinite(found.error)
+    which = np.where(near, np.abs(found.amplitude), -1.0).argmax(axis=1)
+    some, rows = near.any(axis=1), np.arange(len(f))
+    line = _Line(f, interval, found, which, np.where(some, found.nu[rows, which], np.nan))
+    return line, np.where(some, found.error[rows, which], np.inf)
