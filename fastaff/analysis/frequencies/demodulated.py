@@ -1,4 +1,4 @@
-"""Frequencies of loops, in windows of the whole and of its halves: of demodulated lines, and mean rates of arguments."""
+"""Frequencies of loops, in windows of the whole and of its halves: of demodulated lines, and mean rates."""
 
 from __future__ import annotations
 
