@@ -102,23 +102,29 @@ def frequency_map(
     `lines` the strongest ones of each coordinate's signal in the first window, modulo 1, in (-1/2, 1/2]: of one that
     winds what is left of it without its mean turn.
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
-    at every step, or at every 2nd to 12th where a third of a radian of its fastest motion allows. The lines of the
-    loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are generators;
-    each goes to the coordinate of whose motion it has the largest share. They are positive; those of a body's planes
-    have the sign of turning. A coordinate that grows without bound counts without its mean growth. Birkhoff: nu = sum
-    w_k (theta_(k+1) - theta_k)/(2 pi sum w_k dt) of the angle of a loop that has one generator's line and no other's; w
-    = exp(30 (sqrt(1 - x^2) - 1)), so a line at distance d from zero frequency is damped below 2e-12 once d*time > 9.6.
-    A body that separates has loops of its own, in a clock of its own (`angles`). NAFF: the line of that loop, fitted
-    with the strongest others.
-    Errors: 5 times the largest difference of the value over windows of unequal lengths and starts from that over the
-    whole; 5 times the change of the mean rate over the first sixteenth of the time (at least 256 steps) when the step
-    is halved (for a Runge-Kutta scheme, whose error grows, times their ratio; tolerances a hundredth for an adaptive
-    one), which for a splitting is taken off the value too; what the window leaves of the line itself; and rounding.
-    Cost: a run, a half-step run over a sixteenth of the time, an FFT of each loop, whose lines, about n + 4, are fitted
-    to their own bins, and a pass over the samples of each loop for its averages; where these leave more than `fallback`
-    five fits more, unless the orbit is seen to be chaotic. Altogether some 10 to 20 runs (bench/test_frequency.py).
-    Memory: samples of some orbits at a time, 128 MiB or one orbit, and twice as much for what is made of them
-    (bench/memory.py: 435 MiB at 24,000 orbits).
+    every 0.8 radians of its motion, a body that has angles of its own every 0.5, or 0.1 where these have a clock. The
+    lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are
+    generators; each goes to the coordinate of whose motion it has the largest share. They are positive; those of a
+    body's planes have the sign of turning. A coordinate that grows without bound counts without its mean growth. Lines
+    that stand apart are read from the bins of one Fourier transform, others are fitted together.
+    Birkhoff: a loop that has one generator's line and no other's, times exp(-2 pi i nu_0 t), is summed with the weight
+    w = exp(30 (sqrt(1 - x^2) - 1)) and with the weight's change from sample to sample: their ratio gives the line's
+    turn from sample to sample, exactly. A line at distance d and of relative amplitude a adds a d W(d), below 2e-12
+    once d*time > 9.6. The halves' frequencies are found so from the halves alone. A body that separates has loops of
+    its own, in a clock of its own (`angles`), whose mean rates are taken. NAFF: the line of that loop, fitted with the
+    strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
+    Errors: 7.5 times the largest difference of the turn from that between two windows of 0.7 and of 0.8 of the time,
+    which bounds what a line 1.5/time away or more can do; what lines closer than that can do, by the amplitudes that
+    lines show; 5 times what the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps)
+    when the step is halved may be off, and for a Runge-Kutta scheme, whose error grows, times their ratio (tolerances a
+    hundredth for an adaptive one); for a splitting the change is taken off the value; and rounding.
+    Verdicts: two lines that both show and are closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time.
+    IRREGULAR are orbits whose frequencies differ from half to half by 0.3 cycles or more, and by more than close lines
+    can make them differ.
+    Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
+    several times as much for orbits whose lines do not stand apart (bench/test_frequency.py).
+    Memory: samples of some orbits at a time, 32 MiB or one orbit, and as much for what is made of them
+    (bench/memory.py).
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
     Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.
