@@ -361,9 +361,9 @@ def relations(
     generators, 0 where there is none; k (vectors, m), by lengths (vectors,) |k|_1, one of each pair +-k; rate: of
     samples, modulo which combinations are seen. limits: cycles over the time of what is close, of what is near, and
     the amplitudes from which lines show, and from which they are large. Filled are strange (orbits,), the amplitude,
-    relative to its loop's largest, of the largest line of which a generator is a multiple; blur (orbits, m), the
-    cycles that each frequency may be off by close lines of combinations; near, close (orbits,): whether there are such
-    that are large, or show.
+    relative to its loop's largest, of the largest line of which a generator is a multiple, 1 where a generator is part
+    of no strong one; blur (orbits, m), the cycles that each frequency may be off by close lines of combinations; near,
+    close (orbits,): whether there are such that are large, or show.
 
     Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
     to be no larger than the smallest line that is known, FEWEST where there are no more.
@@ -374,6 +374,7 @@ def relations(
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
     found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
+    shown = np.zeros(m, np.int64)
     for j in range(m):
         if nu[unit, j] > 0.0:
             own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
@@ -391,12 +392,16 @@ def relations(
                 length = 0
                 for g in range(rank):
                     length += abs(found[g])
+                for g in range(rank):
+                    shown[g] += 1 if found[g] != 0 and (i == 0 or (part > STRONG and length <= 3)) else 0
                 if length > 1 and i > 0:
                     decay = max(decay, part ** (1.0 / (length - 1)))
             if value[unit, j, i] > 0.0 and divides(
                 value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
             ):
                 strange[unit] = max(strange[unit], part)
+    for g in range(rank):  # a generator is part of a leading or a strong line
+        strange[unit] = strange[unit] if shown[g] > 0 else 1.0
     for v in range(lengths.size):
         total_one, there = 0.0, True
         for j in range(m):

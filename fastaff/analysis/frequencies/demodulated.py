@@ -15,7 +15,7 @@ HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
 PAIRS = (0.7, 0.8)
 """Windows of lines: the whole and its halves, and the lengths of their parts of which two tell the error of each."""
 
-BOUND = 7.5
+BOUND = 10.0
 """Factor of the error over the differences of the pairs: the error of one line from 1.5 cycles away on is within."""
 
 RECENTRED = 0.5

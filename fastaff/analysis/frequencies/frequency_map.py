@@ -113,7 +113,7 @@ def frequency_map(
     once d*time > 9.6. The halves' frequencies are found so from the halves alone. A body that separates has loops of
     its own, in a clock of its own (`angles`), whose mean rates are taken. NAFF: the line of that loop, fitted with the
     strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
-    Errors: 7.5 times the largest difference of the turn from that between two windows of 0.7 and of 0.8 of the time,
+    Errors: 10 times the largest difference of the turn from that between two windows of 0.7 and of 0.8 of the time,
     which bounds what a line 1.5/time away or more can do; what lines closer than that can do, by the amplitudes that
     lines show; 5 times what the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps)
     when the step is halved may be off, and for a Runge-Kutta scheme, whose error grows, times their ratio (tolerances a

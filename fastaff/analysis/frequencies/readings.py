@@ -32,7 +32,7 @@ ROUGH, STRANGE = 0.1, 0.05
 of a line of which a frequency is a multiple, from which it is none.
 """
 
-CLEAN = 1e-5
+CLEAN = 1e-7
 """Share of a loop's size that lines leave, up to which those fewer than the loops are all there is."""
 
 SLOW = 5.0
@@ -44,10 +44,12 @@ UNSETTLED = 0.02
 REST = 5.0
 """Amplitude, relative to a line's, that is taken to be left at frequency 0."""
 
-HIGHER = 0.2
+HIGHER = 0.8
 """Share of the change with half the step that the correction for the step may be off."""
 
-ROUNDING = 1e-13
+ROUNDING, GROWN = 3e-13, 1e-14
+"""Relative errors of frequencies by rounding: of all, and times what a coordinate grows by in units of its swing."""
+
 AT_ONCE = 256
 """Loops whose lines are fitted at once."""
 
@@ -189,7 +191,9 @@ def _lattice_rates(
 ) -> _Rates:
     """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
     rates = _demodulated(s, start, loops, found.nu, dt, threads)
-    return rates._replace(error=np.where(found.moving, rates.error, np.inf))
+    # A coordinate that has grown to so many sizes of its swing is rounded to so much of it.
+    rounded = GROWN * np.abs(loops.drift) * s.shape[2] * np.abs(found.nu)
+    return rates._replace(error=np.where(found.moving, rates.error + rounded, np.inf))
 
 
 def _with_scheme(
