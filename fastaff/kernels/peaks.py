@@ -362,7 +362,7 @@ def relations(
     samples, modulo which combinations are seen. limits: cycles over the time of what is close, of what is near, and
     the amplitudes from which lines show, and from which they are large. Filled are strange (orbits,), the amplitude,
     relative to its loop's largest, of the largest line of which a generator is a multiple, 1 where a generator is part
-    of no strong one; blur (orbits, m), the cycles that each frequency may be off by close lines of combinations; near,
+    of no strong one and not told from a combination of others; blur (orbits, m), the cycles that each frequency may be off by close lines of combinations; near,
     close (orbits,): whether there are such that are large, or show.
 
     Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
@@ -400,8 +400,6 @@ def relations(
                 value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
             ):
                 strange[unit] = max(strange[unit], part)
-    for g in range(rank):  # a generator is part of a leading or a strong line
-        strange[unit] = strange[unit] if shown[g] > 0 else 1.0
     for v in range(lengths.size):
         total_one, there = 0.0, True
         for j in range(m):
@@ -415,6 +413,8 @@ def relations(
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
             if cycles < resolved:
+                for g in range(rank):  # part of no strong line, and what others make: it may be none
+                    strange[unit] = 1.0 if shown[g] == 0 and abs(k[v, where[g]]) == 1 else strange[unit]
                 close[unit] = close[unit] or reach > shows
                 for j in range(m):
                     if k[v, j] != 0:
