@@ -79,6 +79,12 @@ def samples(rows: int) -> Observer:
     return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, sizes=(rows,))
 
 
+def called_rows(call: Bound, rows: int) -> Observer:
+    """Keep the rows that a call gives of the phase point at each observation, see `kernels.samples.CHUNK_ROWS`."""
+    memory = sample_kernels.CHUNK_ROWS.kept + (sample_kernels.CHUNK + 1) * rows
+    return Observer(sample_kernels.called_rows, memory, sizes=(rows,), calls=(call,))
+
+
 @cache
 def worn(rows: int) -> Observer:
     """Slow orbits of so many rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""

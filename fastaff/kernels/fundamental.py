@@ -162,37 +162,23 @@ def weighted_sum(weights, values, sums):
     return total(sums)
 
 
-def read_signals(unit, stop, progress, states, which, parameters, table, signals, low, high, finite):
-    """Fill signals (orbits, rows, samples) with what the call of the table makes of the first states (all orbits, more,
-    2n) of orbit which[unit], low and high (orbits, rows) with their extremes, and finite (orbits,): whether the states
-    are.
-    """
+def read_signals(unit, stop, progress, states, parameters, table, signals):
+    """Fill signals (orbits, rows, samples) with what the call of the table makes of states (orbits, samples, 2n)."""
     if read_now(stop, 0) > 0:
         return
-    own, calls = states[which[unit]], Calls(table, parameters)
+    own, calls = states[unit], Calls(table, parameters)
     samples, size, rows = signals.shape[2], own.shape[1], signals.shape[1]
-    z, made, trace = np.zeros(size * LANES), np.zeros(rows * LANES), np.zeros(LANES)
-    least, most = np.full(rows * LANES, math.inf), np.full(rows * LANES, -math.inf)
+    z, made = np.zeros(size * LANES), np.zeros(rows * LANES)
     for start in range(0, samples, LANES):
         lanes = min(LANES, samples - start)
         for i in range(lanes):
             for r in range(size):
                 z[r * LANES + i] = own[start + i, r]
-        for r in range(size):
-            for i in range(lanes):
-                trace[i] += 0.0 * z[r * LANES + i]
         call_value(calls, 0, lanes, z, made)
         for r in range(rows):
             row, first = signals[unit, r, start : start + lanes], r * LANES
             for i in range(lanes):
-                value = made[first + i]
-                row[i] = value
-                least[first + i] = value if value < least[first + i] else least[first + i]
-                most[first + i] = value if value > most[first + i] else most[first + i]
-    for r in range(rows):
-        low[unit, r] = least[r * LANES : (r + 1) * LANES].min()
-        high[unit, r] = most[r * LANES : (r + 1) * LANES].max()
-    finite[unit] = trace.sum() == 0.0
+                row[i] = made[first + i]
     progress[unit] = 1.0
 
 

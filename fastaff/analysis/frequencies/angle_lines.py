@@ -11,7 +11,7 @@ from ...base.axes import along
 from ...base.numbers import fits
 from ...base.results import Result
 from ...kernels import fundamental as kernels
-from .angle_loops import Layout, Signals
+from .angle_loops import Layout
 from .fundamental import LINE_ORDER, SPANS, Loops, bump, cosine_window, run, values
 from .naff import found_lines
 
@@ -56,13 +56,13 @@ class LineTable:
         self.nu, self.amplitude = np.zeros((len(names), lines, orbits)), np.zeros((len(names), lines, orbits), complex)
         self.error = np.full((len(names), lines, orbits), np.inf)
 
-    def adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, interval: float, delay: float) -> None:
+    def adopt(self, orbits: np.ndarray, layout: Layout, signals: np.ndarray, interval: float, delay: float) -> None:
         """Fill in the lines of the signals of these orbits; delay: time of the first sample."""
-        samples = signals.s.shape[2]
+        samples = signals.shape[2]
         count = max(0, min(self.count, samples // 4 - LINE_ORDER))
         for begin in range(0, orbits.size if count else 0, AT_ONCE):
             part = np.arange(begin, min(begin + AT_ONCE, orbits.size))
-            for angles, f, size in _signals(layout, signals.of(part)):
+            for angles, f, size in _signals(layout, signals[part]):
                 found = found_lines(f, interval, count, LINE_ORDER)
                 turns = found.nu * delay
                 with np.errstate(all="ignore"):  # a size may be none, of numbers whose squares are none
@@ -78,9 +78,9 @@ class LineTable:
         return AngleLines(self.names, self.nu, self.amplitude, self.error)
 
 
-def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarray, np.ndarray]]:
+def _signals(layout: Layout, signals: np.ndarray) -> list[tuple[list[int], np.ndarray, np.ndarray]]:
     """Return angles, their signals (orbits, angles, samples) and the units of these (orbits, angles)."""
-    s, m = np.ascontiguousarray(signals.s[:, : 2 * layout.m]), layout.m
+    s, m = np.ascontiguousarray(signals[:, : 2 * layout.m]), layout.m
     orbits, rows, samples = s.shape
     result = []
     if m:
@@ -94,6 +94,6 @@ def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarr
         c, _ = layout.own(signals)
         c, zero = np.ascontiguousarray(c[:, layout.planes]), np.zeros((orbits, len(layout.planes)), complex)
         o, k = (entry.ravel() for entry in np.mgrid[:orbits, : len(layout.planes)])
-        f = values(signals.s, Loops(c, zero, zero), o, k, 1, 1).reshape(orbits, len(layout.planes), samples)
+        f = values(signals, Loops(c, zero, zero), o, k, 1, 1).reshape(orbits, len(layout.planes), samples)
         result.append((layout.planes, f, np.ones((orbits, len(layout.planes)))))
     return result

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import functools
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...compile.blocks import rows_block, signals_block
-from ...compile.pointers import call_table
+from ...compile.pointers import Bound, call_table
 from ...kernels import fundamental as kernels
 from ...models.angles import AlphaBeta, RVartheta
 from .demodulated import PARTS, parts
 from .fundamental import run, weight_at
+from .rooms import Room
 
 
 class Plain(NamedTuple):
@@ -32,33 +32,6 @@ class Plain(NamedTuple):
         return (0,) * len(self.names)
 
 
-class Room:
-    """Memory that one array after another uses: to get new pages costs as much as to fill them."""
-
-    def __init__(self):
-        self._numbers = np.empty(0)
-
-    def array(self, *shape: int) -> np.ndarray:
-        """Return an array of that shape, whose numbers are whatever was there."""
-        size = math.prod(shape)
-        if self._numbers.size < size:
-            self._numbers = np.empty(size)
-        return self._numbers[:size].reshape(shape)
-
-
-class Signals(NamedTuple):
-    """Signals s (orbits, rows, samples), their extremes (orbits, rows), and whether all states (orbits,) are finite."""
-
-    s: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    finite: np.ndarray
-
-    def of(self, orbits: np.ndarray) -> Signals:
-        """Return those of some orbits."""
-        return Signals(*(np.ascontiguousarray(entry[orbits]) for entry in self))
-
-
 class Layout:
     """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane;
     last the rate of the clock where angles have one.
@@ -74,42 +47,26 @@ class Layout:
         self.clocked = [i for i, clock in enumerate(getattr(angles, "clocks", [0] * len(planes))) if clock]
         self.body = bool(self.planes)
         self.separate = isinstance(angles, (AlphaBeta, RVartheta))
-
-        self.n = degrees_of_freedom
+        self.rows, self.n = len(self.kept) + bool(self.clocked), degrees_of_freedom
 
     @functools.cached_property
-    def calls(self) -> tuple[np.ndarray, np.ndarray]:
-        """The parameters and the table of one call: of the signals of states."""
+    def call(self) -> Bound:
+        """The function of the signals of states."""
         if isinstance(self.angles, Plain):
-            block = rows_block(tuple(part + i for i in range(self.n) for part in (0, self.n)))
-        else:
-            block = signals_block(self.angles, 2 * self.n, tuple(self.kept), bool(self.clocked))
-        return call_table(np.zeros(0), (block,))
+            return rows_block(tuple(part + i for i in range(self.n) for part in (0, self.n)))
+        return signals_block(self.angles, 2 * self.n, tuple(self.kept), bool(self.clocked))
 
-    def signals(
-        self,
-        states: np.ndarray,
-        which: np.ndarray,
-        threads: int,
-        room: Room | None = None,
-        samples: int | None = None,
-    ) -> Signals:
-        """Return the signals of the orbits `which` of states (orbits, samples, 2n), of the first `samples` where that
-        is given, in a room where one is.
-        """
-        orbits, rows = which.size, len(self.kept) + bool(self.clocked)
-        shape = orbits, rows, states.shape[1] if samples is None else samples
-        s = np.empty(shape) if room is None else room.array(*shape)
-        low, high, finite = np.empty((orbits, rows)), np.empty((orbits, rows)), np.empty(orbits, bool)
-        run(kernels.read_signals, orbits, (states, which, *self.calls, s, low, high, finite), threads)
-        return Signals(s, low, high, finite)
+    def signals(self, states: np.ndarray, threads: int, room: Room) -> np.ndarray:
+        """Return the signals (orbits, rows, samples), in a room, of states (orbits, samples, 2n)."""
+        s = room.array(len(states), self.rows, states.shape[1])
+        run(kernels.read_signals, len(states), (states, *call_table(np.zeros(0), (self.call,)), s), threads)
+        return s
 
-    def own(self, signals: Signals) -> tuple[np.ndarray, np.ndarray]:
+    def own(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and
-        their offsets.
+        their offsets, of signals (orbits, rows, samples).
         """
-        s, low, high, _ = signals
-        orbits, rows, _ = s.shape
+        (orbits, rows, _), low, high = s.shape, s.min(axis=2), s.max(axis=2)
         loops, offset = (
             np.zeros((orbits, len(self.angles.names), rows), complex),
             np.zeros((orbits, len(self.angles.names)), complex),

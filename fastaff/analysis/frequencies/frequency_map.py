@@ -21,15 +21,17 @@ from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.options import Options, iterates, plan
 from ...flows.trials import on_ladder
+from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Kind, Model, coordinate_names, driven, isotropic, kind_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
-from .angle_loops import Layout, Plain, Room
+from .angle_loops import Layout, Plain
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
 from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
+from .rooms import ROOMS, Room
 from .turning import unresolved
 
 ACCURACY = 1e-11
@@ -211,7 +213,6 @@ class FrequencyWork:
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
         self.layout = Layout(angles, flow.model.degrees_of_freedom)
-        self.states, self.pilot, self.signals = Room(), Room(), Room()
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
@@ -252,14 +253,14 @@ class FrequencyWork:
 
     def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
-        rows = self.z0.shape[0]
+        rows = self.layout.rows
         counts, steps = self._counts(flow, orbits)
         fits("time", rows, int(counts.max(initial=0)))  # samples of one orbit
         order = np.argsort(counts, kind="stable")
         begin = 0
         while begin < orbits.size:
             end = begin + 1
-            while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 16 <= BUDGET:
+            while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 8 <= BUDGET:
                 if flow.adaptive and counts[order[end]] != counts[order[begin]]:
                     break
                 end += 1
@@ -279,64 +280,73 @@ class FrequencyWork:
         steps = np.broadcast_to(np.maximum(64, flow.of(orbits).steps(self.time)), orbits.size)
         need, layout = np.empty(orbits.size), self.layout
         radians = CLOCKED_DENSE if layout.clocked else BODY_DENSE if layout.body else DENSE
-        portion = max(LANES, BUDGET // (16 * self.z0.shape[0] * PROBE))
+        portion = max(LANES, BUDGET // (8 * layout.rows * PROBE))
         for at in range(0, orbits.size, portion):
             part = slice(at, min(at + portion, orbits.size))
             step = np.broadcast_to(flow.of(orbits[part]).step, need[part].size)
-            states, _ = self._sample(
-                replace(flow, step=step), orbits[part], PROBE * step, np.full(need[part].size, PROBE)
-            )
-            seen = self.layout.signals(states, np.arange(need[part].size), flow.threads)
+            counts = np.full(need[part].size, PROBE)
+            brief = replace(flow, step=step)
+            every = np.array([counts.size])
+            (seen,), run = self._sampled(brief, orbits[part], PROBE * step, counts, every, ROOMS.signals)
             with np.errstate(all="ignore"):
-                dense = self.time * fastest(seen.s, 1.0, flow.threads) / step / radians
+                dense = self.time * fastest(seen, 1.0, flow.threads) / step / radians
             dense = np.maximum(dense, self.time * self.rate[orbits[part]] / LONGEST)
-            need[part] = np.where(seen.finite & np.isfinite(dense), dense, steps[part])
+            need[part] = np.where((run.status == Status.OK) & np.isfinite(dense), dense, steps[part])
         counts = sample_counts(need, steps)
         return counts, counts * -(-steps // counts)
 
     def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
+        share = _share(steps, counts)
+        # Orbits of equal numbers of samples are read together, and written side by side.
+        order = np.lexsort((share, counts))
+        orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
-        states, run = self._sample(flow, orbits, self.time, counts, self.states)
-        share = _share(steps, counts)
-        pilot, _ = self._sample(flow.finer(), orbits, self.time / share, counts // share, self.pilot)
+        alike = np.append(np.flatnonzero((np.diff(counts) != 0) | (np.diff(share) != 0)) + 1, counts.size)
+        signals, run = self._sampled(flow, orbits, self.time, counts, alike, ROOMS.signals)
+        starts, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, alike, ROOMS.starts)
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
-        done = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12))
-        for count, part in np.unique(np.stack([counts, counts // share])[:, done], axis=1).T:
-            kept = np.flatnonzero(done & (counts == count) & (counts // share == part))
-            signals = self.layout.signals(states, kept, flow.threads, self.signals, int(count))
-            start = self.layout.signals(pilot, kept, flow.threads, None, int(part)).s
-            if not signals.finite.all():
-                kept, start, signals = kept[signals.finite], start[signals.finite], signals.of(signals.finite)
-            if kept.size:
+        done, end = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)), 0
+        for s, start in zip(signals, starts, strict=True):
+            begin, end = end, end + len(s)
+            own, kept = orbits[begin:end], done[begin:end]
+            if not kept.all():
+                s, start, own = s[kept], start[kept], own[kept]
+            if own.size:
                 order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
-                self._adopt(orbits[kept], Samples(signals, start, self.time / int(count), order))
+                self._adopt(own, Samples(s, start, self.time / s.shape[2], order))
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:
             self.report(min(self.done / self.orbits, 1.0))
 
-    def _sample(
-        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room | None = None
-    ) -> tuple[np.ndarray, Ensemble]:
-        """Return so many states (orbits, most samples, 2n) of these orbits, and how they ended; what was not reached is
-        whatever was there.
+    def _sampled(
+        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, alike: np.ndarray, room: Room
+    ) -> tuple[list[np.ndarray], Ensemble]:
+        """Return the signals (some orbits, rows, samples) of these orbits, of those up to each number of `alike`, whose
+        counts are equal, in an array, and how they ended; what was not reached is whatever was there.
         """
-        rows, most = self.z0.shape[0], int(counts.max())
-        step = flow.step
+        rows, step = self.layout.rows, flow.step
         if isinstance(step, np.ndarray) and step.size != orbits.size:
             flow = flow.of(orbits)
         run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
-        states = np.empty((orbits.size, most, rows)) if room is None else room.array(orbits.size, most, rows)
-        observer = observers.samples(rows)
+        sizes = rows * counts
+        numbers = room.array(int(sizes.sum()))
+        observer = observers.called_rows(self.layout.call, rows)
         memory = np.zeros((observer.rows, orbits.size))
+        memory[CHUNK_ROWS.count], memory[CHUNK_ROWS.start] = counts, np.cumsum(sizes) - sizes
         observations: Any = counts
         if flow.adaptive:  # all alike
             time, observations = float(np.max(time)), int(counts[0])
-        flow.advance(run, observer, memory, states.reshape(orbits.size, -1), time=time, observations=observations)
-        return states, run
+        flow.advance(run, observer, memory, numbers[None], time=time, observations=observations)
+        groups, begin, first = [], 0, 0
+        for end in alike:
+            last = first + int(sizes[begin:end].sum())
+            groups.append(numbers[first:last].reshape(end - begin, rows, counts[begin]))
+            begin, first = end, last
+        return groups, run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""

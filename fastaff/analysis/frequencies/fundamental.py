@@ -23,6 +23,7 @@ from ...kernels import peaks
 from ...kernels.birkhoff import SHARPNESS
 from .integer_lattice import ball
 from .naff import found_lines
+from .rooms import ROOMS
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
@@ -282,7 +283,7 @@ def _spectra(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ...
     """
     orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
     tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
-    spectra, moving = np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
+    spectra, moving = ROOMS.spectra.array(orbits, m, 2 * n).view(complex), np.zeros((orbits, m), bool)
     drift, centre, size = np.empty((3, orbits, rows))
     away, middle = np.abs(signals[:, :, n - 1] - signals[:, :, 0]), np.abs(signals[:, :, n // 2] - signals[:, :, 0])
     rotating = (away > middle).astype(np.int64)  # most that swing are told by these alone

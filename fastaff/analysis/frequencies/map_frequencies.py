@@ -19,10 +19,11 @@ from ...flows.options import Options, plan
 from ...models.contracts import coordinate_names
 from ..orbits.given_orbits import given_orbits, lengths
 from .angle_lines import LineTable
-from .angle_loops import Layout, Plain, Room, Signals
+from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
 from .readings import CHANGED
+from .rooms import Room
 from .running_turns import ROWS, running_means
 from .tunes import FALLBACK, LEAST, TuneWork, entangled
 
@@ -221,8 +222,7 @@ class MapFrequencies:
                     turned = np.pad(turned - np.rint(turned), ((0, 0), (1, 0)))
                     row = row[:, :1] + period * np.cumsum(turned, axis=1)
                 s[:, 2 * (r % n) + r // n] = row
-            ends = np.zeros((own.size, 2 * n))
-            table.adopt(orbits[own], Layout(Plain(self.names), n), Signals(s, ends, ends, ends[:, 0]), 1.0, 1.0)
+            table.adopt(orbits[own], Layout(Plain(self.names), n), s, 1.0, 1.0)
 
     def _sampled(self, ensemble: Ensemble, orbits: np.ndarray, found: _Window, fallback: float) -> None:
         """Fill in the tunes of the planes that oscillate of orbits that end in the window, or need lines, by their

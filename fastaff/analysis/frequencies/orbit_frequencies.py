@@ -15,13 +15,14 @@ from ...flows.checks import checked_model
 from ...flows.flow import Report
 from ...models.contracts import Angles, Model
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
-from .angle_loops import Layout, Plain, Room
+from .angle_loops import Layout, Plain
 from .found_frequencies import Found
 from .frequencies import FrequencyMap
 from .frequency_map import checked_angles
 from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
+from .rooms import ROOMS, Room
 
 LEAST = 64
 """Samples that an orbit needs."""
@@ -119,7 +120,7 @@ class _Work:
     ):
         self.given, self.layout, self.fallback, self.threads, self.report = given, layout, fallback, threads, report
         self.found = Found(layout, given.shape[1], lines)
-        self.interval, self.states, self.signals = float(given.interval or 0.0), Room(), Room()
+        self.interval, self.states = float(given.interval or 0.0), Room()
         self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
         self.read, self.t = np.zeros((2, given.shape[1]))
 
@@ -143,12 +144,11 @@ class _Work:
 
     def _adopt(self, orbits: np.ndarray, states: np.ndarray, length: int) -> np.ndarray:
         """Fill in what states (orbits, samples, 2n) say; return which of them are too far apart."""
-        every = np.arange(orbits.size)
-        signals = self.layout.signals(states, every, self.threads, self.signals)
-        fine = fastest(signals.s, 1.0, self.threads) <= COARSE
+        signals = self.layout.signals(states, self.threads, ROOMS.signals)
+        fine = fastest(signals, 1.0, self.threads) <= COARSE
         kept = orbits[fine]
         if not fine.all():
-            signals = signals.of(fine)
+            signals = signals[fine]
         self.read[kept] = length * self.interval
         if kept.size:
             self.found.adopt(

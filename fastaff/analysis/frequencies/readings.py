@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .angle_loops import Layout, Signals, clock_windows
+from .angle_loops import Layout, clock_windows
 from .closeness import Closeness, closeness
 from .demodulated import demodulated, parts, turning
 from .fundamental import Loops, Modes, damping, modes, values
@@ -58,14 +58,14 @@ REACH = 12
 
 
 class Samples(NamedTuple):
-    """What is known of some orbits: signals of the run, `interval` apart, and of its start (orbits, rows, samples) with
+    """What is known of some orbits: signals (orbits, rows, samples) of the run, `interval` apart, and of its start with
     a finer step.
 
     order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
     where it grows. start None: of samples that were given nothing is known of a scheme.
     """
 
-    run: Signals
+    run: np.ndarray
     start: np.ndarray | None
     interval: float
     order: int
@@ -128,7 +128,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
     (0: all are lines; None: where a frequency is off by UNSETTLED).
     """
-    s, start, dt = samples.run.s, samples.start, samples.interval
+    s, start, dt = samples.run, samples.start, samples.interval
     time, m, n = (s.shape[2] - 1) * dt, layout.m, len(layout.angles.names)
     rows = np.ascontiguousarray(s[:, : 2 * m])
     found = modes(rows, dt, threads)
@@ -214,7 +214,7 @@ def _with_scheme(
     elif samples.order:
         growth, correction = 1.0, rates.step / (1 - 0.5**samples.order)
     else:
-        growth, correction = samples.run.s.shape[2] / samples.start.shape[2], np.zeros_like(rates.step)
+        growth, correction = samples.run.shape[2] / samples.start.shape[2], np.zeros_like(rates.step)
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
         more = SAFETY * growth * rates.step_error + ROUNDING * top
@@ -275,15 +275,15 @@ def _irregular(
     return result
 
 
-def _all_loops(layout: Layout, signals: Signals, found: Modes) -> Loops:
+def _all_loops(layout: Layout, s: np.ndarray, found: Modes) -> Loops:
     """Return the loops of the modes, then a body's own."""
-    orbits, rows, _ = signals.s.shape
+    orbits, rows, _ = s.shape
     c = np.zeros((orbits, layout.m, rows), complex)
     c[:, :, : 2 * layout.m] = found.dual
     loops = Loops(c, found.offset, found.drift)
     if not layout.body:
         return loops
-    own, offset = layout.own(signals)
+    own, offset = layout.own(s)
     return Loops(
         *(np.concatenate(pair, axis=1) for pair in zip(loops, (own, offset, np.zeros_like(offset)), strict=True))
     )

@@ -20,7 +20,7 @@ from ...compile.threads import checked_threads
 from ...flows.flow import Report
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
-from .angle_loops import Layout, Plain, Signals
+from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind
 from .fundamental import LINE_ORDER, drifts
 from .integer_lattice import ball
@@ -303,8 +303,7 @@ class TuneWork:
         for begin in range(0, orbits.size, portion):
             part = orbits[begin : begin + portion]
             s = np.ascontiguousarray(z[order, begin : begin + portion].swapaxes(0, 1))
-            ends = np.zeros((part.size, 2 * n))
-            table.adopt(part, layout, Signals(s, ends, ends, ends[:, 0]), 1.0, 0.0)
+            table.adopt(part, layout, s, 1.0, 0.0)
 
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
         """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""

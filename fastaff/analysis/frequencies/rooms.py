@@ -1,0 +1,50 @@
+"""Memory of samples and spectra, which one set of orbits after another uses."""
+
+from __future__ import annotations
+
+import functools
+import math
+import threading
+
+import numpy as np
+
+KEPT = 1 << 26
+"""Bytes up to which memory is kept for the next call: to get new pages costs as much as a run."""
+
+
+class Room:
+    """Memory that one array after another uses."""
+
+    def __init__(self):
+        self._numbers = np.empty(0)
+
+    def array(self, *shape: int) -> np.ndarray:
+        """Return an array of that shape, whose numbers are whatever was there."""
+        size = math.prod(shape)
+        if size * self._numbers.itemsize > KEPT:
+            return np.empty(shape)
+        if self._numbers.size < size:
+            self._numbers = np.empty(size)
+        return self._numbers[:size].reshape(shape)
+
+
+class Rooms(threading.local):
+    """Rooms of the calls of a thread, by what they hold."""
+
+    @functools.cached_property
+    def signals(self) -> Room:
+        """Signals of runs."""
+        return Room()
+
+    @functools.cached_property
+    def starts(self) -> Room:
+        """Signals of their starts, with a finer step."""
+        return Room()
+
+    @functools.cached_property
+    def spectra(self) -> Room:
+        """Fourier transforms of loops."""
+        return Room()
+
+
+ROOMS = Rooms()
