@@ -11,29 +11,34 @@ import numpy as np
 from ..compile.jit import jit, read_now
 from .fundamental import BLOCK, total
 
+CHUNK = 512
+"""Samples of a loop that are demodulated at once."""
+
 
 @jit
-def add_products(weights, re, im, count, sums):
-    """Add weights times re and im, of so many samples, to partial sums (2, BLOCK)."""
+def add_products(weights, re, im, sums):
+    """Add weights times re and im (samples,) to partial sums (2, BLOCK)."""
     first, second = sums[0], sums[1]
-    for i in range(count):
-        first[i] += weights[i] * re[i]
-        second[i] += weights[i] * im[i]
+    for start in range(0, weights.size, BLOCK):
+        w, x, y = weights[start : start + BLOCK], re[start : start + BLOCK], im[start : start + BLOCK]
+        for i in range(w.size):
+            first[i] += w[i] * x[i]
+            second[i] += w[i] * y[i]
 
 
 def demodulate(unit, stop, progress, signals, loops, offset, drift, nu, interval, tables, ends, sums):
     """Fill sums (orbits, loops, tables) with sum_j tables[., j] f_j exp(-2 pi i nu t_j) of the loops f = c . s -
     offset - drift j of an orbit.
 
-    signals (orbits, rows, samples); loops (orbits, loops, rows); nu (orbits, loops) in cycles per unit time; tables
+    signals (orbits, rows, >= samples); loops (orbits, loops, rows); nu (orbits, loops) in cycles per unit time; tables
     (tables, samples), which are 0 outside of ends (tables, 2); time counts from the first sample. A loop with nu = 0
     has sums of 0.
     """
     if read_now(stop, 0) > 0:
         return
-    s, samples, count = signals[unit], tables.shape[1], tables.shape[0]
-    re, im, fr, fi = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    wave, partial = np.empty((2, BLOCK)), np.empty((count, 2, BLOCK))
+    s, samples, count = signals[unit], tables.shape[1], sums.shape[2]
+    re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((count, 2, BLOCK))
+    u, v, p, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     for k in range(loops.shape[1]):
         if nu[unit, k] == 0.0:
             continue
@@ -41,28 +46,37 @@ def demodulate(unit, stop, progress, signals, loops, offset, drift, nu, interval
         turn = 2.0 * math.pi * nu[unit, k] * interval
         partial[:] = 0.0
         for i in range(BLOCK):
-            wave[0, i], wave[1, i] = math.cos(turn * i), -math.sin(turn * i)
-        for start in range(0, samples, BLOCK):
-            width = min(BLOCK, samples - start)
+            u[i], v[i] = math.cos(turn * i), -math.sin(turn * i)
+        for start in range(0, samples, CHUNK):
+            width = min(CHUNK, samples - start)
             for i in range(width):
-                fr[i] = -a.real - b.real * (start + i)
-                fi[i] = -a.imag - b.imag * (start + i)
+                re[i], im[i] = -a.real, -a.imag
+            if b != 0.0:
+                for i in range(width):
+                    re[i] -= b.real * (start + i)
+                    im[i] -= b.imag * (start + i)
             for r in range(c.size):
                 x, y = c[r].real, c[r].imag
                 if x != 0.0 or y != 0.0:
                     row = s[r, start : start + width]
-                    for i in range(width):
-                        fr[i] += x * row[i]
-                        fi[i] += y * row[i]
-            x, y = math.cos(turn * start), -math.sin(turn * start)
-            u, v = wave[0], wave[1]
-            for i in range(width):
-                p, q = u[i] * x - v[i] * y, u[i] * y + v[i] * x
-                re[i] = fr[i] * p - fi[i] * q
-                im[i] = fr[i] * q + fi[i] * p
+                    for i in range(row.size):
+                        re[i] += x * row[i]
+                        im[i] += y * row[i]
+            for first in range(0, width, BLOCK):
+                x, y = math.cos(turn * (start + first)), -math.sin(turn * (start + first))
+                f, g = re[first : min(first + BLOCK, width)], im[first : min(first + BLOCK, width)]
+                for i in range(BLOCK):  # two loops: LLVM keeps few arrays apart in one
+                    p[i] = u[i] * x - v[i] * y
+                    q[i] = u[i] * y + v[i] * x
+                for i in range(f.size):
+                    value, other = f[i] * p[i] - g[i] * q[i], f[i] * q[i] + g[i] * p[i]
+                    f[i], g[i] = value, other
             for w in range(count):
-                if start < ends[w, 1] and start + width > ends[w, 0]:
-                    add_products(tables[w, start : start + width], re, im, width, partial[w])
+                # Blocks begin at multiples of BLOCK, whatever the table.
+                begin = max((ends[w, 0] - start) // BLOCK * BLOCK, 0)
+                end = min(ends[w, 1] - start, width)
+                if begin < end:
+                    add_products(tables[w, start + begin : start + end], re[begin:end], im[begin:end], partial[w])
         for w in range(count):
             sums[unit, k, w] = complex(total(partial[w, 0]), total(partial[w, 1]))
     progress[unit] = 1.0

@@ -96,11 +96,11 @@ def refine(m, k, rank, value, bar, line, basis, spread, source):
 
 
 @jit
-def generate(value, bar, count, most, tables, sizes, basis, spread, source):
+def generate(value, bar, count, most, tables, sizes, rate, basis, spread, source):
     """Find at most `most` generators of the lattice of lines, the first ones trusted most; return their number.
 
-    A line that is k . basis is in; one with m value = k . basis refines the lattice; any other adds a generator while
-    there is room.
+    A line that is k . basis is in, also modulo the rate of samples; one with m value = k . basis refines the lattice;
+    any other adds a generator while there is room.
     """
     rank = 0
     k = np.zeros(most, np.int64)
@@ -121,6 +121,11 @@ def generate(value, bar, count, most, tables, sizes, basis, spread, source):
                     k,
                 ):
                     related = m
+        for alias in (rate - value[line], rate + value[line]):
+            if rank > 0 and related != 1:
+                short = sizes[rank - 1, 1]
+                if relate(alias, bar[line], basis, spread, rank, tables[rank - 1], short, ACCIDENTAL, k):
+                    related = 1
         if related > 1:
             refine(related, k, rank, value[line], bar[line], line, basis, spread, source)
         elif related == 0 and rank < most:
@@ -129,22 +134,34 @@ def generate(value, bar, count, most, tables, sizes, basis, spread, source):
     return rank
 
 
-def generators(unit, stop, progress, value, bar, count, tables, sizes, rank, basis, spread, source):
+def generators(unit, stop, progress, value, bar, count, tables, sizes, rate, rank, basis, spread, source):
     """Run `generate` on the lines (orbits, lines) of an orbit."""
     if read_now(stop, 0) == 0:
         rank[unit] = generate(
-            value[unit], bar[unit], count[unit], basis.shape[1], tables, sizes, basis[unit], spread[unit], source[unit]
+            value[unit],
+            bar[unit],
+            count[unit],
+            basis.shape[1],
+            tables,
+            sizes,
+            rate,
+            basis[unit],
+            spread[unit],
+            source[unit],
         )
         progress[unit] = 1.0
 
 
 @jit
 def total(sums):
-    """Return the sum of partial sums (BLOCK,)."""
-    result = 0.0
-    for i in range(BLOCK):
-        result += sums[i]
-    return result
+    """Return the sum of partial sums (BLOCK,), which are lost: that of halves of them, and so on."""
+    size = BLOCK // 2
+    while size >= 8:
+        first, second = sums[:size], sums[size : 2 * size]
+        for i in range(size):
+            first[i] += second[i]
+        size //= 2
+    return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]))
 
 
 @jit

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, generate, growth, relate, total, weighted_sum
+from .fundamental import BLOCK, generate, growth, relate, total
 
 SLOW = 1e-3
 """Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
@@ -29,16 +29,39 @@ STRONG = 0.05
 
 
 @jit
-def moments(row, window, count, sums):
-    """Return the weighted mean of the first `count` samples of a row, and their weighted root mean square about it."""
-    mean = weighted_sum(window, row[:count], sums)
+def moments(row, window, sums, squares):
+    """Return the weighted mean of a row (samples,) and its weighted root mean square about it; sums, squares (BLOCK,):
+    scratch.
+    """
     for i in range(BLOCK):
-        sums[i] = 0.0
-    for start in range(0, count, BLOCK):
-        for i in range(min(BLOCK, count - start)):
-            value = row[start + i] - mean
-            sums[i] += window[start + i] * value * value
-    return mean, math.sqrt(total(sums))
+        sums[i], squares[i] = 0.0, 0.0
+    first = row[0]
+    for start in range(0, row.size, BLOCK):
+        part, weight = row[start : start + BLOCK], window[start : start + BLOCK]
+        for i in range(part.size):
+            value = part[i] - first
+            sums[i] += weight[i] * value
+            squares[i] += weight[i] * value * value
+    away = total(sums)
+    return first + away, math.sqrt(max(total(squares) - away * away, 0.0))
+
+
+@jit
+def weigh(q, p, centre, change, units, weight, out):
+    """Fill out (2*samples,) with the numbers of Q - i P, without mean and mean growth, times a weight.
+
+    q, p, weight (samples,); centre, change, units: of Q and of P.
+    """
+    for start in range(0, q.size, BLOCK):
+        own, to = weight[start : start + BLOCK], out[2 * start : 2 * start + 2 * BLOCK]
+        one, other = q[start : start + BLOCK], p[start : start + BLOCK]
+        for i in range(own.size):
+            to[2 * i] = (one[i] - centre[0]) * units[0] * own[i]
+            to[2 * i + 1] = (centre[1] - other[i]) * units[1] * own[i]
+        if change[0] != 0.0 or change[1] != 0.0:
+            for i in range(own.size):
+                to[2 * i] -= change[0] * (start + i) * units[0] * own[i]
+                to[2 * i + 1] += change[1] * (start + i) * units[1] * own[i]
 
 
 def windowed(
@@ -48,36 +71,41 @@ def windowed(
     Fourier transform, as `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q
     and P.
 
-    signals (orbits, 2m, >= samples); rotating (orbits, 2m): rows that may grow without bound; filled are drift,
-    centre, size (orbits, 2m) and moving (orbits, m) too.
+    signals (orbits, 2m, >= samples); rotating (orbits, 2m): rows that may grow without bound; spectra as real numbers
+    (orbits, m, 2*samples); filled are drift, centre, size (orbits, 2m) and moving (orbits, m) too.
     """
     if read_now(stop, 0) > 0:
         return
     samples, m = window.size, spectra.shape[1]
-    sums, rest, row = np.empty(BLOCK), np.empty(samples), np.empty((2, samples))
+    sums, squares, rest = np.empty(BLOCK), np.empty(BLOCK), np.empty(samples)
     largest_one = 0.0
     for r in range(2 * m):
-        source = signals[unit, r]
-        drift[unit, r] = growth(source[:samples], tables, rest, sums) if rotating[unit, r] != 0 else 0.0
+        source = signals[unit, r, :samples]
+        drift[unit, r] = growth(source, tables, rest, sums) if rotating[unit, r] != 0 else 0.0
         if drift[unit, r] != 0.0:
             for i in range(samples):
                 rest[i] = source[i] - drift[unit, r] * i
-            centre[unit, r], size[unit, r] = moments(rest, window, samples, sums)
+            centre[unit, r], size[unit, r] = moments(rest, window, sums, squares)
         else:
-            centre[unit, r], size[unit, r] = moments(source, window, samples, sums)
+            centre[unit, r], size[unit, r] = moments(source, window, sums, squares)
     for j in range(m):
         largest_one = max(largest_one, size[unit, 2 * j] * size[unit, 2 * j + 1])
     for j in range(m):
         moving[unit, j] = size[unit, 2 * j] * size[unit, 2 * j + 1] > at_rest * largest_one
-        for k in range(2):
-            r = 2 * j + k
+        first = 2 * j
+        for r in (first, first + 1):
             size[unit, r] = size[unit, r] if size[unit, r] > 0.0 else 1.0
-            source, unit_size, mean, change = signals[unit, r], 1.0 / size[unit, r], centre[unit, r], drift[unit, r]
-            for i in range(samples):
-                row[k, i] = (source[i] - mean - change * i) * unit_size * weight[i]
-        out = spectra[unit, j]
-        for i in range(samples):
-            out[i] = complex(row[0, i], -row[1, i]) if moving[unit, j] else 0j
+        share = 1.0 if moving[unit, j] else 0.0
+        units, means = (share / size[unit, first], share / size[unit, first + 1]), centre[unit]
+        weigh(
+            signals[unit, first, :samples],
+            signals[unit, first + 1, :samples],
+            (means[first], means[first + 1]),
+            (drift[unit, first], drift[unit, first + 1]),
+            units,
+            weight,
+            spectra[unit, j],
+        )
     progress[unit] = 1.0
 
 
@@ -117,19 +145,27 @@ def place_of(spectrum, k, samples, order):
 
 
 @jit
-def largest(power):
-    """Return the place of the largest of the values."""
-    top, where = -1.0, 0
-    for start in range(0, power.size, BLOCK):
-        part = power[start : start + BLOCK]
-        best = -1.0
-        for i in range(part.size):
-            best = part[i] if part[i] > best else best
-        if best > top:
-            top, where = best, start
-    for k in range(where, min(where + BLOCK, power.size)):
-        if power[k] == top:
-            return k
+def top_of(part, best):
+    """Return the largest of so many values, BLOCK or fewer. best (BLOCK // 4,): scratch."""
+    if part.size < BLOCK:
+        return part.max()
+    for i in range(best.size):
+        best[i] = part[i]
+    for k in range(1, 4):
+        more = part[k * best.size : (k + 1) * best.size]
+        for i in range(best.size):
+            best[i] = more[i] if more[i] > best[i] else best[i]
+    return best.max()
+
+
+@jit
+def largest(power, tops):
+    """Return the place of the largest of the values, whose largest of each BLOCK are known."""
+    block = tops.argmax()
+    part = power[block * BLOCK : (block + 1) * BLOCK]
+    for i in range(part.size):
+        if part[i] == tops[block]:
+            return block * BLOCK + i
     return 0
 
 
@@ -139,13 +175,19 @@ def find_peaks(spectrum, order, place, size, error):
     power that is in none.
     """
     samples, count = spectrum.size, 0
-    power, whole = np.empty(samples), 0.0
-    for i in range(samples):
-        power[i] = spectrum[i].real ** 2 + spectrum[i].imag ** 2
-        whole += power[i]
+    power, sums, best = np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)
+    tops = np.empty(-(-samples // BLOCK))
+    for block in range(tops.size):
+        own, part = spectrum[block * BLOCK : (block + 1) * BLOCK], power[block * BLOCK : (block + 1) * BLOCK]
+        for i in range(part.size):
+            part[i] = own[i].real * own[i].real + own[i].imag * own[i].imag
+        for i in range(part.size):
+            sums[i] += part[i]
+        tops[block] = top_of(part, best)
+    whole = total(sums)
     rest, top = whole, 0.0
     while count < place.size:
-        k = largest(power)
+        k = largest(power, tops)
         height = power[k]
         if not height > FEWEST**2 * top or height == 0.0:
             break
@@ -158,6 +200,9 @@ def find_peaks(spectrum, order, place, size, error):
         for j in range(k - order - 1, k + order + 2):
             rest -= power[j % samples]
             power[j % samples] = 0.0
+        for j in (k - order - 1, k, k + order + 1):
+            block = j % samples // BLOCK
+            tops[block] = top_of(power[block * BLOCK : (block + 1) * BLOCK], best)
     return count, math.sqrt(max(rest, 0.0) / whole) if whole > 0.0 else 0.0
 
 
@@ -281,7 +326,7 @@ def separate(
                 key[at], all_values[at], all_bars[at] = own, value[unit, j, i], bar[unit, j, i]
                 used += 1
     source, nu, bars = np.full(m, -1), np.zeros(m), np.zeros(m)
-    found = generate(all_values, all_bars, used, m, tables, sizes, nu, bars, source)
+    found = generate(all_values, all_bars, used, m, tables, sizes, float(samples), nu, bars, source)
     rank[unit] = found
     k, r = np.zeros(m, np.int64), max(found, 1)
     for j in range(m):

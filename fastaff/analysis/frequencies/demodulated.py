@@ -58,29 +58,35 @@ def demodulating(samples: int) -> tuple[np.ndarray, np.ndarray]:
     return table, ends.astype(np.int64)
 
 
-def demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
-    """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals.
+def demodulated(
+    signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int, samples: int | None = None
+) -> LineRates:
+    """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals, or of their first
+    `samples`, of whose errors nothing is said then.
 
     With sums S of a line times a window and D times the window's change, the turn from one sample to the next is that
     of 1 + D/S, exactly; another line of relative amplitude a and at a distance d adds a d W(d). The phases of two
     windows over parts of it say how much that is. It is a bound for d beyond 1.5/time.
     """
-    rates = _demodulated(signals, loops, nu, interval, threads)
-    off = np.abs(rates.nu - nu) * interval * signals.shape[2]
+    parts = signals.shape[2] if samples is None else samples
+    rates = _demodulated(signals, loops, nu, interval, threads, parts, samples is None)
+    off = np.abs(rates.nu - nu) * interval * parts
     far = (np.isfinite(off) & (off > RECENTRED)).any(axis=1)
     if far.any():  # the windows see less of a line that far
         near = np.where((off < 3.0)[far], rates.nu[far], nu[far])
         part = np.ascontiguousarray(signals[far])
-        again = _demodulated(part, Loops(*(entry[far] for entry in loops)), near, interval, threads)
+        theirs = Loops(*(entry[far] for entry in loops))
+        again = _demodulated(part, theirs, near, interval, threads, parts, samples is None)
         for old, new in zip(rates, again, strict=True):
             old[far] = new
     return rates
 
 
-def _demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int) -> LineRates:
-    samples = signals.shape[2]
+def _demodulated(
+    signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int, samples: int, errors: bool
+) -> LineRates:
     tables, ends = demodulating(samples)
-    sums = np.zeros((*nu.shape, len(tables)), complex)
+    sums = np.zeros((*nu.shape, len(tables) if errors else 2 * len(HALVES)), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
     run(demodulation.demodulate, len(nu), (signals, *complexes, nu, interval, tables, ends, sums), threads)
     parts, unit = len(HALVES), 2 * np.pi * interval
@@ -88,7 +94,7 @@ def _demodulated(signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: fl
     with np.errstate(all="ignore"):
         for i, (begin, end) in enumerate(HALVES):
             off[:, :, i] = np.angle(1 + sums[:, :, 2 * i + 1] / sums[:, :, 2 * i])
-            for j, part in enumerate(PAIRS):
+            for j, part in enumerate(PAIRS * errors):
                 at = 2 * (parts + len(PAIRS) * i + j)
                 apart = (1 - part) * (end - begin) * samples
                 phase = sums[:, :, at + 1] * sums[:, :, at].conj() * np.exp(-1j * off[:, :, i] * apart)

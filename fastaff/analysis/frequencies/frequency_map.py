@@ -47,7 +47,7 @@ PILOT_STEPS, PILOT_SAMPLES = 128, 48
 PROBE = 128
 """Steps from which it is learned how fast an orbit moves."""
 
-DENSE, BODY_DENSE, CLOCKED_DENSE = 0.8, 0.5, 0.1
+DENSE, BODY_DENSE, CLOCKED_DENSE = 1.2, 0.5, 0.1
 """Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next; where
 these have a clock, which is summed from samples.
 """

@@ -288,7 +288,7 @@ def _spectra(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ...
     away, middle = np.abs(signals[:, :, n - 1] - signals[:, :, 0]), np.abs(signals[:, :, n // 2] - signals[:, :, 0])
     rotating = (away > middle).astype(np.int64)  # most that swing are told by these alone
     arguments = signals, cosine_window(n), apart_window(n), tables, AT_REST**2, rotating
-    run(peaks.windowed, orbits, (*arguments, spectra, drift, centre, size, moving), threads)
+    run(peaks.windowed, orbits, (*arguments, spectra.view(float), drift, centre, size, moving), threads)
 
     def transform(begin: int) -> None:
         for i in range(begin, orbits, AT_ONCE * threads):
@@ -385,9 +385,8 @@ def _lattice(
     tables, sizes = tables_of(m)
     rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
     nu, spread = np.zeros((2, orbits, m))
-    run(
-        kernels.generators, orbits, (value, bar, count, tables, sizes, rank, nu, spread, source), 1
-    )  # too brief for more
+    arguments = value, bar, count, tables, sizes, 1 / h, rank, nu, spread, source
+    run(kernels.generators, orbits, arguments, 1)  # too brief for more
     dual, share = _dual(x, h, rank, nu, threads)
     result = _no_modes(orbits, m)
     _place(result, rank, nu, spread, dual, share, top, top_bar, moving)

@@ -296,9 +296,7 @@ def _demodulated(
     found, time = demodulated(s, loops, nu, dt, threads), (s.shape[2] - 1) * dt
     change = np.zeros((*nu.shape, 3))
     if start is not None:
-        coarse, fine = (
-            demodulated(np.ascontiguousarray(x[:, :, : start.shape[2]]), loops, nu, dt, threads) for x in (s, start)
-        )
+        coarse, fine = (demodulated(x, loops, nu, dt, threads, start.shape[2]) for x in (s, start))
         # The halves too: what one window says may be small by chance.
         change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
     return _Rates(
