@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, total
+from .fundamental import BLOCK, rows_of, total
 
 CHUNK = 512
 """Samples of a loop that are demodulated at once."""
@@ -26,44 +26,65 @@ def add_products(weights, re, im, sums):
             second[i] += w[i] * y[i]
 
 
-def demodulate(unit, stop, progress, signals, loops, offset, drift, nu, interval, tables, ends, sums):
+def demodulate(
+    unit,
+    stop,
+    progress,
+    numbers,
+    rows,
+    start,
+    count,
+    samples,
+    loops,
+    offset,
+    drift,
+    nu,
+    interval,
+    tables,
+    table_start,
+    ends,
+    end_start,
+    sums,
+):
     """Fill sums (orbits, loops, tables) with sum_j tables[., j] f_j exp(-2 pi i nu t_j) of the loops f = c . s -
     offset - drift j of an orbit.
 
-    signals (orbits, rows, >= samples); loops (orbits, loops, rows); nu (orbits, loops) in cycles per unit time; tables
-    (tables, samples), which are 0 outside of ends (tables, 2); time counts from the first sample. A loop with nu = 0
-    has sums of 0.
+    numbers, rows, start, count: the signals s, see `rows_of`, of which the first samples (orbits,) are taken; loops
+    (orbits, loops, rows); nu (orbits, loops) in cycles per unit time, interval (orbits,); tables, from an orbit's
+    table_start on (tables, samples), are 0 outside of ends, from its end_start on (tables, 2); time counts from the
+    first sample. A loop with nu = 0 has sums of 0.
     """
     if read_now(stop, 0) > 0:
         return
-    s, samples, count = signals[unit], tables.shape[1], sums.shape[2]
-    re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((count, 2, BLOCK))
+    s, length, used = rows_of(numbers, rows, start[unit], count[unit]), samples[unit], sums.shape[2]
+    weights, within = tables[table_start[unit] :], ends[end_start[unit] :]
+    re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((used, 2, BLOCK))
     u, v, p, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     for k in range(loops.shape[1]):
         if nu[unit, k] == 0.0:
             continue
         c, a, b = loops[unit, k], offset[unit, k], drift[unit, k]
-        turn = 2.0 * math.pi * nu[unit, k] * interval
+        turn = 2.0 * math.pi * nu[unit, k] * interval[unit]
         partial[:] = 0.0
         for i in range(BLOCK):
             u[i], v[i] = math.cos(turn * i), -math.sin(turn * i)
-        for start in range(0, samples, CHUNK):
-            width = min(CHUNK, samples - start)
+        for at in range(0, length, CHUNK):
+            width = min(CHUNK, length - at)
             for i in range(width):
                 re[i], im[i] = -a.real, -a.imag
             if b != 0.0:
                 for i in range(width):
-                    re[i] -= b.real * (start + i)
-                    im[i] -= b.imag * (start + i)
+                    re[i] -= b.real * (at + i)
+                    im[i] -= b.imag * (at + i)
             for r in range(c.size):
                 x, y = c[r].real, c[r].imag
                 if x != 0.0 or y != 0.0:
-                    row = s[r, start : start + width]
+                    row = s[r, at : at + width]
                     for i in range(row.size):
                         re[i] += x * row[i]
                         im[i] += y * row[i]
             for first in range(0, width, BLOCK):
-                x, y = math.cos(turn * (start + first)), -math.sin(turn * (start + first))
+                x, y = math.cos(turn * (at + first)), -math.sin(turn * (at + first))
                 f, g = re[first : min(first + BLOCK, width)], im[first : min(first + BLOCK, width)]
                 for i in range(BLOCK):  # two loops: LLVM keeps few arrays apart in one
                     p[i] = u[i] * x - v[i] * y
@@ -71,12 +92,13 @@ def demodulate(unit, stop, progress, signals, loops, offset, drift, nu, interval
                 for i in range(f.size):
                     value, other = f[i] * p[i] - g[i] * q[i], f[i] * q[i] + g[i] * p[i]
                     f[i], g[i] = value, other
-            for w in range(count):
+            for w in range(used):
                 # Blocks begin at multiples of BLOCK, whatever the table.
-                begin = max((ends[w, 0] - start) // BLOCK * BLOCK, 0)
-                end = min(ends[w, 1] - start, width)
+                begin = max((within[2 * w] - at) // BLOCK * BLOCK, 0)
+                end = min(within[2 * w + 1] - at, width)
                 if begin < end:
-                    add_products(tables[w, start + begin : start + end], re[begin:end], im[begin:end], partial[w])
-        for w in range(count):
+                    own = weights[w * length + at + begin : w * length + at + end]
+                    add_products(own, re[begin:end], im[begin:end], partial[w])
+        for w in range(used):
             sums[unit, k, w] = complex(total(partial[w, 0]), total(partial[w, 1]))
     progress[unit] = 1.0

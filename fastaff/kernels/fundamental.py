@@ -153,6 +153,12 @@ def generators(unit, stop, progress, value, bar, count, tables, sizes, rate, ran
 
 
 @jit
+def rows_of(numbers, rows, start, count):
+    """Return the rows (rows, count) of an orbit's signals that begin at `start`."""
+    return numbers[start : start + rows * count].reshape((rows, count))
+
+
+@jit
 def total(sums):
     """Return the sum of partial sums (BLOCK,), which are lost: that of halves of them, and so on."""
     size = BLOCK // 2
@@ -243,9 +249,9 @@ def growth(row, tables, rest, sums):
     return mean if abs(mean) * samples > 2.0 * (high - low) else 0.0
 
 
-def prepare(unit, stop, progress, signals, stride, window, tables, at_rest, rows, loops, drift, centre, size, moving):
-    """Fill rows (orbits, 2m, samples) with every stride-th sample of the signals without drift and mean, in units of
-    their size, and loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest.
+def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops, drift, centre, size, moving):
+    """Fill rows (orbits, 2m, samples) with the first samples of the signals without drift and mean, in units of their
+    size, and loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest.
 
     window (samples,) of sum 1; drift, centre, size (orbits, 2m), moving (orbits, m): what was found.
     """
@@ -255,7 +261,7 @@ def prepare(unit, stop, progress, signals, stride, window, tables, at_rest, rows
     for r in range(rows.shape[1]):
         row, source = rows[unit, r], signals[unit, r]
         for i in range(samples):
-            row[i] = source[i * stride]
+            row[i] = source[i]
         change = growth(row, tables, scratch, sums)
         if change != 0.0:
             for i in range(samples):
@@ -408,19 +414,19 @@ def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k)
     progress[unit] = 1.0
 
 
-def loop_values(unit, stop, progress, signals, stride, orbits, number, loops, offset, drift, values):
-    """Fill values (count, samples) with every stride-th value of the loops  c . s - offset - drift j  given by their
-    orbits (count,) and numbers (count,) in these.
+def loop_values(unit, stop, progress, numbers, rows, start, count, orbits, number, loops, offset, drift, values):
+    """Fill values (values, samples) with those of the loops  c . s - offset - drift j  given by their orbits (values,)
+    and numbers (values,) in these; numbers, rows, start, count: the signals s, see `rows_of`.
     """
     if read_now(stop, 0) > 0:
         return
     o, k, value = orbits[unit], number[unit], values[unit]
-    samples = value.size
+    s, samples = rows_of(numbers, rows, start[o], count[o]), value.size
     for i in range(samples):
-        value[i] = -offset[o, k] - drift[o, k] * (stride * i)
-    for r in range(signals.shape[1]):
-        c, row = loops[o, k, r], signals[o, r]
+        value[i] = -offset[o, k] - drift[o, k] * i
+    for r in range(rows):
+        c, row = loops[o, k, r], s[r]
         if c != 0.0:
             for i in range(samples):
-                value[i] += c * row[i * stride]
+                value[i] += c * row[i]
     progress[unit] = 1.0

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, generate, growth, relate, total
+from .fundamental import BLOCK, generate, growth, relate, rows_of, total
 
 SLOW = 1e-3
 """Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
@@ -65,25 +65,47 @@ def weigh(q, p, centre, change, units, weight, out):
 
 
 def windowed(
-    unit, stop, progress, signals, window, weight, tables, at_rest, rotating, spectra, drift, centre, size, moving
+    unit,
+    stop,
+    progress,
+    numbers,
+    rows,
+    start,
+    count,
+    samples,
+    tables,
+    table_start,
+    at_rest,
+    spectra,
+    spectrum_start,
+    drift,
+    centre,
+    size,
+    moving,
 ):
-    """Fill spectra (orbits, m, samples) with the loops Q - i P of an orbit times a weight (samples,), ready for a
-    Fourier transform, as `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q
-    and P.
+    """Fill spectra with the loops Q - i P of an orbit times a weight, ready for a Fourier transform, as
+    `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q and P.
 
-    signals (orbits, 2m, >= samples); rotating (orbits, 2m): rows that may grow without bound; spectra as real numbers
-    (orbits, m, 2*samples); filled are drift, centre, size (orbits, 2m) and moving (orbits, m) too.
+    numbers, rows, start, count: the signals, see `rows_of`, of which the first samples (orbits,) are taken; tables,
+    from an orbit's table_start on: the window of means, the weight (samples,), and the tables (3, samples - 1) of
+    `growth`; spectra as real numbers, from twice an orbit's spectrum_start on (m, 2*samples). Filled are drift, centre,
+    size (orbits, 2m) and moving (orbits, m) too.
     """
     if read_now(stop, 0) > 0:
         return
-    samples, m = window.size, spectra.shape[1]
-    sums, squares, rest = np.empty(BLOCK), np.empty(BLOCK), np.empty(samples)
+    n, m, s = samples[unit], moving.shape[1], rows_of(numbers, rows, start[unit], count[unit])
+    own = tables[table_start[unit] :]
+    window, weight, growing = own[:n], own[n : 2 * n], own[2 * n : 2 * n + 3 * (n - 1)].reshape((3, n - 1))
+    out = spectra[2 * spectrum_start[unit] :]
+    sums, squares, rest = np.empty(BLOCK), np.empty(BLOCK), np.empty(n)
     largest_one = 0.0
     for r in range(2 * m):
-        source = signals[unit, r, :samples]
-        drift[unit, r] = growth(source, tables, rest, sums) if rotating[unit, r] != 0 else 0.0
+        source = s[r, :n]
+        # Most that swing are told by three samples.
+        rotating = abs(source[n - 1] - source[0]) > abs(source[n // 2] - source[0])
+        drift[unit, r] = growth(source, growing, rest, sums) if rotating else 0.0
         if drift[unit, r] != 0.0:
-            for i in range(samples):
+            for i in range(n):
                 rest[i] = source[i] - drift[unit, r] * i
             centre[unit, r], size[unit, r] = moments(rest, window, sums, squares)
         else:
@@ -98,13 +120,13 @@ def windowed(
         share = 1.0 if moving[unit, j] else 0.0
         units, means = (share / size[unit, first], share / size[unit, first + 1]), centre[unit]
         weigh(
-            signals[unit, first, :samples],
-            signals[unit, first + 1, :samples],
+            s[first, :n],
+            s[first + 1, :n],
             (means[first], means[first + 1]),
             (drift[unit, first], drift[unit, first + 1]),
             units,
             weight,
-            spectra[unit, j],
+            out[2 * n * j : 2 * n * (j + 1)],
         )
     progress[unit] = 1.0
 
@@ -264,6 +286,8 @@ def separate(
     stop,
     progress,
     spectra,
+    spectrum_start,
+    lengths,
     moving,
     order,
     minor,
@@ -285,7 +309,8 @@ def separate(
     """Find the lines of the loops of an orbit and the generators of their lattice, where all stand apart; frequencies
     are in bins.
 
-    spectra (orbits, m, samples) of the loops Q - i P, in units of the sizes of Q and P. Filled are value, bar,
+    spectra of the loops Q - i P, in units of the sizes of Q and P: from an orbit's spectrum_start on (m, samples), with
+    samples = lengths[unit]. Filled are value, bar,
     strength (orbits, m, lines), the lines of each loop, the largest first, and their amplitudes; rank, basis and
     spread (orbits, m), the generators and their errors; dual (orbits, m, 2m) and share (orbits, m, m), see
     `fundamental`; rest (orbits,), the share of a loop's size that no line has, the largest one's; clear (orbits,),
@@ -293,14 +318,15 @@ def separate(
     """
     if read_now(stop, 0) > 0:
         return
-    m, samples, lines = spectra.shape[1], spectra.shape[2], value.shape[2]
+    m, samples, lines, first = moving.shape[1], lengths[unit], value.shape[2], spectrum_start[unit]
+    spectrum = spectra[first : first + m * samples].reshape((m, samples))
     place, size, error = np.zeros((m, lines)), np.zeros((m, lines)), np.full((m, lines), 9.0)
     good, some = 1, 0
     for j in range(m):
         if moving[unit, j] == 0:
             continue
         some += 1
-        count, left = find_peaks(spectra[unit, j], order, place[j], size[j], error[j])
+        count, left = find_peaks(spectrum[j], order, place[j], size[j], error[j])
         rest[unit] = max(rest[unit], left)
         for i in range(count):
             u = place[j, i] if place[j, i] < samples / 2 else place[j, i] - samples
@@ -310,7 +336,7 @@ def separate(
             good = 0
         slow = 0.0  # what moves so slowly that it is no line yet
         for i in range(-order - 1, order + 2):
-            slow = max(slow, abs(spectra[unit, j, i % samples]))
+            slow = max(slow, abs(spectrum[j, i % samples]))
         good = good if slow < SLOW * size[j, 0] else 0
     # The leading lines first, then the others by what they have of their loops.
     all_values, all_bars, key = np.zeros(m * lines), np.zeros(m * lines), np.zeros(m * lines)
@@ -355,8 +381,8 @@ def separate(
         for j in range(m):
             if moving[unit, j] != 0:
                 for i in range(found):
-                    ahead = amplitude_at(spectra[unit, j], nu[i], samples, order)
-                    mirror = amplitude_at(spectra[unit, j], -nu[i], samples, order).conjugate()
+                    ahead = amplitude_at(spectrum[j], nu[i], samples, order)
+                    mirror = amplitude_at(spectrum[j], -nu[i], samples, order).conjugate()
                     q, p = 0.5 * (ahead + mirror), 0.5j * (ahead - mirror)
                     share[unit, i, j] = abs(q) * abs(p)
                     # s = sum_i 2 Re(A_i exp(i phi)): rows q, p of the real matrix of 2 Re A, -2 Im A.
@@ -391,8 +417,8 @@ def relations(
     sizes,
     k,
     lengths,
-    time,
-    rate,
+    times,
+    rates,
     limits,
     strange,
     blur,
@@ -403,9 +429,10 @@ def relations(
     combinations of them are as close to 0 as lines can't be told apart.
 
     value, bar, strength (orbits, m, lines) of the loops' lines, the largest first; nu, spread (orbits, m) of
-    generators, 0 where there is none; k (vectors, m), by lengths (vectors,) |k|_1, one of each pair +-k; rate: of
-    samples, modulo which combinations are seen. limits: cycles over the time of what is close, of what is near, and
-    the amplitudes from which lines show, and from which they are large. Filled are strange (orbits,), the amplitude,
+    generators, 0 where there is none; k (vectors, m), by lengths (vectors,) |k|_1, one of each pair +-k; times, rates
+    (orbits,): over which they were found, and of samples, modulo which combinations are seen. limits: cycles over the
+    time of what is close, of what is near, and the amplitudes from which lines show, and from which they are large.
+    Filled are strange (orbits,), the amplitude,
     relative to its loop's largest, of the largest line of which a generator is a multiple, 1 where a generator is part
     of no strong one and not told from a combination of others; blur (orbits, m), the cycles that each frequency may be
     off by close lines of combinations; near, close (orbits,): whether there are such that are large, or show.
@@ -416,6 +443,7 @@ def relations(
     if read_now(stop, 0) > 0:
         return
     resolved, beside, shows, large = limits
+    time, rate = times[unit], rates[unit]
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
     found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST

@@ -140,7 +140,7 @@ class ChunkRows(NamedTuple):
     """
 
     taken: int = 0
-    count: int = 1
+    length: int = 1
     start: int = 2
     kept: int = 3
 
@@ -164,12 +164,12 @@ def write_values(rows, lanes, fresh, memory, kept, out):
     """Count what was kept in fresh lanes, and write a full chunk to out (1, numbers): each row of an orbit after the
     other.
     """
-    taken, count = row(memory, CHUNK_ROWS.taken), row(memory, CHUNK_ROWS.count)
+    taken, lengths = row(memory, CHUNK_ROWS.taken), row(memory, CHUNK_ROWS.length)
     start, numbers = row(memory, CHUNK_ROWS.start), out[0]
     for i in range(lanes):
         if fresh[i] > 0.0:
             taken[i] += 1.0
-            n, length = int(taken[i]), int(count[i])
+            n, length = int(taken[i]), int(lengths[i])
             if n % CHUNK == 0 and n <= length:
                 first = int(start[i]) + n - CHUNK
                 for r in range(rows):

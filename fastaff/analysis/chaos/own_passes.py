@@ -35,7 +35,7 @@ def frequency_diffusion(
     work.run()
     found = work.result()
     value = found.diffusion - np.log10(rates / (2 * math.pi))
-    moving = (found.halves != 0).any(axis=(0, 1))
+    moving = np.any(found.halves != 0, axis=(0, 1))
     vague = (found.kind == FrequencyKind.UNDECIDED) & moving
     beside = (found.kind != FrequencyKind.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
     known = (found.status == Status.OK) & ~vague & ~beside

@@ -14,6 +14,7 @@ from ...kernels import fundamental as kernels
 from .angle_loops import Layout
 from .fundamental import LINE_ORDER, SPANS, Loops, bump, cosine_window, run, values
 from .naff import found_lines
+from .signals import Signals
 
 AT_ONCE = 256
 """Orbits whose lines are found at once."""
@@ -56,19 +57,23 @@ class LineTable:
         self.nu, self.amplitude = np.zeros((len(names), lines, orbits)), np.zeros((len(names), lines, orbits), complex)
         self.error = np.full((len(names), lines, orbits), np.inf)
 
-    def adopt(self, orbits: np.ndarray, layout: Layout, signals: np.ndarray, interval: float, delay: float) -> None:
-        """Fill in the lines of the signals of these orbits; delay: time of the first sample."""
-        samples = signals.shape[2]
-        count = max(0, min(self.count, samples // 4 - LINE_ORDER))
-        for begin in range(0, orbits.size if count else 0, AT_ONCE):
-            part = np.arange(begin, min(begin + AT_ONCE, orbits.size))
-            for angles, f, size in _signals(layout, signals[part]):
+    def adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
+        """Fill in the lines of the signals of these orbits; delay: time of the first sample, in intervals."""
+        for o in signals.alike():
+            for begin in range(0, o.size, AT_ONCE):
+                part = o[begin : begin + AT_ONCE]
+                self._adopt(orbits[part], layout, signals.of(part), delay)
+
+    def _adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
+        interval, count = float(signals.interval[0]), max(0, min(self.count, int(signals.samples[0]) // 4 - LINE_ORDER))
+        if count:
+            for angles, f, size in _signals(layout, signals):
                 found = found_lines(f, interval, count, LINE_ORDER)
-                turns = found.nu * delay
+                turns = found.nu * (delay * interval)
                 with np.errstate(all="ignore"):  # a size may be none, of numbers whose squares are none
                     amplitude = size[:, :, None] * found.amplitude * np.exp(-2j * np.pi * (turns - np.rint(turns)))
                 known = np.isfinite(amplitude) & np.isfinite(found.error)
-                here = np.ix_(np.array(angles), np.arange(count), orbits[part])
+                here = np.ix_(np.array(angles), np.arange(count), orbits)
                 self.nu[here] = np.where(known, found.nu, 0.0).transpose(1, 2, 0)
                 self.error[here] = np.where(known, found.error, np.inf).transpose(1, 2, 0)
                 self.amplitude[here] = np.where(known, amplitude, 0.0).transpose(1, 2, 0)
@@ -78,22 +83,23 @@ class LineTable:
         return AngleLines(self.names, self.nu, self.amplitude, self.error)
 
 
-def _signals(layout: Layout, signals: np.ndarray) -> list[tuple[list[int], np.ndarray, np.ndarray]]:
+def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarray, np.ndarray]]:
     """Return angles, their signals (orbits, angles, samples) and the units of these (orbits, angles)."""
-    s, m = np.ascontiguousarray(signals[:, : 2 * layout.m]), layout.m
+    m = layout.m
+    s = np.ascontiguousarray(signals.array(np.arange(signals.samples.size))[:, : 2 * m])
     orbits, rows, samples = s.shape
     result = []
     if m:
         x, loops, moving = np.empty_like(s), np.empty((orbits, m, samples), complex), np.zeros((orbits, m), bool)
         drift, centre, size = np.empty((3, orbits, rows))
         tables = np.array([bump(*SPANS[i], samples - 1) for i in (0, 3, 4)])
-        arguments = (s, 1, cosine_window(samples), tables, 0.0, x, loops, drift, centre, size, moving)
+        arguments = (s, cosine_window(samples), tables, 0.0, x, loops, drift, centre, size, moving)
         run(kernels.prepare, orbits, arguments, 1)
         result.append((layout.librations, loops, size[:, ::2]))
     if layout.planes:
         c, _ = layout.own(signals)
         c, zero = np.ascontiguousarray(c[:, layout.planes]), np.zeros((orbits, len(layout.planes)), complex)
         o, k = (entry.ravel() for entry in np.mgrid[:orbits, : len(layout.planes)])
-        f = values(signals, Loops(c, zero, zero), o, k, 1, 1).reshape(orbits, len(layout.planes), samples)
+        f = values(signals, Loops(c, zero, zero), o, k, 1).reshape(orbits, len(layout.planes), samples)
         result.append((layout.planes, f, np.ones((orbits, len(layout.planes)))))
     return result

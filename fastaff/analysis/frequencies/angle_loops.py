@@ -14,6 +14,7 @@ from ...models.angles import AlphaBeta, RVartheta
 from .demodulated import PARTS, parts
 from .fundamental import run, weight_at
 from .rooms import Room
+from .signals import Signals
 
 
 class Plain(NamedTuple):
@@ -62,11 +63,15 @@ class Layout:
         run(kernels.read_signals, len(states), (states, *call_table(np.zeros(0), (self.call,)), s), threads)
         return s
 
-    def own(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def own(self, signals: Signals) -> tuple[np.ndarray, np.ndarray]:
         """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and
-        their offsets, of signals (orbits, rows, samples).
+        their offsets.
         """
-        (orbits, rows, _), low, high = s.shape, s.min(axis=2), s.max(axis=2)
+        orbits, rows = signals.samples.size, signals.rows
+        low, high, first_one = np.empty((3, orbits, rows))
+        for o in signals.alike():
+            s = signals.array(o)
+            low[o], high[o], first_one[o] = s.min(axis=2), s.max(axis=2), s[:, :, 0]
         loops, offset = (
             np.zeros((orbits, len(self.angles.names), rows), complex),
             np.zeros((orbits, len(self.angles.names)), complex),
@@ -82,7 +87,7 @@ class Layout:
                 loops[:, i, first], loops[:, i, first + 1] = 1.0, -1j * scale
                 offset[:, i] = (low[:, first] + high[:, first]) / 2
                 continue
-            a1, a2, p1, p2 = s[:, first : first + 4, 0].T
+            a1, a2, p1, p2 = first_one[:, first : first + 4].T
             scale = np.where(a1 * p2 - a2 * p1 < 0, -scale, scale)
             for j, c in enumerate((1.0, 1j, -1j * scale, scale)):
                 loops[:, i, first + j] = c

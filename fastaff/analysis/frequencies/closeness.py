@@ -32,9 +32,9 @@ class Closeness(NamedTuple):
     close: np.ndarray
 
 
-def closeness(found: Modes, nu: np.ndarray, time: float, interval: float, threads: int) -> Closeness:
-    """Hold frequencies nu (orbits, m) of modes against each other that were found over that time, from samples an
-    interval apart.
+def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarray, threads: int) -> Closeness:
+    """Hold frequencies nu (orbits, m) of modes against each other that were found over so long a time (orbits,), from
+    samples an interval (orbits,) apart.
     """
     orbits, m = nu.shape
     tables, sizes = tables_of(m)

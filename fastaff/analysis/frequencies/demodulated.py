@@ -10,6 +10,7 @@ import numpy as np
 from ...kernels import demodulation
 from ...kernels import fundamental as kernels
 from .fundamental import Loops, bump, run
+from .signals import Signals, tables_for
 
 HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
 PAIRS = (0.7, 0.8)
@@ -38,8 +39,8 @@ class LineRates(NamedTuple):
 
 
 @functools.lru_cache(maxsize=32)
-def demodulating(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights (18, samples) that loops are summed with, and where they are not 0, (18, 2).
+def demodulating(samples: int) -> np.ndarray:
+    """Return the weights (18, samples) that loops are summed with.
 
     For the whole and each half a window and its change from sample to sample, then for each of them the windows over
     its first and last PAIRS of it.
@@ -52,44 +53,49 @@ def demodulating(samples: int) -> tuple[np.ndarray, np.ndarray]:
         for part in PAIRS:
             length = part * (end - begin)
             rows += [bump(begin, begin + length, samples), bump(end - length, end, samples)]
-    table = np.array(rows)
-    some = table != 0
-    ends = np.stack([some.argmax(axis=1), samples - some[:, ::-1].argmax(axis=1)], axis=1)
-    return table, ends.astype(np.int64)
+    return np.array(rows)
+
+
+@functools.lru_cache(maxsize=32)
+def _ends(samples: int) -> np.ndarray:
+    """Return from where to where (18, 2) the weights are not 0."""
+    some = demodulating(samples) != 0
+    return np.stack([some.argmax(axis=1), samples - some[:, ::-1].argmax(axis=1)], axis=1).astype(np.int64)
 
 
 def demodulated(
-    signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int, samples: int | None = None
+    signals: Signals, loops: Loops, nu: np.ndarray, threads: int, samples: np.ndarray | None = None
 ) -> LineRates:
     """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals, or of their first
-    `samples`, of whose errors nothing is said then.
+    samples (orbits,), of whose errors nothing is said then.
 
     With sums S of a line times a window and D times the window's change, the turn from one sample to the next is that
     of 1 + D/S, exactly; another line of relative amplitude a and at a distance d adds a d W(d). The phases of two
     windows over parts of it say how much that is. It is a bound for d beyond 1.5/time.
     """
-    parts = signals.shape[2] if samples is None else samples
-    rates = _demodulated(signals, loops, nu, interval, threads, parts, samples is None)
-    off = np.abs(rates.nu - nu) * interval * parts
+    used = signals.samples if samples is None else samples
+    rates = _demodulated(signals, loops, nu, threads, used, samples is None)
+    off = np.abs(rates.nu - nu) * (signals.interval * used)[:, None]
     far = (np.isfinite(off) & (off > RECENTRED)).any(axis=1)
     if far.any():  # the windows see less of a line that far
-        near = np.where((off < 3.0)[far], rates.nu[far], nu[far])
-        part = np.ascontiguousarray(signals[far])
+        near, some = np.where((off < 3.0)[far], rates.nu[far], nu[far]), np.flatnonzero(far)
         theirs = Loops(*(entry[far] for entry in loops))
-        again = _demodulated(part, theirs, near, interval, threads, parts, samples is None)
+        again = _demodulated(signals.of(some), theirs, near, threads, used[far], samples is None)
         for old, new in zip(rates, again, strict=True):
             old[far] = new
     return rates
 
 
 def _demodulated(
-    signals: np.ndarray, loops: Loops, nu: np.ndarray, interval: float, threads: int, samples: int, errors: bool
+    signals: Signals, loops: Loops, nu: np.ndarray, threads: int, samples: np.ndarray, errors: bool
 ) -> LineRates:
-    tables, ends = demodulating(samples)
-    sums = np.zeros((*nu.shape, len(tables) if errors else 2 * len(HALVES)), complex)
+    tables, ends = tables_for(demodulating, samples), tables_for(_ends, samples)
+    parts = len(HALVES)
+    sums = np.zeros((*nu.shape, 2 * parts * (1 + len(PAIRS) * errors)), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(demodulation.demodulate, len(nu), (signals, *complexes, nu, interval, tables, ends, sums), threads)
-    parts, unit = len(HALVES), 2 * np.pi * interval
+    arguments = *signals.ragged, samples, *complexes, nu, signals.interval, *tables, *ends, sums
+    run(demodulation.demodulate, len(nu), arguments, threads)
+    unit, samples = 2 * np.pi * signals.interval[:, None], samples[:, None]
     off, spread = np.zeros((2, *nu.shape, parts))
     with np.errstate(all="ignore"):
         for i, (begin, end) in enumerate(HALVES):
@@ -99,8 +105,8 @@ def _demodulated(
                 apart = (1 - part) * (end - begin) * samples
                 phase = sums[:, :, at + 1] * sums[:, :, at].conj() * np.exp(-1j * off[:, :, i] * apart)
                 spread[:, :, i] = np.maximum(spread[:, :, i], np.abs(np.angle(phase)) / apart)
-        error = BOUND * spread / unit
-        found = nu[:, :, None] + off / unit
+        error = BOUND * spread / unit[:, :, None]
+        found = nu[:, :, None] + off / unit[:, :, None]
     none = ~np.isfinite(found) | ~np.isfinite(error)
     found, error = np.where(none, nu[:, :, None], found), np.where(none, np.inf, error)
     return LineRates(found[:, :, 0].copy(), error[:, :, 0].copy(), found[:, :, 1:].copy(), error[:, :, 1:].copy())

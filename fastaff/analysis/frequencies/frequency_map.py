@@ -32,6 +32,7 @@ from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
+from .signals import Signals
 from .turning import unresolved
 
 ACCURACY = 1e-11
@@ -286,10 +287,9 @@ class FrequencyWork:
             step = np.broadcast_to(flow.of(orbits[part]).step, need[part].size)
             counts = np.full(need[part].size, PROBE)
             brief = replace(flow, step=step)
-            every = np.array([counts.size])
-            (seen,), run = self._sampled(brief, orbits[part], PROBE * step, counts, every, ROOMS.signals)
+            seen, run = self._sampled(brief, orbits[part], PROBE * step, counts, ROOMS.signals)
             with np.errstate(all="ignore"):
-                dense = self.time * fastest(seen, 1.0, flow.threads) / step / radians
+                dense = self.time * fastest(seen.array(np.arange(counts.size)), 1.0, flow.threads) / step / radians
             dense = np.maximum(dense, self.time * self.rate[orbits[part]] / LONGEST)
             need[part] = np.where((run.status == Status.OK) & np.isfinite(dense), dense, steps[part])
         counts = sample_counts(need, steps)
@@ -298,55 +298,45 @@ class FrequencyWork:
     def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
         share = _share(steps, counts)
-        # Orbits of equal numbers of samples are read together, and written side by side.
-        order = np.lexsort((share, counts))
+        order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
         orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
-        alike = np.append(np.flatnonzero((np.diff(counts) != 0) | (np.diff(share) != 0)) + 1, counts.size)
-        signals, run = self._sampled(flow, orbits, self.time, counts, alike, ROOMS.signals)
-        starts, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, alike, ROOMS.starts)
+        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals)
+        start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, ROOMS.starts)
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
-        done, end = (run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)), 0
-        for s, start in zip(signals, starts, strict=True):
-            begin, end = end, end + len(s)
-            own, kept = orbits[begin:end], done[begin:end]
-            if not kept.all():
-                s, start, own = s[kept], start[kept], own[kept]
-            if own.size:
-                order = self.flow.scheme.order if self.flow.scheme.symplectic else 0
-                self._adopt(own, Samples(s, start, self.time / s.shape[2], order))
+        done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
+        if done.size:
+            scheme = self.flow.scheme
+            self._adopt(
+                orbits[done], Samples(signals.of(done), start.of(done), scheme.order if scheme.symplectic else 0)
+            )
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:
             self.report(min(self.done / self.orbits, 1.0))
 
     def _sampled(
-        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, alike: np.ndarray, room: Room
-    ) -> tuple[list[np.ndarray], Ensemble]:
-        """Return the signals (some orbits, rows, samples) of these orbits, of those up to each number of `alike`, whose
-        counts are equal, in an array, and how they ended; what was not reached is whatever was there.
+        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room
+    ) -> tuple[Signals, Ensemble]:
+        """Return so many samples of the signals of these orbits, and how they ended; what was not reached is whatever
+        was there.
         """
         rows, step = self.layout.rows, flow.step
         if isinstance(step, np.ndarray) and step.size != orbits.size:
             flow = flow.of(orbits)
         run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
-        sizes = rows * counts
-        numbers = room.array(int(sizes.sum()))
+        start = np.cumsum(rows * counts) - rows * counts
+        signals = Signals(room.array(rows * int(counts.sum())), rows, start, counts, time / counts)
         observer = observers.called_rows(self.layout.call, rows)
         memory = np.zeros((observer.rows, orbits.size))
-        memory[CHUNK_ROWS.count], memory[CHUNK_ROWS.start] = counts, np.cumsum(sizes) - sizes
+        memory[CHUNK_ROWS.length], memory[CHUNK_ROWS.start] = counts, start
         observations: Any = counts
         if flow.adaptive:  # all alike
             time, observations = float(np.max(time)), int(counts[0])
-        flow.advance(run, observer, memory, numbers[None], time=time, observations=observations)
-        groups, begin, first = [], 0, 0
-        for end in alike:
-            last = first + int(sizes[begin:end].sum())
-            groups.append(numbers[first:last].reshape(end - begin, rows, counts[begin]))
-            begin, first = end, last
-        return groups, run
+        flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations)
+        return signals, run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in what samples of these orbits say."""
@@ -354,7 +344,7 @@ class FrequencyWork:
         self.found.adopt(orbits, found)
         if self.found.lines is not None:
             # The first sample is an interval after the start.
-            self.found.lines.adopt(orbits, self.layout, samples.run, samples.interval, samples.interval)
+            self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)
 
     def result(self, tolerance: float = math.inf) -> FrequencyMap:
         """Assemble the map."""

@@ -24,6 +24,7 @@ from ...kernels.birkhoff import SHARPNESS
 from .integer_lattice import ball
 from .naff import found_lines
 from .rooms import ROOMS
+from .signals import Signals, tables_for
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
@@ -151,6 +152,12 @@ def fast_length(samples: int) -> int:
     return prev_fast_len(samples)
 
 
+def fast_lengths(samples: np.ndarray) -> np.ndarray:
+    """Return `fast_length` of each number."""
+    different, which = np.unique(samples, return_inverse=True)
+    return np.array([fast_length(int(n)) for n in different], dtype=np.int64)[which]
+
+
 @functools.lru_cache(maxsize=32)
 def cosine_window(samples: int) -> np.ndarray:
     """Return the window (1 + cos)^WINDOW_ORDER of sum 1."""
@@ -205,28 +212,27 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
         launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None)
 
 
-def modes(signals: np.ndarray, interval: float, threads: int, fit: bool = False) -> Modes:
-    """Find the independent frequencies of signals (orbits, 2m, samples), `interval` apart.
+def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
+    """Find the independent frequencies of the first 2m rows of signals.
 
     Lines that stand apart are read from the bins of Fourier transforms, of a first piece where there are many samples.
     Where they do not, lines are fitted to the whole, but without `fit` not where no line stands out, as of a chaotic
     orbit: these are `drifting`.
     """
-    orbits, m = len(signals), signals.shape[1] // 2
-    whole, result, left = fast_length(signals.shape[2]), _no_modes(orbits, m), np.arange(orbits)
-    for n in [PIECE] * (whole > 2 * PIECE and not fit) + [whole]:
-        part = signals if left.size == orbits else np.ascontiguousarray(signals[left])
-        spectra, moving, drift, centre, size = _spectra(part, n, threads)
-        found = _apart(spectra, moving, interval, threads)
-        off = np.where(found.owned, found.spread, 0.0).max(axis=1, initial=0.0) * interval * whole
+    orbits, whole = signals.samples.size, fast_lengths(signals.samples)
+    result, left = _no_modes(orbits, m), np.arange(orbits)
+    for n in (np.where((whole > 2 * PIECE) & (not fit), PIECE, whole), whole):
+        part, n = signals.of(left), n[left]
+        spectra, start, moving, drift, centre, size = _spectra(part, n, m, threads)
+        found = _apart(spectra, start, n, moving, part.interval, threads)
+        off = np.where(found.owned, found.spread, 0.0).max(axis=1, initial=0.0) * part.interval * whole[left]
         done = (found.rank == moving.sum(axis=1)) & moving.any(axis=1) & (off < FAR)
-        if n == whole:
-            slow = np.flatnonzero(~done & (fit | ~found.drifting) & moving.any(axis=1))
-            if slow.size:
-                x, loops, *_ = _prepared(np.ascontiguousarray(part[slow]), n, threads)
-                _adopt(found, slow, _fitted(x, loops, moving[slow], interval, threads))
-            done[:] = True
-        done |= found.drifting
+        last = n == whole[left]
+        slow = np.flatnonzero(last & ~done & (fit | ~found.drifting) & moving.any(axis=1))
+        for o in part.alike(slow):
+            x, loops, *_ = _prepared(part.array(o)[:, : 2 * m], int(n[o[0]]), threads)
+            _adopt(found, o, _fitted(x, loops, moving[o], float(part.interval[o[0]]), threads))
+        done |= last | found.drifting
         dual = found.dual / size[:, None, :]
         offset, step = (dual * centre[:, None, :]).sum(axis=2), (dual * drift[:, None, :]).sum(axis=2)
         found = found._replace(dual=dual, offset=offset, drift=step)
@@ -272,49 +278,61 @@ def _prepared(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ..
     tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
     x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
     drift, centre, size = np.empty((3, orbits, rows))
-    arguments = signals, 1, cosine_window(n), tables, AT_REST**2, x, loops, drift, centre, size, moving
+    arguments = signals, cosine_window(n), tables, AT_REST**2, x, loops, drift, centre, size, moving
     run(kernels.prepare, orbits, arguments, threads)
     return x, loops, moving, drift, centre, size
 
 
-def _spectra(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ...]:
-    """Return Fourier transforms (orbits, m, n) of the windowed loops of the first n samples, which of these move, and
-    drift, centre and size of the rows; see `kernels.peaks.windowed`.
+def _windows(n: int) -> np.ndarray:
+    """Return what `kernels.peaks.windowed` takes as tables of n samples."""
+    return np.concatenate([cosine_window(n), apart_window(n), *(bump(*SPANS[i], n - 1) for i in (0, 3, 4))])
+
+
+def _spectra(signals: Signals, n: np.ndarray, m: int, threads: int) -> tuple[np.ndarray, ...]:
+    """Return Fourier transforms of the windowed loops of the first n samples (orbits,), from where on (orbits,) those
+    of an orbit (m, n) are, which loops (orbits, m) move, and drift, centre and size of the rows; see
+    `kernels.peaks.windowed`.
     """
-    orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
-    tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
-    spectra, moving = ROOMS.spectra.array(orbits, m, 2 * n).view(complex), np.zeros((orbits, m), bool)
-    drift, centre, size = np.empty((3, orbits, rows))
-    away, middle = np.abs(signals[:, :, n - 1] - signals[:, :, 0]), np.abs(signals[:, :, n // 2] - signals[:, :, 0])
-    rotating = (away > middle).astype(np.int64)  # most that swing are told by these alone
-    arguments = signals, cosine_window(n), apart_window(n), tables, AT_REST**2, rotating
-    run(peaks.windowed, orbits, (*arguments, spectra.view(float), drift, centre, size, moving), threads)
+    orbits, rows = n.size, 2 * m
+    start, spectra = np.cumsum(m * n) - m * n, ROOMS.spectra.array(2 * m * int(n.sum()))
+    moving, (drift, centre, size) = np.zeros((orbits, m), bool), np.empty((3, orbits, rows))
+    arguments = *signals.ragged, n, *tables_for(_windows, n), AT_REST**2
+    run(peaks.windowed, orbits, (*arguments, spectra, start, drift, centre, size, moving), threads)
+    spectra, parts, begin = spectra.view(complex), [], 0
+    for end in range(1, orbits + 1):  # neighbours of equally many samples
+        if end == orbits or n[end] != n[begin] or end - begin == AT_ONCE:
+            first = int(start[begin])
+            parts.append(spectra[first : first + (end - begin) * m * int(n[begin])].reshape(-1, int(n[begin])))
+            begin = end
 
     def transform(begin: int) -> None:
-        for i in range(begin, orbits, AT_ONCE * threads):
-            part = spectra[i : i + AT_ONCE]
+        for part in parts[begin::threads]:
             np.fft.fft(part, axis=-1, out=part)
 
-    together([functools.partial(transform, AT_ONCE * i) for i in range(threads)], int, int)
-    return spectra, moving, drift, centre, size
+    together([functools.partial(transform, i) for i in range(threads)], int, int)
+    return spectra, start, moving, drift, centre, size
 
 
-def _apart(spectra: np.ndarray, moving: np.ndarray, h: float, threads: int) -> Modes:
-    """Return what bins of Fourier transforms (orbits, m, n) say of loops whose lines stand apart; rank 0 of others."""
-    orbits, m, n = spectra.shape
-    result, unit = _no_modes(orbits, m), n * h
+def _apart(
+    spectra: np.ndarray, start: np.ndarray, n: np.ndarray, moving: np.ndarray, h: np.ndarray, threads: int
+) -> Modes:
+    """Return what bins of Fourier transforms, of an orbit from its start on (m, n), say of loops whose lines stand
+    apart; rank 0 of others.
+    """
+    orbits, m = moving.shape
+    result, unit = _no_modes(orbits, m), (n * h)[:, None]
     tables, sizes = tables_of(m)
     clear, rank, rest = np.zeros(orbits, np.int64), np.zeros(orbits, np.int64), np.zeros(orbits)
     value, bar, strength = np.zeros((3, orbits, m, SEEN))
     bar[:] = np.inf
     basis, spread = np.zeros((2, orbits, m))
     dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
-    inputs = spectra, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
+    inputs = spectra, start, n, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
     outputs = clear, rest, value, bar, strength, rank, basis, spread, dual, share
     run(peaks.separate, orbits, (*inputs, *outputs), threads)
     some = clear.astype(bool)
     rank = np.where(some, rank, 0)
-    value, bar = value / unit, bar / unit
+    value, bar = value / unit[:, :, None], bar / unit[:, :, None]
     result.lines[:] = np.stack([value, bar, strength], axis=1)
     leading, leading_error = value[:, :, 0].copy(), bar[:, :, 0].copy()
     _place(result, rank, basis / unit, spread / unit, dual, share, leading, leading_error, moving)
@@ -481,13 +499,11 @@ def _greedy(score: np.ndarray) -> np.ndarray:
     return place
 
 
-def values(
-    signals: np.ndarray, loops: Loops, orbits: np.ndarray, number: np.ndarray, stride: int, threads: int
-) -> np.ndarray:
-    """Return every stride-th value (count, samples) of loops given by their orbits (count,) and numbers (count,) in
-    these.
+def values(signals: Signals, loops: Loops, orbits: np.ndarray, number: np.ndarray, threads: int) -> np.ndarray:
+    """Return the values (count, samples) of loops given by their orbits (count,), of equally many samples, and their
+    numbers (count,) in these.
     """
-    f = np.empty((orbits.size, -(-signals.shape[2] // stride)), complex)
+    f = np.empty((orbits.size, int(signals.samples[orbits[0]])), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(kernels.loop_values, orbits.size, (signals, stride, orbits, number, *complexes, f), threads)
+    run(kernels.loop_values, orbits.size, (*signals.ragged, orbits, number, *complexes, f), threads)
     return f

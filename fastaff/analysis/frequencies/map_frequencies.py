@@ -25,6 +25,7 @@ from .methods import BirkhoffAverages, NaffLines
 from .readings import CHANGED
 from .rooms import Room
 from .running_turns import ROWS, running_means
+from .signals import signals_of
 from .tunes import FALLBACK, LEAST, TuneWork, entangled
 
 BUDGET = 1 << 25
@@ -222,7 +223,7 @@ class MapFrequencies:
                     turned = np.pad(turned - np.rint(turned), ((0, 0), (1, 0)))
                     row = row[:, :1] + period * np.cumsum(turned, axis=1)
                 s[:, 2 * (r % n) + r // n] = row
-            table.adopt(orbits[own], Layout(Plain(self.names), n), s, 1.0, 1.0)
+            table.adopt(orbits[own], Layout(Plain(self.names), n), signals_of(s, 1.0), 1.0)
 
     def _sampled(self, ensemble: Ensemble, orbits: np.ndarray, found: _Window, fallback: float) -> None:
         """Fill in the tunes of the planes that oscillate of orbits that end in the window, or need lines, by their

@@ -23,6 +23,7 @@ from .fundamental import fastest
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
+from .signals import signals_of
 
 LEAST = 64
 """Samples that an orbit needs."""
@@ -147,15 +148,12 @@ class _Work:
         signals = self.layout.signals(states, self.threads, ROOMS.signals)
         fine = fastest(signals, 1.0, self.threads) <= COARSE
         kept = orbits[fine]
-        if not fine.all():
-            signals = signals[fine]
+        own = signals_of(signals, self.interval).of(np.flatnonzero(fine))
         self.read[kept] = length * self.interval
         if kept.size:
-            self.found.adopt(
-                kept, read(self.layout, Samples(signals, None, self.interval, 0), self.fallback, self.threads)
-            )
+            self.found.adopt(kept, read(self.layout, Samples(own, None, 0), self.fallback, self.threads))
             if self.found.lines is not None:
-                self.found.lines.adopt(kept, self.layout, signals, self.interval, 0.0)
+                self.found.lines.adopt(kept, self.layout, own, 0.0)
         return ~fine
 
     def result(self) -> FrequencyMap:

@@ -9,10 +9,11 @@ import numpy as np
 
 from .angle_loops import Layout, clock_windows
 from .closeness import Closeness, closeness
-from .demodulated import demodulated, parts, turning
+from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, Modes, damping, modes, values
 from .integer_lattice import box
 from .line_rates import line_changes, line_rates
+from .signals import Signals
 
 SAFETY = 5.0
 """Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors
@@ -58,16 +59,14 @@ REACH = 12
 
 
 class Samples(NamedTuple):
-    """What is known of some orbits: signals (orbits, rows, samples) of the run, `interval` apart, and of its start with
-    a finer step.
+    """What is known of some orbits: signals of the run, and of its start with a finer step.
 
     order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
     where it grows. start None: of samples that were given nothing is known of a scheme.
     """
 
-    run: np.ndarray
-    start: np.ndarray | None
-    interval: float
+    run: Signals
+    start: Signals | None
     order: int
 
 
@@ -128,34 +127,33 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
     (0: all are lines; None: where a frequency is off by UNSETTLED).
     """
-    s, start, dt = samples.run, samples.start, samples.interval
-    time, m, n = (s.shape[2] - 1) * dt, layout.m, len(layout.angles.names)
-    rows = np.ascontiguousarray(s[:, : 2 * m])
-    found = modes(rows, dt, threads)
-    loops = _all_loops(layout, samples.run, found)
-    lattice = _lattice_rates(s, start, loops.of(slice(0, m)), found, dt, threads)
-    close = closeness(found, lattice.nu, time, dt, threads)
+    s, start, m, n = samples.run, samples.start, layout.m, len(layout.angles.names)
+    time = s.time[:, None]
+    found = modes(s, m, threads)
+    loops = _all_loops(layout, s, found)
+    lattice = _lattice_rates(s, start, loops.of(slice(0, m)), found, threads)
+    close = closeness(found, lattice.nu, s.time, s.interval, threads)
     vague = _vague(found, close)
-    irregular = _irregular(lattice, s, loops, found, close.near, vague, dt, threads)
+    irregular = _irregular(lattice, s, loops, found, close.near, vague, threads)
     again = np.flatnonzero(found.drifting & ~irregular)  # which are no chaos: all is fitted
     if again.size:
-        fitted = modes(rows[again], dt, threads, fit=True)
+        some, part = s.of(again), None if start is None else start.of(again)
+        fitted = modes(some, m, threads, fit=True)
         for old, new in zip(found, fitted, strict=True):
             old[again] = new
-        loops = _all_loops(layout, samples.run, found)
-        some, part = np.ascontiguousarray(s[again]), None if start is None else start[again]
+        loops = _all_loops(layout, s, found)
         theirs = Loops(*(entry[again, :m] for entry in loops))
-        for old, new in zip(lattice, _lattice_rates(some, part, theirs, fitted, dt, threads), strict=True):
+        for old, new in zip(lattice, _lattice_rates(some, part, theirs, fitted, threads), strict=True):
             old[again] = new
-        close = closeness(found, lattice.nu, time, dt, threads)
+        close = closeness(found, lattice.nu, s.time, s.interval, threads)
         vague = _vague(found, close)
         # Beside a weak generator other lines may be larger: they are fitted.
-        near = close.near | found.drifting | np.isin(np.arange(len(s)), again)
-        irregular[again] = _irregular(lattice, s, loops, found, near, vague, dt, threads)[again]
+        near = close.near | found.drifting | np.isin(np.arange(len(close.near)), again)
+        irregular[again] = _irregular(lattice, s, loops, found, near, vague, threads)[again]
     centre = found.nu
     slow = np.abs(centre) * time < SLOW  # beside what is left at 0
     steady = centre if fallback == 0 else np.where(irregular[:, None] | slow, 0.0, centre)
-    lattice = _with_lines(lattice, s, loops, steady, dt, fallback, threads)
+    lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
     # All windows see the same of the beat of lines that are closer than they resolve.
     unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
     blur = np.where(unknown | (vague[:, None] & found.moving), 1.0, close.blur)
@@ -165,14 +163,14 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(centre), n, n), np.int64)
     if layout.body:
-        own = _averages(layout, s, start, loops.of(slice(m, None)), dt, threads)
+        own = _averages(layout, s, start, loops.of(slice(m, None)), threads)
         chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time, fallback == 0)
         planes, at = own.of(slice(m, None)), loops.of(slice(2 * m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
-        line = _demodulated(s, start, at, near, dt, threads)
+        line = _demodulated(s, start, at, near, threads)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line._replace(error=np.where(same, line.error, np.inf)).better(planes)
-        planes = _with_lines(planes, s, at, near, dt, fallback, threads)
+        planes = _with_lines(planes, s, at, near, fallback, threads)
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
@@ -186,13 +184,11 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     return _with_scheme(chosen, samples, found.rank + n - m, leading, leading_error, basis, vague, irregular)
 
 
-def _lattice_rates(
-    s: np.ndarray, start: np.ndarray | None, loops: Loops, found: Modes, dt: float, threads: int
-) -> _Rates:
+def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> _Rates:
     """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
-    rates = _demodulated(s, start, loops, found.nu, dt, threads)
+    rates = _demodulated(s, start, loops, found.nu, threads)
     # A coordinate that has grown to so many sizes of its swing is rounded to so much of it.
-    rounded = GROWN * np.abs(loops.drift) * s.shape[2] * np.abs(found.nu)
+    rounded = GROWN * np.abs(loops.drift) * s.samples[:, None] * np.abs(found.nu)
     return rates._replace(error=np.where(found.moving, rates.error + rounded, np.inf))
 
 
@@ -210,11 +206,11 @@ def _with_scheme(
     times over.
     """
     if samples.start is None:
-        growth, correction = 0.0, np.zeros_like(rates.step)
+        growth, correction = np.zeros(1), np.zeros_like(rates.step)
     elif samples.order:
-        growth, correction = 1.0, rates.step / (1 - 0.5**samples.order)
+        growth, correction = np.ones(1), rates.step / (1 - 0.5**samples.order)
     else:
-        growth, correction = samples.run.shape[2] / samples.start.shape[2], np.zeros_like(rates.step)
+        growth, correction = (samples.run.samples / samples.start.samples)[:, None], np.zeros_like(rates.step)
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
         more = SAFETY * growth * rates.step_error + ROUNDING * top
@@ -245,12 +241,11 @@ def _vague(found: Modes, closeness: Closeness) -> np.ndarray:
 
 def _irregular(
     rates: _Rates,
-    s: np.ndarray,
+    s: Signals,
     loops: Loops,
     found: Modes,
     near: np.ndarray,
     vague: np.ndarray,
-    dt: float,
     threads: int,
 ) -> np.ndarray:
     """Tell of which orbits the frequencies change from half to half more than lines that are close to each other can
@@ -259,7 +254,7 @@ def _irregular(
     A line of relative amplitude a changes the difference of the halves by 2 a cycles over a half at most. Where that
     may be all, the line is fitted in both halves.
     """
-    change = np.where(found.moving, _change(rates, (s.shape[2] - 1) * dt), 0.0)
+    change = np.where(found.moving, _change(rates, s.time[:, None]), 0.0)
     change = np.where(np.isfinite(change), change, 0.0)
     most, loop = change.max(axis=1, initial=0.0), change.argmax(axis=1)
     rough = found.rest > np.where(found.drifting & (most < SURELY), 2 * ROUGH, ROUGH)
@@ -268,17 +263,15 @@ def _irregular(
     least = np.where(found.drifting & (m > 2), EACH * (m - 1), CHANGED)
     result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
     unsure = (most > least) & ~result & ~(vague & (found.rank > 0))
-    for o in np.array_split(np.flatnonzero(unsure), -(-np.count_nonzero(unsure) // AT_ONCE) or 1):
-        if o.size:
-            f = values(s, loops, o, loop[o], 1, threads)
-            result[o] = line_changes(f, dt, found.nu[o, loop[o]]) > CHANGED
+    for o, j in _parts(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
+        f = values(s, loops, o, j, threads)
+        result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j]) > CHANGED
     return result
 
 
-def _all_loops(layout: Layout, s: np.ndarray, found: Modes) -> Loops:
+def _all_loops(layout: Layout, s: Signals, found: Modes) -> Loops:
     """Return the loops of the modes, then a body's own."""
-    orbits, rows, _ = s.shape
-    c = np.zeros((orbits, layout.m, rows), complex)
+    c = np.zeros((s.samples.size, layout.m, s.rows), complex)
     c[:, :, : 2 * layout.m] = found.dual
     loops = Loops(c, found.offset, found.drift)
     if not layout.body:
@@ -289,14 +282,12 @@ def _all_loops(layout: Layout, s: np.ndarray, found: Modes) -> Loops:
     )
 
 
-def _demodulated(
-    s: np.ndarray, start: np.ndarray | None, loops: Loops, nu: np.ndarray, dt: float, threads: int
-) -> _Rates:
+def _demodulated(s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int) -> _Rates:
     """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
-    found, time = demodulated(s, loops, nu, dt, threads), (s.shape[2] - 1) * dt
+    found, time = demodulated(s, loops, nu, threads), s.time[:, None]
     change = np.zeros((*nu.shape, 3))
     if start is not None:
-        coarse, fine = (demodulated(x, loops, nu, dt, threads, start.shape[2]) for x in (s, start))
+        coarse, fine = (demodulated(x, loops, nu, threads, start.samples) for x in (s, start))
         # The halves too: what one window says may be small by chance.
         change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
     return _Rates(
@@ -317,25 +308,30 @@ def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
 
 
-def _averages(layout: Layout, s: np.ndarray, start: np.ndarray | None, loops: Loops, dt: float, threads: int) -> _Rates:
+def _averages(layout: Layout, s: Signals, start: Signals | None, loops: Loops, threads: int) -> _Rates:
     """Return weighted averages of the rates of a body's own loops' arguments, of angles with a clock in that clock."""
-    steps = s.shape[2] - 1
-    rates = turning(s, loops, parts(steps), dt, threads)
-    if layout.clocked:
-        own = Loops(*(entry[:, layout.clocked] for entry in loops))
-        rates[:, layout.clocked] = turning(s, own, clock_windows(s[:, -1]), dt, threads)
-    change = np.zeros((*loops.offset.shape, 1))
-    if start is not None:
-        count = start.shape[2]
-        brief = parts(count - 1)[:3]
-        coarse, fine = (turning(np.ascontiguousarray(x[:, :, :count]), loops, brief, dt, threads) for x in (s, start))
-        change = coarse - fine
-    nu, time = rates[:, :, 0], steps * dt
+    shape = loops.offset.shape
+    rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
+    for o in s.alike():
+        own, run, dt = Loops(*(entry[o] for entry in loops)), s.array(o), float(s.interval[o[0]])
+        found = turning(run, own, parts(run.shape[2] - 1), dt, threads)
+        if layout.clocked:
+            clocked = Loops(*(entry[:, layout.clocked] for entry in own))
+            found[:, layout.clocked] = turning(run, clocked, clock_windows(run[:, -1]), dt, threads)
+        rates[o] = found
+        if start is not None:
+            for part in start.of(o).alike():
+                count, theirs = int(start.samples[o[part[0]]]), Loops(*(entry[part] for entry in own))
+                brief, fine = parts(count - 1)[:3], start.array(o[part])
+                first = np.ascontiguousarray(run[part][:, :, :count])
+                coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
+                change[o[part]] = (coarse - fine)[:, :, :1]
+    nu = rates[:, :, 0]
 
     def spread(whole: int, *parts: int) -> np.ndarray:
         return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
 
-    error = spread(0, 3, 4) + damping(np.abs(nu) * time) / time
+    error = spread(0, 3, 4) + damping(np.abs(nu) * s.time[:, None]) / s.time[:, None]
     halves_error = np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
     return _Rates(
         nu,
@@ -347,25 +343,27 @@ def _averages(layout: Layout, s: np.ndarray, start: np.ndarray | None, loops: Lo
     )
 
 
-def _change(rates: _Rates, time: float) -> np.ndarray:
-    """Return by how many cycles over a half the rates (orbits, loops) differ from one half of the time to the other."""
+def _change(rates: _Rates, time: np.ndarray) -> np.ndarray:
+    """Return by how many cycles over a half the rates (orbits, loops) differ from one half of the time (orbits, 1) to
+    the other.
+    """
     return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2
 
 
-def _parts(needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer."""
-    orbits, loops = np.nonzero(needed)
-    for begin in range(0, orbits.size, AT_ONCE):
-        part = slice(begin, begin + AT_ONCE)
-        yield orbits[part], loops[part]
+def _parts(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer, of equally many samples."""
+    for own in signals.alike(np.flatnonzero(needed.any(axis=1))):
+        orbits, loops = np.nonzero(needed[own])
+        for begin in range(0, orbits.size, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            yield own[orbits[part]], loops[part]
 
 
 def _with_lines(
     rates: _Rates,
-    s: np.ndarray,
+    s: Signals,
     loops: Loops,
     centre: np.ndarray,
-    dt: float,
     fallback: float | None,
     threads: int,
 ) -> _Rates:
@@ -373,7 +371,7 @@ def _with_lines(
     all are asked for.
     """
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
-    limit = UNSETTLED / ((s.shape[2] - 1) * dt) if fallback is None else fallback * top
+    limit = UNSETTLED / s.time[:, None] if fallback is None else fallback * top
     needed = (centre != 0) & ((rates.error > limit) | (fallback == 0))
     lines = rates._replace(
         nu=rates.nu.copy(),
@@ -382,9 +380,9 @@ def _with_lines(
         halves=rates.halves.copy(),
         halves_error=rates.halves_error.copy(),
     )
-    for o, j in _parts(needed):
+    for o, j in _parts(s, needed):
         useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-        nu, uncertainty = line_rates(values(s, loops, o, j, 1, threads), dt, centre[o, j], useless)
+        nu, uncertainty = line_rates(values(s, loops, o, j, threads), float(s.interval[o[0]]), centre[o, j], useless)
         lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
         both = np.isfinite(nu[1:3]).all(axis=0)
         lines.halves[o, j] = np.where(both, nu[1:3], rates.halves[o, j].T).T
@@ -403,7 +401,7 @@ def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 
 def _own_angles(
-    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: float, lines: bool
+    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: np.ndarray, lines: bool
 ) -> tuple[_Rates, np.ndarray]:
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
@@ -420,7 +418,7 @@ def _own_angles(
         miss = np.abs(_applied(k, lattice.nu) - own.nu[:, j, None])
         within = miss <= _applied(np.abs(k), bar) + own.error[:, j, None] + 1e-3 / time
         vectors[:, j] = k[within.argmax(axis=1)]
-        matched &= within.any(axis=1) & (own.error[:, j] * time < SAME)
+        matched &= within.any(axis=1) & (own.error[:, j] * time[:, 0] < SAME)
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate

@@ -29,6 +29,7 @@ from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
 from .plane_modes import modes_of, plane_values
 from .readings import CHANGED, SAME
+from .signals import signals_of
 from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, without_standing
 
 FALLBACK = 1e-9
@@ -303,7 +304,7 @@ class TuneWork:
         for begin in range(0, orbits.size, portion):
             part = orbits[begin : begin + portion]
             s = np.ascontiguousarray(z[order, begin : begin + portion].swapaxes(0, 1))
-            table.adopt(part, layout, s, 1.0, 0.0)
+            table.adopt(part, layout, signals_of(s, 1.0), 0.0)
 
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
         """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""
