@@ -149,49 +149,34 @@ CHUNK_ROWS = ChunkRows()
 
 
 @jit(constants=True)
-def keep_values(rows, lanes, fresh, memory, made, kept):
-    """Keep the rows of made in each fresh lane, in the place of its own that is next."""
-    taken = row(memory, CHUNK_ROWS.taken)
-    for i in range(lanes):
-        if fresh[i] > 0.0:
-            first = int(taken[i]) % CHUNK * rows
-            for r in range(rows):
-                kept[(first + r) * LANES + i] = made[r * LANES + i]
-
-
-@jit(constants=True)
-def write_values(rows, lanes, fresh, memory, kept, out):
-    """Count what was kept in fresh lanes, and write a full chunk to out (1, numbers): each row of an orbit after the
+def keep_values(rows, lanes, fresh, memory, made, kept, out):
+    """Keep the rows of made in each fresh lane; write full chunks to out (1, numbers): each row of an orbit after the
     other.
     """
     taken, lengths = row(memory, CHUNK_ROWS.taken), row(memory, CHUNK_ROWS.length)
     start, numbers = row(memory, CHUNK_ROWS.start), out[0]
     for i in range(lanes):
         if fresh[i] > 0.0:
-            taken[i] += 1.0
             n, length = int(taken[i]), int(lengths[i])
-            if n % CHUNK == 0 and n <= length:
+            place = (n & (CHUNK - 1)) * (rows * LANES) + i
+            for r in range(rows):
+                kept[place + r * LANES] = made[r * LANES + i]
+            n += 1
+            taken[i] = n
+            if (n & (CHUNK - 1)) == 0 and n <= length:
                 first = int(start[i]) + n - CHUNK
                 for r in range(rows):
-                    part = numbers[first + r * length : first + r * length + CHUNK]
-                    for s in range(part.size):
-                        part[s] = kept[(s * rows + r) * LANES + i]
+                    for s in range(CHUNK):
+                        numbers[first + r * length + s] = kept[(s * rows + r) * LANES + i]
 
 
 @jit(inline=True)
 def called_rows(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write the rows that the call gives at each observation."""
-    taken, kept = row(memory, CHUNK_ROWS.taken), memory[CHUNK_ROWS.kept * LANES :]
-    alike = 1
-    for i in range(lanes):
-        alike = alike if fresh[i] > 0.0 and taken[i] == taken[0] else 0
-    if alike == 1:
-        call_value(calls, 0, lanes, z, kept[int(taken[0]) % CHUNK * rows * LANES :])
-    else:
-        made = kept[CHUNK * rows * LANES :]
-        call_value(calls, 0, lanes, z, made)
-        keep_values(rows, lanes, fresh, memory, made, kept)
-    write_values(rows, lanes, fresh, memory, kept, out)
+    kept = memory[CHUNK_ROWS.kept * LANES :]
+    made = kept[CHUNK * rows * LANES :]
+    call_value(calls, 0, lanes, z, made)
+    keep_values(rows, lanes, fresh, memory, made, kept, out)
     return 0
 
 

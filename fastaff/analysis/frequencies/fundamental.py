@@ -50,6 +50,9 @@ BROAD = 0.1
 FAR = 0.3
 """Cycles over the whole time that a line of the first piece may be off."""
 
+FEW = 8
+"""Orbits for which another thread would take longer to wake up than to do what is to be done."""
+
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
 
@@ -207,9 +210,10 @@ def fastest(signals: np.ndarray, interval: float, threads: int) -> np.ndarray:
 
 
 def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
-    """Run a kernel of one orbit after another."""
+    """Run a kernel of one orbit after another; for FEW the caller's own thread does it."""
     if orbits:
-        launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None)
+        steps = 0.0 if orbits <= FEW else math.inf
+        launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None, steps)
 
 
 def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
