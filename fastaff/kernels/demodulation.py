@@ -9,21 +9,49 @@ import math
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, rows_of, total
+from .fundamental import BLOCK, rows_of
 
-CHUNK = 512
-"""Samples of a loop that are demodulated at once."""
+CHUNK, PARTS = 512, BLOCK // 4
+"""Samples of a loop that are demodulated at once, and partial sums."""
 
 
 @jit
 def add_products(weights, re, im, sums):
-    """Add weights times re and im (samples,) to partial sums (2, BLOCK)."""
-    first, second = sums[0], sums[1]
-    for start in range(0, weights.size, BLOCK):
+    """Add weights times re and im (samples,) to partial sums (2, PARTS)."""
+    first, second, whole = sums[0], sums[1], weights.size // BLOCK * BLOCK
+    for start in range(0, whole, BLOCK):
         w, x, y = weights[start : start + BLOCK], re[start : start + BLOCK], im[start : start + BLOCK]
-        for i in range(w.size):
-            first[i] += w[i] * x[i]
-            second[i] += w[i] * y[i]
+        for i in range(PARTS):
+            k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
+            first[i] += (w[i] * x[i] + w[k] * x[k]) + (w[m] * x[m] + w[n] * x[n])
+            second[i] += (w[i] * y[i] + w[k] * y[k]) + (w[m] * y[m] + w[n] * y[n])
+    for i in range(whole, weights.size):
+        first[i % PARTS] += weights[i] * re[i]
+        second[i % PARTS] += weights[i] * im[i]
+
+
+@jit
+def add_rows(c, s, begin, end, re, im):
+    """Add c . s, of the rows s (rows, samples) from begin to end, to its parts re and im (end - begin,)."""
+    r = 0
+    while r < c.size:
+        if c[r] == 0.0:
+            r += 1
+            continue
+        other = r + 1
+        while other < c.size and c[other] == 0.0:
+            other += 1
+        one, x, y = s[r, begin:end], c[r].real, c[r].imag
+        if other < c.size:  # two rows at once: what is read and written of sums is half as much
+            two, u, v = s[other, begin:end], c[other].real, c[other].imag
+            for i in range(one.size):
+                re[i] += x * one[i] + u * two[i]
+                im[i] += y * one[i] + v * two[i]
+        else:
+            for i in range(one.size):
+                re[i] += x * one[i]
+                im[i] += y * one[i]
+        r = other + 1
 
 
 def demodulate(
@@ -58,7 +86,7 @@ def demodulate(
         return
     s, length, used = rows_of(numbers, rows, start[unit], count[unit]), samples[unit], sums.shape[2]
     weights, within = tables[table_start[unit] :], ends[end_start[unit] :]
-    re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((used, 2, BLOCK))
+    re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((used, 2, PARTS))
     u, v, p, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     for k in range(loops.shape[1]):
         if nu[unit, k] == 0.0:
@@ -76,13 +104,7 @@ def demodulate(
                 for i in range(width):
                     re[i] -= b.real * (at + i)
                     im[i] -= b.imag * (at + i)
-            for r in range(c.size):
-                x, y = c[r].real, c[r].imag
-                if x != 0.0 or y != 0.0:
-                    row = s[r, at : at + width]
-                    for i in range(row.size):
-                        re[i] += x * row[i]
-                        im[i] += y * row[i]
+            add_rows(c, s, at, at + width, re, im)
             for first in range(0, width, BLOCK):
                 x, y = math.cos(turn * (at + first)), -math.sin(turn * (at + first))
                 f, g = re[first : min(first + BLOCK, width)], im[first : min(first + BLOCK, width)]
@@ -100,5 +122,5 @@ def demodulate(
                     own = weights[w * length + at + begin : w * length + at + end]
                     add_products(own, re[begin:end], im[begin:end], partial[w])
         for w in range(used):
-            sums[unit, k, w] = complex(total(partial[w, 0]), total(partial[w, 1]))
+            sums[unit, k, w] = complex(partial[w, 0].sum(), partial[w, 1].sum())
     progress[unit] = 1.0

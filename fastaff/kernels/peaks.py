@@ -429,10 +429,10 @@ def relations(
     combinations of them are as close to 0 as lines can't be told apart.
 
     value, bar, strength (orbits, m, lines) of the loops' lines, the largest first; nu, spread (orbits, m) of
-    generators, 0 where there is none; k (vectors, m), by lengths (vectors,) |k|_1, one of each pair +-k; times, rates
-    (orbits,): over which they were found, and of samples, modulo which combinations are seen. limits: cycles over the
-    time of what is close, of what is near, and the amplitudes from which lines show, and from which they are large.
-    Filled are strange (orbits,), the amplitude,
+    generators, 0 where there is none; k (m, vectors), by lengths (vectors,) |k|_1, one of each pair +-k, as real
+    numbers; times, rates (orbits,): over which they were found, and of samples, modulo which combinations are seen.
+    limits: cycles over the time of what is close, of what is near, and the amplitudes from which lines show, and from
+    which they are large. Filled are strange (orbits,), the amplitude,
     relative to its loop's largest, of the largest line of which a generator is a multiple, 1 where a generator is part
     of no strong one and not told from a combination of others; blur (orbits, m), the cycles that each frequency may be
     off by close lines of combinations; near, close (orbits,): whether there are such that are large, or show.
@@ -473,23 +473,28 @@ def relations(
                 value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
             ):
                 strange[unit] = max(strange[unit], part)
-    for v in range(lengths.size):
-        total_one, there = 0.0, True
+    sums = np.zeros(lengths.size)
+    for j in range(m):
+        known, row = nu[unit, j], k[j]
+        for v in range(sums.size):
+            sums[v] += row[v] * known
+    for v in range(sums.size):
+        aliases = math.floor(sums[v] / rate + 0.5)
+        cycles = abs(sums[v] - rate * aliases) * time
+        if not cycles < beside:
+            continue
+        there = True
         for j in range(m):
-            if k[v, j] != 0:
-                total_one += k[v, j] * nu[unit, j]
-                there = there and nu[unit, j] > 0.0
-        aliases = math.floor(total_one / rate + 0.5)
-        cycles = abs(total_one - rate * aliases) * time
-        if there and cycles < beside:
+            there = there and (k[j, v] == 0.0 or nu[unit, j] > 0.0)
+        if there:
             reach = decay ** (lengths[v] - 2)
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
             if cycles < resolved:
                 for g in range(rank):  # part of no strong line, and what others make: it may be none
-                    strange[unit] = 1.0 if shown[g] == 0 and abs(k[v, where[g]]) == 1 else strange[unit]
+                    strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows
                 for j in range(m):
-                    if k[v, j] != 0:
+                    if k[j, v] != 0.0:
                         blur[unit, j] = max(blur[unit, j], 1.0 if reach > shows else reach)
     progress[unit] = 1.0

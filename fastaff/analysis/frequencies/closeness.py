@@ -50,9 +50,11 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
 
 @functools.cache
 def _relating(m: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vectors k, one of each pair +-k, of relations of m frequencies that are looked at, and |k|_1."""
+    """Return the vectors k (m, vectors), one of each pair +-k, of relations of m frequencies that are looked at, and
+    |k|_1.
+    """
     k = ball(m, RELATED[min(m, len(RELATED)) - 1])[1:]
     first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
     length = np.abs(k).sum(axis=1)
     kept = (first > 0) & (length > 1)
-    return np.ascontiguousarray(k[kept]), length[kept]
+    return np.ascontiguousarray(k[kept].T, dtype=np.float64), length[kept]

@@ -152,11 +152,12 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         irregular[again] = _irregular(lattice, s, loops, found, near, vague, threads)[again]
     centre = found.nu
     slow = np.abs(centre) * time < SLOW  # beside what is left at 0
-    steady = centre if fallback == 0 else np.where(irregular[:, None] | slow, 0.0, centre)
-    lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
     # All windows see the same of the beat of lines that are closer than they resolve.
     unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
     blur = np.where(unknown | (vague[:, None] & found.moving), 1.0, close.blur)
+    useless = irregular[:, None] | slow | (lattice.error * time < blur)
+    steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
+    lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
     lattice = lattice._replace(error=lattice.error + blur / time)
     chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(centre), n))
@@ -170,7 +171,9 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         line = _demodulated(s, start, at, near, threads)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line._replace(error=np.where(same, line.error, np.inf)).better(planes)
-        planes = _with_lines(planes, s, at, near, fallback, threads)
+        planes = _with_lines(
+            planes, s, at, np.where(irregular[:, None] & (fallback != 0), 0.0, near), fallback, threads
+        )
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
