@@ -205,6 +205,22 @@ def read_signals(unit, stop, progress, states, parameters, table, signals):
     progress[unit] = 1.0
 
 
+def extremes(unit, stop, progress, numbers, rows, start, count, low, high):
+    """Fill low and high (orbits, rows) with the extremes of the signals; numbers, rows, start, count: see `rows_of`."""
+    if read_now(stop, 0) > 0:
+        return
+    s, least, most = rows_of(numbers, rows, start[unit], count[unit]), np.empty(BLOCK), np.empty(BLOCK)
+    for r in range(rows):
+        least[:], most[:] = s[r, 0], s[r, 0]
+        for at in range(0, s.shape[1], BLOCK):
+            part = s[r, at : at + BLOCK]
+            for i in range(part.size):
+                least[i] = part[i] if part[i] < least[i] else least[i]
+                most[i] = part[i] if part[i] > most[i] else most[i]
+        low[unit, r], high[unit, r] = least.min(), most.max()
+    progress[unit] = 1.0
+
+
 def quickness(unit, stop, progress, signals, ratio):
     """Fill ratio (orbits,) with the largest, over rows of signals, of the mean square of second over first
     differences.

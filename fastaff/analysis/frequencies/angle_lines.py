@@ -97,7 +97,7 @@ def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarr
         run(kernels.prepare, orbits, arguments, 1)
         result.append((layout.librations, loops, size[:, ::2]))
     if layout.planes:
-        c, _ = layout.own(signals)
+        c, _ = layout.own(signals, 1)
         c, zero = np.ascontiguousarray(c[:, layout.planes]), np.zeros((orbits, len(layout.planes)), complex)
         o, k = (entry.ravel() for entry in np.mgrid[:orbits, : len(layout.planes)])
         f = values(signals, Loops(c, zero, zero), o, k, 1).reshape(orbits, len(layout.planes), samples)

@@ -63,15 +63,14 @@ class Layout:
         run(kernels.read_signals, len(states), (states, *call_table(np.zeros(0), (self.call,)), s), threads)
         return s
 
-    def own(self, signals: Signals) -> tuple[np.ndarray, np.ndarray]:
+    def own(self, signals: Signals, threads: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and
         their offsets.
         """
         orbits, rows = signals.samples.size, signals.rows
-        low, high, first_one = np.empty((3, orbits, rows))
-        for o in signals.alike():
-            s = signals.array(o)
-            low[o], high[o], first_one[o] = s.min(axis=2), s.max(axis=2), s[:, :, 0]
+        low, high = np.empty((2, orbits, rows))
+        run(kernels.extremes, orbits, (*signals.ragged, low, high), threads)
+        first_one = signals.numbers[signals.start[:, None] + np.arange(rows) * signals.samples[:, None]]
         loops, offset = (
             np.zeros((orbits, len(self.angles.names), rows), complex),
             np.zeros((orbits, len(self.angles.names)), complex),

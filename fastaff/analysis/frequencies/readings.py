@@ -130,8 +130,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     s, start, m, n = samples.run, samples.start, layout.m, len(layout.angles.names)
     time = s.time[:, None]
     found = modes(s, m, threads)
-    loops = _all_loops(layout, s, found)
-    lattice = _lattice_rates(s, start, loops.of(slice(0, m)), found, threads)
+    loops = _lattice_loops(s, found)
+    lattice = _lattice_rates(s, start, loops, found, threads)
     close = closeness(found, lattice.nu, s.time, s.interval, threads)
     vague = _vague(found, close)
     irregular = _irregular(lattice, s, loops, found, close.near, vague, threads)
@@ -141,8 +141,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         fitted = modes(some, m, threads, fit=True)
         for old, new in zip(found, fitted, strict=True):
             old[again] = new
-        loops = _all_loops(layout, s, found)
-        theirs = Loops(*(entry[again, :m] for entry in loops))
+        loops = _lattice_loops(s, found)
+        theirs = Loops(*(entry[again] for entry in loops))
         for old, new in zip(lattice, _lattice_rates(some, part, theirs, fitted, threads), strict=True):
             old[again] = new
         close = closeness(found, lattice.nu, s.time, s.interval, threads)
@@ -164,9 +164,11 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(centre), n, n), np.int64)
     if layout.body:
-        own = _averages(layout, s, start, loops.of(slice(m, None)), threads)
+        c, offset = layout.own(s, threads)
+        loops = Loops(c, offset, np.zeros_like(offset))
+        own = _averages(layout, s, start, loops, threads)
         chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time, fallback == 0)
-        planes, at = own.of(slice(m, None)), loops.of(slice(2 * m, None))
+        planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
         line = _demodulated(s, start, at, near, threads)
         same = np.abs(line.nu - planes.nu) <= planes.error
@@ -272,17 +274,11 @@ def _irregular(
     return result
 
 
-def _all_loops(layout: Layout, s: Signals, found: Modes) -> Loops:
-    """Return the loops of the modes, then a body's own."""
-    c = np.zeros((s.samples.size, layout.m, s.rows), complex)
-    c[:, :, : 2 * layout.m] = found.dual
-    loops = Loops(c, found.offset, found.drift)
-    if not layout.body:
-        return loops
-    own, offset = layout.own(s)
-    return Loops(
-        *(np.concatenate(pair, axis=1) for pair in zip(loops, (own, offset, np.zeros_like(offset)), strict=True))
-    )
+def _lattice_loops(s: Signals, found: Modes) -> Loops:
+    """Return the loops of the modes."""
+    c = np.zeros((*found.nu.shape, s.rows), complex)
+    c[:, :, : found.dual.shape[2]] = found.dual
+    return Loops(c, found.offset, found.drift)
 
 
 def _demodulated(s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int) -> _Rates:
@@ -326,7 +322,7 @@ def _averages(layout: Layout, s: Signals, start: Signals | None, loops: Loops, t
             for part in start.of(o).alike():
                 count, theirs = int(start.samples[o[part[0]]]), Loops(*(entry[part] for entry in own))
                 brief, fine = parts(count - 1)[:3], start.array(o[part])
-                first = np.ascontiguousarray(run[part][:, :, :count])
+                first = run if part.size == o.size else run[part]
                 coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
                 change[o[part]] = (coarse - fine)[:, :, :1]
     nu = rates[:, :, 0]
