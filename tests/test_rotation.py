@@ -1,4 +1,4 @@
-"""The pieces of a frequency: the window, the signals and rates of the angles, and the loops that never pass their
+"""The pieces of a frequency: the window, the signals of the angles, and the loops that never pass their
 centre.
 """
 
@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from naive import energy, march, slope, states
+from naive import energy, march, states
 
 from fastaff import SOFRONIOU_SPALETTA10, Body, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
 from fastaff.kernels import birkhoff as rotation
@@ -14,7 +14,6 @@ from fastaff.models.angles import AlphaBeta, Coordinates2, RVartheta
 
 BODY = Body(HeavyTop(1.0, 0.5), 1.2)
 CASES = [(AlphaBeta(), BODY), (RVartheta(), BODY), (Coordinates2(), HenonHeiles())]
-every_angles = pytest.mark.parametrize(("angles", "model"), CASES, ids=lambda v: type(v).__name__)
 weight = getattr(rotation.weight, "py_func", rotation.weight)
 
 
@@ -46,35 +45,6 @@ def test_the_window_damps_lines_as_it_says():
     for cycles in np.linspace(rotation.SHARPNESS / np.pi * 1.02, 60, 300):
         assert abs((w * np.exp(1j * np.pi * cycles * x)).sum()) < 3e-12 * w.sum()
     assert abs((w * np.exp(1j * np.pi * 5 * x)).sum()) > 1e-6 * w.sum()
-
-
-@every_angles
-def test_rates_are_the_derivatives_of_the_signals(angles, model):
-    """Complex steps along the motion; the last two rows are the clock's rate and its derivative."""
-    n = model.degrees_of_freedom
-    z = states(model, 40)
-    dz = slope(model, z)
-    signals, h = np.array(angles.signals(*z)), 1e-30
-    derivative = np.array([s.imag / h for s in map(np.asarray, angles.signals(*(z + 1j * h * dz)))])
-    found = angles.rates(*z, *dz)
-    assert len(found) == 8 * n + 2
-    table = np.array([row + 0 * z[0] for row in found[:-2]]).reshape(n, 8, -1)
-    np.testing.assert_allclose(table[:, :4].reshape(4 * n, -1), signals, rtol=1e-13, atol=1e-13)
-    np.testing.assert_allclose(table[:, 4:].reshape(4 * n, -1), derivative, rtol=1e-11, atol=1e-12)
-    clock = angles.rates(*(z + 1j * h * dz), *dz)[-2]
-    np.testing.assert_allclose(found[-1] + 0 * z[0], np.asarray(clock).imag / h + 0 * z[0], rtol=1e-12, atol=1e-13)
-    assert (np.asarray(found[-2]) > 0).all()
-
-
-@every_angles
-def test_rates_by_plain_differences_along_an_orbit(angles, model):
-    """Signals along a fine orbit; central differences, error h^4."""
-    z0, n, h = states(model, 1, seed=5)[:, 0], model.degrees_of_freedom, 1e-3
-    path = march(model, SOFRONIOU_SPALETTA10, z0, h, 400)
-    signals = np.array(angles.signals(*path.T))
-    difference = (8 * (signals[:, 3:-1] - signals[:, 1:-3]) - (signals[:, 4:] - signals[:, :-4])) / (12 * h)
-    rates = np.array([r + 0 * path[:, 0] for r in angles.rates(*path.T, *slope(model, path.T))[:-2]]).reshape(n, 8, -1)
-    np.testing.assert_allclose(rates[:, 4:].reshape(4 * n, -1)[:, 2:-2], difference, rtol=0, atol=1e-8)
 
 
 def loops(angles, path, kappa=1.0):
@@ -130,7 +100,7 @@ def test_librations_turn_the_positive_way():
         assert (turned[librations] > 2 * np.pi).all()
 
 
-def test_the_clock_of_r_vartheta_closes_the_vartheta_motion():
+def test_the_loop_of_vartheta_is_closed():
     """In dtau = dt/r the loop of vartheta is one periodic curve: its radius depends on its phase alone."""
     body = Body(Hyperelastic(1.0))
     z0 = states(body, 1, seed=8)[:, 0]
@@ -152,7 +122,7 @@ def test_the_clock_of_r_vartheta_closes_the_vartheta_motion():
 def test_models_name_angles_of_their_size():
     for model in (BODY, Body(NeoHookean()), HenonHeiles()):
         angles = model.angles
-        assert len(angles.names) == len(angles.planes) == len(angles.clocks) == model.degrees_of_freedom
+        assert len(angles.names) == len(angles.planes) == model.degrees_of_freedom
         z = states(model, 3)
         assert np.isfinite(energy(model, z)).all()
         assert len(angles.signals(*z)) == 4 * model.degrees_of_freedom

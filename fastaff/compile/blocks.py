@@ -199,13 +199,11 @@ def function_block(function: Any) -> Any:
         return _compiled("value", line + ONE_VARIABLE, classes, ())
 
 
-def signals_block(angles: Any, rows: int, kept: tuple[int, ...], clocked: bool) -> Bound:
-    """Return the compiled function of the kept signals of angles at states of so many rows, with the rate of their
-    clock.
-    """
+def signals_block(angles: Any, rows: int, kept: tuple[int, ...]) -> Bound:
+    """Return the compiled function of the kept signals of angles at states of so many rows."""
     line, classes = _built(angles)
     with _explained(f"angles must have signals that Numba compiles, {type(angles).__name__} does not"):
-        block = _compiled("value", line + signals(rows, kept, clocked), classes, ())
+        block = _compiled("value", line + signals(rows, kept), classes, ())
     return Bound(block, *call_table(parameters(angles), ()))
 
 

@@ -373,12 +373,10 @@ def _along(rows: Rows) -> str:
     )
 
 
-def signals(rows: int, kept: Sequence[int], clocked: bool) -> str:
-    """Text of the kept signals of angles at states of so many rows; last, where they have a clock, its rate."""
+def signals(rows: int, kept: Sequence[int]) -> str:
+    """Text of the kept signals of angles at states of so many rows."""
     z = ", ".join(map(_at, range(rows)))
     body = f"s = value.signals({z})\n" + "".join(f"result[{j * LANES} + i] = s[{k}]\n" for j, k in enumerate(kept))
-    if clocked:
-        body += f"result[{len(kept) * LANES} + i] = value.rates({z}{', 0.0' * rows})[-2]\n"
     return _loop(body, 1)
 
 

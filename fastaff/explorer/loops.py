@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ..models.angles import AreaTrace, Coordinates2
+from ..models.angles import AreaTrace, Coordinates2, RVartheta
 from ..models.contracts import isotropic
 
 
 def loops_of(body: Any) -> Any:
-    """Return the angles whose loops give frequencies: the model's own where these need time alone, else plain ones."""
+    """Return the angles whose loops give frequencies: the model's own where a page has them, else plain ones."""
     angles = getattr(body, "angles", None)
-    if angles is not None and hasattr(angles, "signals") and not any(angles.clocks):
+    if angles is not None and hasattr(angles, "signals") and not isinstance(angles, RVartheta):
         return angles
     return AreaTrace() if isotropic(body) else Coordinates2()
 

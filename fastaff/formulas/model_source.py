@@ -216,21 +216,15 @@ def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str
 
 _LOOPS = '''\
 class Loops(NamedTuple):
-    """Loops in the coordinate planes (q_i, p_i){about}; all averaged over time."""
+    """Loops in the coordinate planes (q_i, p_i){about}."""
 {field}
     names = {names!r}
     planes = {planes!r}
-    clocks = {clocks!r}
 
     def signals(self, {row}):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
         zero = 0.0*{first}
 {phase}        return {signals}
-
-    def rates(self, {row}, {all}):
-        """Return each angle's signals and their derivatives, then 1, 0: the clock is time."""
-        zero = 0.0*{first}
-{phase}        return {rates}, 1.0 + zero, zero
 
 
 '''
@@ -241,24 +235,19 @@ def loops(coordinates: Sequence[str], *, time: bool = False) -> str:
     the time, whose loop is that of the drive's phase.
     """
     n = range(len(coordinates))
-    q, p, dq, dp = ([f"{stem}{i}" for i in n] for stem in ("q", "p", "dq", "dp"))
+    q, p = ([f"{stem}{i}" for i in n] for stem in ("q", "p"))
     signals = [f"{q[i]}, zero, {p[i]}, zero" for i in n]
-    rates = [f"{signals[i]}, {dq[i]}, zero, {dp[i]}, zero" for i in n]
     if time:
         signals[-1] = "c, zero, -self.omega*s, zero"
-        rates[-1] = f"{signals[-1]}, -self.omega*s*{dq[-1]}, zero, -self.omega*self.omega*c*{dq[-1]}, zero"
     return _LOOPS.format(
         about=" and of the drive's phase" if time else "",
         field="\n    omega: float\n" if time else "",
         phase=f"        c, s = np.cos(self.omega*{q[-1]}), np.sin(self.omega*{q[-1]})\n" if time else "",
         names=tuple(coordinates),
         planes=(False,) * len(n),
-        clocks=(0,) * len(n),
         first=q[0],
         row=", ".join((*q, *p)),
-        all=", ".join((*dq, *dp)),
         signals=", ".join(signals),
-        rates=", ".join(rates),
     )
 
 

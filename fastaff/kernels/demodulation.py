@@ -70,22 +70,22 @@ def demodulate(
     interval,
     tables,
     table_start,
-    ends,
-    end_start,
+    places,
+    place_start,
     sums,
 ):
-    """Fill sums (orbits, loops, tables) with sum_j tables[., j] f_j exp(-2 pi i nu t_j) of the loops f = c . s -
-    offset - drift j of an orbit.
+    """Fill sums (orbits, loops, sums) with sum_j w_j f_j exp(-2 pi i nu t_j) of the loops f = c . s - offset - drift j
+    of an orbit.
 
     numbers, rows, start, count: the signals s, see `rows_of`, of which the first samples (orbits,) are taken; loops
-    (orbits, loops, rows); nu (orbits, loops) in cycles per unit time, interval (orbits,); tables, from an orbit's
-    table_start on (tables, samples), are 0 outside of ends, from its end_start on (tables, 2); time counts from the
-    first sample. A loop with nu = 0 has sums of 0.
+    (orbits, loops, rows); nu (orbits, loops) in cycles per unit time, interval (orbits,); places, from an orbit's
+    place_start on (sums, 3): where in tables, from its table_start on, the weights w of a sum are, at which sample they
+    begin and how many they are; time counts from the first sample. A loop with nu = 0 has sums of 0.
     """
     if read_now(stop, 0) > 0:
         return
     s, length, used = rows_of(numbers, rows, start[unit], count[unit]), samples[unit], sums.shape[2]
-    weights, within = tables[table_start[unit] :], ends[end_start[unit] :]
+    weights, place = tables[table_start[unit] :], places[place_start[unit] :]
     re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((used, 2, PARTS))
     u, v, p, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     for k in range(loops.shape[1]):
@@ -115,12 +115,11 @@ def demodulate(
                     value, other = f[i] * p[i] - g[i] * q[i], f[i] * q[i] + g[i] * p[i]
                     f[i], g[i] = value, other
             for w in range(used):
-                # Blocks begin at multiples of BLOCK, whatever the table.
-                begin = max((within[2 * w] - at) // BLOCK * BLOCK, 0)
-                end = min(within[2 * w + 1] - at, width)
+                first = place[3 * w + 1] - at
+                begin, end = max(first, 0), min(first + place[3 * w + 2], width)
                 if begin < end:
-                    own = weights[w * length + at + begin : w * length + at + end]
-                    add_products(own, re[begin:end], im[begin:end], partial[w])
+                    own = place[3 * w] - first
+                    add_products(weights[own + begin : own + end], re[begin:end], im[begin:end], partial[w])
         for w in range(used):
             sums[unit, k, w] = complex(partial[w, 0].sum(), partial[w, 1].sum())
     progress[unit] = 1.0

@@ -92,7 +92,7 @@ def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarr
     if m:
         x, loops, moving = np.empty_like(s), np.empty((orbits, m, samples), complex), np.zeros((orbits, m), bool)
         drift, centre, size = np.empty((3, orbits, rows))
-        tables = np.array([bump(*SPANS[i], samples - 1) for i in (0, 3, 4)])
+        tables = np.array([bump(samples - 1, *SPANS[i]) for i in (0, 3, 4)])
         arguments = (s, cosine_window(samples), tables, 0.0, x, loops, drift, centre, size, moving)
         run(kernels.prepare, orbits, arguments, 1)
         result.append((layout.librations, loops, size[:, ::2]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from ...kernels import demodulation
 from ...kernels import fundamental as kernels
 from .fundamental import Loops, bump, run
-from .signals import Signals, tables_for
+from .signals import Signals, tables_for, tabulated
 
 HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
 PAIRS = (0.7, 0.8)
@@ -38,29 +37,44 @@ class LineRates(NamedTuple):
     halves_error: np.ndarray
 
 
-@functools.lru_cache(maxsize=32)
-def demodulating(samples: int) -> np.ndarray:
-    """Return the weights (18, samples) that loops are summed with.
+def _spans(samples: int) -> list[tuple[int, int]]:
+    """Return the first sample and the length of HALVES, then of the first and the last of PAIRS of each."""
+    half = samples // 2
+    halves = [(0, samples), (0, half), (samples - half, half)]
+    spans = list(halves)
+    for begin, whole in halves:
+        for part in PAIRS:
+            length = round(part * whole)
+            spans += [(begin, length), (begin + whole - length, length)]
+    return spans
+
+
+@tabulated
+def _windows(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights of the sums over a loop, one after the other, and for each of the 18 sums (18, 3) where its
+    weights are, its first sample and its length.
 
     For the whole and each half a window and its change from sample to sample, then for each of them the windows over
     its first and last PAIRS of it.
     """
-    rows = []
-    for begin, end in HALVES:
-        g = np.append(bump(begin, end, samples - 1), 0.0)
-        rows += [g, np.append(0.0, g[:-1]) - g]
-    for begin, end in HALVES:
-        for part in PAIRS:
-            length = part * (end - begin)
-            rows += [bump(begin, begin + length, samples), bump(end - length, end, samples)]
-    return np.array(rows)
+    made: dict[tuple[int, bool], int] = {}
+    numbers, places, size = [], [], 0
+    for k, (begin, length) in enumerate(_spans(samples)):
+        for change in (False, True) if k < len(HALVES) else (False,):
+            if (length, change) not in made:
+                made[length, change], size = size, size + length
+                window = np.append(bump(length - 1, 0.0, 1.0), 0.0) if k < len(HALVES) else bump(length, 0.0, 1.0)
+                numbers.append(np.append(0.0, window[:-1]) - window if change else window)
+            places.append((made[length, change], begin, length))
+    return np.concatenate(numbers), np.array(places)
 
 
-@functools.lru_cache(maxsize=32)
-def _ends(samples: int) -> np.ndarray:
-    """Return from where to where (18, 2) the weights are not 0."""
-    some = demodulating(samples) != 0
-    return np.stack([some.argmax(axis=1), samples - some[:, ::-1].argmax(axis=1)], axis=1).astype(np.int64)
+def _weights(samples: int) -> np.ndarray:
+    return _windows(samples)[0]
+
+
+def _places(samples: int) -> np.ndarray:
+    return _windows(samples)[1]
 
 
 def demodulated(
@@ -89,20 +103,21 @@ def demodulated(
 def _demodulated(
     signals: Signals, loops: Loops, nu: np.ndarray, threads: int, samples: np.ndarray, errors: bool
 ) -> LineRates:
-    tables, ends = tables_for(demodulating, samples), tables_for(_ends, samples)
+    tables, places = tables_for(_weights, samples), tables_for(_places, samples)
     parts = len(HALVES)
     sums = np.zeros((*nu.shape, 2 * parts * (1 + len(PAIRS) * errors)), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    arguments = *signals.ragged, samples, *complexes, nu, signals.interval, *tables, *ends, sums
+    arguments = *signals.ragged, samples, *complexes, nu, signals.interval, *tables, *places, sums
     run(demodulation.demodulate, len(nu), arguments, threads)
-    unit, samples = 2 * np.pi * signals.interval[:, None], samples[:, None]
+    unit = 2 * np.pi * signals.interval[:, None]
     off, spread = np.zeros((2, *nu.shape, parts))
     with np.errstate(all="ignore"):
-        for i, (begin, end) in enumerate(HALVES):
+        for i in range(parts):
+            whole = (samples if i == 0 else samples // 2)[:, None]
             off[:, :, i] = np.angle(1 + sums[:, :, 2 * i + 1] / sums[:, :, 2 * i])
             for j, part in enumerate(PAIRS * errors):
                 at = 2 * (parts + len(PAIRS) * i + j)
-                apart = (1 - part) * (end - begin) * samples
+                apart = whole - np.rint(part * whole)
                 phase = sums[:, :, at + 1] * sums[:, :, at].conj() * np.exp(-1j * off[:, :, i] * apart)
                 spread[:, :, i] = np.maximum(spread[:, :, i], np.abs(np.angle(phase)) / apart)
         error = BOUND * spread / unit[:, :, None]
@@ -112,10 +127,10 @@ def _demodulated(
     return LineRates(found[:, :, 0].copy(), error[:, :, 0].copy(), found[:, :, 1:].copy(), error[:, :, 1:].copy())
 
 
-@functools.lru_cache(maxsize=32)
+@tabulated
 def parts(steps: int) -> np.ndarray:
     """Return the weights (parts, steps) of PARTS."""
-    return np.array([bump(*span, steps) for span in PARTS])
+    return np.array([bump(steps, *span) for span in PARTS])
 
 
 def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int) -> np.ndarray:

@@ -32,7 +32,7 @@ from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
-from .signals import Signals
+from .signals import BRIEF, Signals
 from .turning import unresolved
 
 ACCURACY = 1e-11
@@ -48,9 +48,8 @@ PILOT_STEPS, PILOT_SAMPLES = 128, 48
 PROBE = 128
 """Steps from which it is learned how fast an orbit moves."""
 
-DENSE, BODY_DENSE, CLOCKED_DENSE = 1.2, 0.5, 0.1
-"""Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next; where
-these have a clock, which is summed from samples.
+DENSE, BODY_DENSE = 1.0, 0.5
+"""Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
 """
 
 BESIDE = 0.1
@@ -105,16 +104,15 @@ def frequency_map(
     `lines` the strongest ones of each coordinate's signal in the first window, modulo 1, in (-1/2, 1/2]: of one that
     winds what is left of it without its mean turn.
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
-    every 0.8 radians of its motion, a body that has angles of its own every 0.5, or 0.1 where these have a clock. The
-    lines of the loops (Q, P) of all coordinates together span a lattice, of which the strongest independent lines are
-    generators; each goes to the coordinate of whose motion it has the largest share. They are positive; those of a
+    every radian of its motion, a body that has angles of its own every half. The lines of the loops (Q, P) of all
+    coordinates together span a lattice, of which the strongest independent lines are generators; each goes to the coordinate of whose motion it has the largest share. They are positive; those of a
     body's planes have the sign of turning. A coordinate that grows without bound counts without its mean growth. Lines
     that stand apart are read from the bins of one Fourier transform, others are fitted together.
     Birkhoff: a loop that has one generator's line and no other's, times exp(-2 pi i nu_0 t), is summed with the weight
     w = exp(30 (sqrt(1 - x^2) - 1)) and with the weight's change from sample to sample: their ratio gives the line's
     turn from sample to sample, exactly. A line at distance d and of relative amplitude a adds a d W(d), below 2e-12
-    once d*time > 9.6. The halves' frequencies are found so from the halves alone. A body that separates has loops of
-    its own, in a clock of its own (`angles`), whose mean rates are taken. NAFF: the line of that loop, fitted with the
+    once d*time > 9.6. The halves' frequencies are found so from the halves alone. The mean rates of a body's own angles
+    say which lines theirs are, and are taken where there are none. NAFF: the line of that loop, fitted with the
     strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
     Errors: 10 times the largest difference of the turn from that between two windows of 0.7 and of 0.8 of the time,
     which bounds what a line 1.5/time away or more can do; what lines closer than that can do, by the amplitudes that
@@ -262,7 +260,8 @@ class FrequencyWork:
         while begin < orbits.size:
             end = begin + 1
             while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 8 <= BUDGET:
-                if flow.adaptive and counts[order[end]] != counts[order[begin]]:
+                alone = flow.adaptive or counts[order[end]] > BRIEF  # tables are longer than an orbit's samples
+                if alone and counts[order[end]] != counts[order[begin]]:
                     break
                 end += 1
             part = np.sort(order[begin:end])
@@ -280,7 +279,7 @@ class FrequencyWork:
             return found.astype(np.int64), found.astype(np.int64)
         steps = np.broadcast_to(np.maximum(64, flow.of(orbits).steps(self.time)), orbits.size)
         need, layout = np.empty(orbits.size), self.layout
-        radians = CLOCKED_DENSE if layout.clocked else BODY_DENSE if layout.body else DENSE
+        radians = BODY_DENSE if layout.body else DENSE
         portion = max(LANES, BUDGET // (8 * layout.rows * PROBE))
         for at in range(0, orbits.size, portion):
             part = slice(at, min(at + portion, orbits.size))

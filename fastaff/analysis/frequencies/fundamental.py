@@ -24,7 +24,7 @@ from ...kernels.birkhoff import SHARPNESS
 from .integer_lattice import ball
 from .naff import found_lines
 from .rooms import ROOMS
-from .signals import Signals, tables_for
+from .signals import Signals, tables_for, tabulated
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
@@ -135,8 +135,8 @@ def weight_at(x: np.ndarray) -> np.ndarray:
     return np.where(y > 0, np.exp(SHARPNESS * (np.sqrt(np.maximum(y, 0.0)) - 1)), 0.0)
 
 
-@functools.lru_cache(maxsize=128)
-def bump(x0: float, x1: float, samples: int) -> np.ndarray:
+@tabulated
+def bump(samples: int, x0: float, x1: float) -> np.ndarray:
     """Return weights (samples,) at the middles of samples equal parts of (0, 1), over the span x0 to x1, of sum 1."""
     w = weight_at(2 * ((np.arange(samples) + 0.5) / samples - x0) / (x1 - x0) - 1)
     return w / (w.sum() or 1.0)
@@ -161,14 +161,14 @@ def fast_lengths(samples: np.ndarray) -> np.ndarray:
     return np.array([fast_length(int(n)) for n in different], dtype=np.int64)[which]
 
 
-@functools.lru_cache(maxsize=32)
+@tabulated
 def cosine_window(samples: int) -> np.ndarray:
     """Return the window (1 + cos)^WINDOW_ORDER of sum 1."""
     w = (1 + np.cos(2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples)) ** WINDOW_ORDER
     return w / w.sum()
 
 
-@functools.lru_cache(maxsize=32)
+@tabulated
 def apart_window(samples: int) -> np.ndarray:
     """Return the window of lines that stand apart, of sum 1, whose transform is closed."""
     times, weight = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples, np.ones(samples)
@@ -279,7 +279,7 @@ def _prepared(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ..
     centre and size of the rows; see `kernels.fundamental.prepare`.
     """
     orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
-    tables = np.array([bump(*SPANS[i], n - 1) for i in (0, 3, 4)])
+    tables = np.array([bump(n - 1, *SPANS[i]) for i in (0, 3, 4)])
     x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
     drift, centre, size = np.empty((3, orbits, rows))
     arguments = signals, cosine_window(n), tables, AT_REST**2, x, loops, drift, centre, size, moving
@@ -287,9 +287,10 @@ def _prepared(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ..
     return x, loops, moving, drift, centre, size
 
 
+@tabulated
 def _windows(n: int) -> np.ndarray:
     """Return what `kernels.peaks.windowed` takes as tables of n samples."""
-    return np.concatenate([cosine_window(n), apart_window(n), *(bump(*SPANS[i], n - 1) for i in (0, 3, 4))])
+    return np.concatenate([cosine_window(n), apart_window(n), *(bump(n - 1, *SPANS[i]) for i in (0, 3, 4))])
 
 
 def _spectra(signals: Signals, n: np.ndarray, m: int, threads: int) -> tuple[np.ndarray, ...]:

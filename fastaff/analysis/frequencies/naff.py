@@ -18,10 +18,10 @@ from ...compile.threads import checked_threads, together
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
+from .signals import tabulated
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
 MAX_ORDER = 12
-BRIEF = 16384  # samples up to which many windows are kept: 16 MiB of 128 of 2048
 FLOOR, BINS_FLOOR = 1e-17, 1e-12
 """Amplitude at which tails of lines are cut, relative to the largest line's: below the rounding of the transform; and
 where lines are fitted to their bins alone, below that of frequencies.
@@ -218,12 +218,8 @@ class _Scratch:
                 result.residual[row] = np.ldexp(result.residual[row], exponent[row])
 
 
+@functools.partial(tabulated, most=8)
 def _window(samples: int, order: int, floor: float) -> Window:
-    """Return the window of `order` over `samples`, which takes as long to tabulate as some orbits to run."""
-    return (_brief_window if samples <= BRIEF else _long_window)(samples, order, floor)
-
-
-def _tabulated(samples: int, order: int, floor: float) -> Window:
     """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
     times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
     weight = np.ones(samples)
@@ -252,9 +248,6 @@ def _tabulated(samples: int, order: int, floor: float) -> Window:
         floor=floor,
         envelope=np.array([height, width, 1 / (samples * power), noise]),
     )
-
-
-_brief_window, _long_window = functools.lru_cache(maxsize=128)(_tabulated), functools.lru_cache(maxsize=8)(_tabulated)
 
 
 def _checked(signal, dt, lines, window_order) -> tuple[np.ndarray, float, int, int]:

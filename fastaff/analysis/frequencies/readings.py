@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .angle_loops import Layout, clock_windows
+from .angle_loops import Layout
 from .closeness import Closeness, closeness
 from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, Modes, damping, modes, values
@@ -166,13 +166,13 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     if layout.body:
         c, offset = layout.own(s, threads)
         loops = Loops(c, offset, np.zeros_like(offset))
-        own = _averages(layout, s, start, loops, threads)
-        chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time, fallback == 0)
+        own = _averages(s, start, loops, threads)
+        chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time)
         planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
         line = _demodulated(s, start, at, near, threads)
         same = np.abs(line.nu - planes.nu) <= planes.error
-        planes = line._replace(error=np.where(same, line.error, np.inf)).better(planes)
+        planes = line.where(same & np.isfinite(line.error), planes)
         planes = _with_lines(
             planes, s, at, np.where(irregular[:, None] & (fallback != 0), 0.0, near), fallback, threads
         )
@@ -307,17 +307,13 @@ def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
 
 
-def _averages(layout: Layout, s: Signals, start: Signals | None, loops: Loops, threads: int) -> _Rates:
-    """Return weighted averages of the rates of a body's own loops' arguments, of angles with a clock in that clock."""
+def _averages(s: Signals, start: Signals | None, loops: Loops, threads: int) -> _Rates:
+    """Return weighted averages of the rates of a body's own loops' arguments."""
     shape = loops.offset.shape
     rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
     for o in s.alike():
         own, run, dt = Loops(*(entry[o] for entry in loops)), s.array(o), float(s.interval[o[0]])
-        found = turning(run, own, parts(run.shape[2] - 1), dt, threads)
-        if layout.clocked:
-            clocked = Loops(*(entry[:, layout.clocked] for entry in own))
-            found[:, layout.clocked] = turning(run, clocked, clock_windows(run[:, -1]), dt, threads)
-        rates[o] = found
+        rates[o] = turning(run, own, parts(run.shape[2] - 1), dt, threads)
         if start is not None:
             for part in start.of(o).alike():
                 count, theirs = int(start.samples[o[part[0]]]), Loops(*(entry[part] for entry in own))
@@ -400,7 +396,7 @@ def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 
 def _own_angles(
-    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: np.ndarray, lines: bool
+    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: np.ndarray
 ) -> tuple[_Rates, np.ndarray]:
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
@@ -430,7 +426,7 @@ def _own_angles(
         np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
         np.stack([_applied(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2),
     )
-    best = through.where(np.isfinite(through.error), own) if lines else own.better(through)
+    best = through.where(np.isfinite(through.error), own)
     chosen = best.where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
     inverse = np.zeros_like(vectors)
