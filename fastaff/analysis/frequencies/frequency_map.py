@@ -105,9 +105,10 @@ def frequency_map(
     winds what is left of it without its mean turn.
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
     every radian of its motion, a body that has angles of its own every half. The lines of the loops (Q, P) of all
-    coordinates together span a lattice, of which the strongest independent lines are generators; each goes to the coordinate of whose motion it has the largest share. They are positive; those of a
-    body's planes have the sign of turning. A coordinate that grows without bound counts without its mean growth. Lines
-    that stand apart are read from the bins of one Fourier transform, others are fitted together.
+    coordinates together span a lattice, of which the strongest independent lines are generators; each goes to the
+    coordinate of whose motion it has the largest share. They are positive; those of a body's planes have the sign of
+    turning. A coordinate that grows without bound counts without its mean growth. Lines that stand apart are read from
+    the bins of one Fourier transform, others are fitted together.
     Birkhoff: a loop that has one generator's line and no other's, times exp(-2 pi i nu_0 t), is summed with the weight
     w = exp(30 (sqrt(1 - x^2) - 1)) and with the weight's change from sample to sample: their ratio gives the line's
     turn from sample to sample, exactly. A line at distance d and of relative amplitude a adds a d W(d), below 2e-12

@@ -401,8 +401,8 @@ def _own_angles(
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
 
-    With `lines` the values are those of the lattice's lines where the own angles say which they are. An incomplete
-    lattice has no say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
+    The values are those of the lattice's lines where the own angles say which they are. An incomplete lattice has no
+    say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
     k = box([REACH] * m)
