@@ -6,9 +6,10 @@ import pytest
 from fastaff import Body, HenonHeiles, NeoHookean, hamiltonian
 from fastaff.analysis.frequencies import demodulated, fundamental
 from fastaff.analysis.frequencies.frequency_map import FrequencyWork, checked_angles
-from fastaff.analysis.frequencies.fundamental import Loops, apart_window, cosine_window, tables_of
+from fastaff.analysis.frequencies.fundamental import Loops, tables_of
 from fastaff.analysis.frequencies.rooms import Room
-from fastaff.analysis.frequencies.signals import BRIEF, Signals, signals_of, tables_for
+from fastaff.analysis.frequencies.signals import Signals, signals_of
+from fastaff.analysis.frequencies.windows import APART_ORDER, BRIEF, apart_window, cosine_window, tables_for
 from fastaff.flows.options import Options, plan
 from fastaff.kernels import fundamental as kernels
 from fastaff.kernels import peaks
@@ -105,7 +106,7 @@ def test_peaks_are_lines_that_stand_apart(n):
     f = np.exp(2j * np.pi * np.outer(t, u)) @ amplitude
     spectrum = np.fft.fft(f * apart_window(n))
     place, size, error = np.zeros((3, 3))
-    count, rest = peaks.find_peaks(spectrum, fundamental.APART_ORDER, place, size, error)
+    count, rest = peaks.find_peaks(spectrum, APART_ORDER, place, size, error)
     assert count == 3
     off = (place - u + n / 2) % n - n / 2
     assert (np.abs(off) < [1e-4, 1e-4, 1e-2]).all()

@@ -12,9 +12,10 @@ from ...base.numbers import fits
 from ...base.results import Result
 from ...kernels import fundamental as kernels
 from .angle_loops import Layout
-from .fundamental import LINE_ORDER, SPANS, Loops, bump, cosine_window, run, values
+from .fundamental import Loops, run, values
 from .naff import found_lines
 from .signals import Signals
+from .windows import LINE_ORDER, SPANS, bump, cosine_window
 
 AT_ONCE = 256
 """Orbits whose lines are found at once."""

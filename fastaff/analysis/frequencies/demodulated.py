@@ -8,8 +8,9 @@ import numpy as np
 
 from ...kernels import demodulation
 from ...kernels import fundamental as kernels
-from .fundamental import Loops, bump, run
-from .signals import Signals, tables_for, tabulated
+from .fundamental import Loops, run
+from .signals import Signals
+from .windows import bump, tables_for, tabulated
 
 HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
 PAIRS = (0.7, 0.8)

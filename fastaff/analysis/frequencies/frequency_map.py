@@ -32,8 +32,9 @@ from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
-from .signals import BRIEF, Signals
+from .signals import Signals
 from .turning import unresolved
+from .windows import BRIEF
 
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""

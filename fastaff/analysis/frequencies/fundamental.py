@@ -20,29 +20,35 @@ from ...compile.threads import together
 from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
-from ...kernels.birkhoff import SHARPNESS
 from .integer_lattice import ball
 from .naff import found_lines
 from .rooms import ROOMS
-from .signals import Signals, tables_for, tabulated
+from .signals import Signals
+from .windows import (
+    APART_ORDER,
+    LINE_ORDER,
+    SPANS,
+    apart_window,
+    bump,
+    cosine_window,
+    fast_lengths,
+    tables_for,
+    tabulated,
+)
 
 LINES, MORE_LINES = 4, 20
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
 incomplete.
 """
 
-WINDOW_ORDER, LINE_ORDER = 3, 2
-"""p of the window (1 + cos)^p of sums over samples, and of the spectra whose bins lines are fitted to: the squares of
-bins have the window of twice that order.
-"""
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
 PIECE = 2048
 """Samples from whose first ones lines are read where there are more than twice as many."""
 
-APART_ORDER, SEEN = 3, 6
-"""p of the window of lines that stand apart, and how many are looked for in each loop."""
+SEEN = 6
+"""Lines of each loop that are looked for where they stand apart."""
 
 BROAD = 0.1
 """Share of a loop's size that its strongest lines leave, beyond which none stands out."""
@@ -82,10 +88,6 @@ AT_REST = 1e-12
 
 ORDERED = 0.02
 """Advantage of ascending frequencies, in the logarithm of shares: decides where coordinates share modes equally."""
-
-GOLDEN = (math.sqrt(5) - 1) / 2
-SPANS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, GOLDEN), (1.0 - GOLDEN, 1.0), (0.2, 0.2 + math.sqrt(0.4)))
-"""Windows of averages: the whole, both halves, and others whose lengths and starts have no common phase."""
 
 
 class Loops(NamedTuple):
@@ -127,54 +129,6 @@ class Modes(NamedTuple):
     drifting: np.ndarray
     rest: np.ndarray
     lines: np.ndarray
-
-
-def weight_at(x: np.ndarray) -> np.ndarray:
-    """Return the weight at -1 < x < 1 of a window, 0 outside it."""
-    y = 1 - x * x
-    return np.where(y > 0, np.exp(SHARPNESS * (np.sqrt(np.maximum(y, 0.0)) - 1)), 0.0)
-
-
-@tabulated
-def bump(samples: int, x0: float, x1: float) -> np.ndarray:
-    """Return weights (samples,) at the middles of samples equal parts of (0, 1), over the span x0 to x1, of sum 1."""
-    w = weight_at(2 * ((np.arange(samples) + 0.5) / samples - x0) / (x1 - x0) - 1)
-    return w / (w.sum() or 1.0)
-
-
-def damping(cycles: np.ndarray) -> np.ndarray:
-    """Return what is left, in a weighted average, of a line so many cycles per window from zero (an upper bound)."""
-    root = np.sqrt(np.maximum(SHARPNESS**2 - (np.pi * cycles) ** 2, 0.0))
-    return np.exp(root - SHARPNESS)
-
-
-def fast_length(samples: int) -> int:
-    """Return the largest number up to `samples` whose Fourier transform is fast."""
-    from scipy.fft import prev_fast_len  # not at import, which it would make slow
-
-    return prev_fast_len(samples)
-
-
-def fast_lengths(samples: np.ndarray) -> np.ndarray:
-    """Return `fast_length` of each number."""
-    different, which = np.unique(samples, return_inverse=True)
-    return np.array([fast_length(int(n)) for n in different], dtype=np.int64)[which]
-
-
-@tabulated
-def cosine_window(samples: int) -> np.ndarray:
-    """Return the window (1 + cos)^WINDOW_ORDER of sum 1."""
-    w = (1 + np.cos(2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples)) ** WINDOW_ORDER
-    return w / w.sum()
-
-
-@tabulated
-def apart_window(samples: int) -> np.ndarray:
-    """Return the window of lines that stand apart, of sum 1, whose transform is closed."""
-    times, weight = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples, np.ones(samples)
-    for i in range(APART_ORDER):
-        weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
-    return weight / weight.sum()
 
 
 @functools.cache

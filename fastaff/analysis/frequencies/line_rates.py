@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .fundamental import LINE_ORDER, SPANS, fast_length
 from .naff import FrequencyLines, followed_line, found_lines
+from .windows import LINE_ORDER, SPANS, fast_length
 
 
 def lines_of(f: np.ndarray, interval: float, lines: int = 8) -> FrequencyLines:

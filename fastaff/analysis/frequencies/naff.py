@@ -18,7 +18,7 @@ from ...compile.threads import checked_threads, together
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
-from .signals import tabulated
+from .windows import tabulated
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
 MAX_ORDER = 12

@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...compile.plane_loops import COLUMNS
-from .fundamental import LINE_ORDER, LINE_WIDTH, WEAK, cosine_window, fast_length
+from .fundamental import LINE_WIDTH, WEAK
 from .integer_lattice import ball
 from .naff import found_lines
+from .windows import LINE_ORDER, cosine_window, fast_length
 
 LINES = 6
 """Lines of a plane, beyond the number of planes, that generators are looked for among."""

@@ -10,10 +10,11 @@ import numpy as np
 from .angle_loops import Layout
 from .closeness import Closeness, closeness
 from .demodulated import PARTS, demodulated, parts, turning
-from .fundamental import Loops, Modes, damping, modes, values
+from .fundamental import Loops, Modes, modes, values
 from .integer_lattice import box
 from .line_rates import line_changes, line_rates
 from .signals import Signals
+from .windows import damping
 
 SAFETY = 5.0
 """Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors

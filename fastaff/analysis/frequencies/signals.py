@@ -1,10 +1,9 @@
-"""Signals of sampled orbits, each of as many samples as it needs, and the tables of windows that these take."""
+"""Signals of sampled orbits, each of as many samples as it needs."""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,41 +58,3 @@ def signals_of(s: np.ndarray, interval: float) -> Signals:
     orbits, rows, samples = s.shape
     start, count = np.arange(orbits) * (rows * samples), np.full(orbits, samples)
     return Signals(np.ascontiguousarray(s).reshape(-1), rows, start, count, np.full(orbits, interval))
-
-
-BRIEF = 16384
-"""Samples up to which many tables are kept."""
-
-
-def tabulated(make: Callable[..., Any], most: int = 2) -> Callable[..., Any]:
-    """Keep what make(samples, ...) returns: many tables of few samples, `most` of many."""
-    brief, long = functools.lru_cache(maxsize=64)(make), functools.lru_cache(maxsize=most)(make)
-
-    @functools.wraps(make)
-    def made(samples: int, *more: Any) -> Any:
-        return (brief if samples <= BRIEF else long)(samples, *more)
-
-    return made
-
-
-class Tables(NamedTuple):
-    """Tables of weights for different numbers of samples, one after the other: an orbit's begins at its `start`."""
-
-    numbers: np.ndarray
-    start: np.ndarray
-
-
-def tables_for(make: Callable[[int], np.ndarray], counts: np.ndarray) -> Tables:
-    """Return make(count), arrays, of the counts (orbits,)."""
-    different, which = np.unique(counts, return_inverse=True)
-    if different.size == 1:
-        return Tables(make(int(different[0])).reshape(-1), np.zeros(counts.size, np.int64))
-    numbers, start = _joined(make, tuple(int(count) for count in different))
-    return Tables(numbers, start[which])
-
-
-@functools.lru_cache(maxsize=16)
-def _joined(make: Callable[[int], np.ndarray], counts: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    made = [make(count).reshape(-1) for count in counts]
-    sizes = np.array([table.size for table in made])
-    return np.concatenate(made), np.cumsum(sizes) - sizes

@@ -22,7 +22,7 @@ from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind
-from .fundamental import LINE_ORDER, drifts
+from .fundamental import drifts
 from .integer_lattice import ball
 from .line_rates import line_rates, lines_of
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
@@ -31,6 +31,7 @@ from .plane_modes import modes_of, plane_values
 from .readings import CHANGED, SAME
 from .signals import signals_of
 from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, without_standing
+from .windows import LINE_ORDER
 
 FALLBACK = 1e-9
 """Error in turns above which lines are fitted."""

@@ -11,7 +11,7 @@ from ...base.sums import total
 from ...compile.plane_loops import COLUMNS, MOMENTS
 from ...flows.flow import launch
 from ...kernels import tunes as kernels
-from .fundamental import SPANS, damping, weight_at
+from .windows import SPANS, damping, weight_at
 
 PIECE = 65536
 """Samples at once: so long are tables of weights."""

@@ -18,8 +18,8 @@ from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
 from ...models.sections import Linear
-from ..frequencies.fundamental import SPANS
 from ..frequencies.turning import unresolved
+from ..frequencies.windows import SPANS
 from .scatter import scattered
 from .section_map import SectionMap
 
