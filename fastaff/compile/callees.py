@@ -32,6 +32,17 @@ class _Part(JITCodeLibrary):
         self._finalized = True
 
 
+class _Apart(_Part):
+    """Code to which callers jump: none has a copy of its own."""
+
+    def add_llvm_module(self, ll_module):
+        """Add a module, of whose functions LLVM makes no part of others."""
+        for function in ll_module.functions:
+            if not function.is_declaration and function.name.startswith("_ZN"):
+                function.add_function_attribute("noinline")
+        super().add_llvm_module(ll_module)
+
+
 MAKES = ("call", "binop", "inplace_binop", "unary")
 """Expressions that may make an array, or get one that was made for them; a copy of an array into another may, too."""
 
@@ -65,6 +76,8 @@ def _makes(value: Any) -> bool:
 class _PartPipeline(compiler.Compiler):
     """Numba's compiler of a part: it has no entry for Python, whose machine code would have to be made for it."""
 
+    part = _Part
+
     def define_pipelines(self):
         """Return Numba's own passes with the one that may switch the counting of references off."""
         passes = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
@@ -74,8 +87,12 @@ class _PartPipeline(compiler.Compiler):
 
     def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
         flags.no_compile = True
-        library = _Part(targetctx.codegen(), "part")
+        library = self.part(targetctx.codegen(), "part")
         super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
+
+
+class _ApartPipeline(_PartPipeline):
+    part = _Apart
 
 
 OPTIONS = {"nopython": True, "boundscheck": None, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -83,13 +100,14 @@ OPTIONS = {"nopython": True, "boundscheck": None, "no_cpython_wrapper": True, "n
 
 class Callee(CPUDispatcher):
     """A function for compiled code alone; one code for all numbers, or with `constants` one for each that it is called
-    with. With `forceinline` LLVM always makes it part of the caller's loops.
+    with. With `forceinline` LLVM always makes it part of the caller's loops, with `apart` never: there is one code,
+    however often it is called.
     """
 
-    def __init__(self, function: Callable, *, constants: bool = False, forceinline: bool = False):
+    def __init__(self, function: Callable, *, constants: bool = False, forceinline: bool = False, apart: bool = False):
         self._constants = constants
         options = {**OPTIONS, "error_model": "numpy", "forceinline": forceinline}
-        super().__init__(function, targetoptions=options, pipeline_class=_PartPipeline)
+        super().__init__(function, targetoptions=options, pipeline_class=_ApartPipeline if apart else _PartPipeline)
 
     def add_overload(self, cres):
         """Keep a signature's code under a key of its own, where others have their entry for Python."""

@@ -149,15 +149,18 @@ def compiling() -> Iterator[None]:
                 gc.enable()
 
 
-def jit(function: Callable | None = None, *, constants: bool = False, inline: bool = False) -> Callable:
+def jit(
+    function: Callable | None = None, *, constants: bool = False, inline: bool = False, apart: bool = False
+) -> Callable:
     """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
 
     With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes,
     which that makes up to a third faster. Else one code serves all numbers. With `inline` the code becomes part of the
-    caller, which alone is compiled: for what one function calls, and no other.
+    caller, which alone is compiled: for what one function calls, and no other. With `apart` its callers jump to it: for
+    what is long and called in several places, where copies would take long to compile.
     """
     if function is None:
-        return functools.partial(jit, constants=constants, inline=inline)
+        return functools.partial(jit, constants=constants, inline=inline, apart=apart)
     if JIT_DISABLED:
         return function
     how: Any = "always" if inline else "never"
@@ -166,7 +169,7 @@ def jit(function: Callable | None = None, *, constants: bool = False, inline: bo
         kernel._cache = CodeCache(function, folder)
     kernel.compile = compiling()(kernel.compile)
     if not inline:
-        kernel.part = Callee(function, constants=constants)
+        kernel.part = Callee(function, constants=constants, apart=apart)
         kernel.get_call_template, kernel.get_overload = kernel.part.get_call_template, kernel.part.get_overload
     return kernel
 

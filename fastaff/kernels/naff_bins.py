@@ -31,7 +31,7 @@ def bins_of(order):
     return 2 * order + 2 * MARGIN
 
 
-@jit
+@jit(apart=True)
 def update_spectrum(window, work, who, count):
     """Bring the residual spectrum up to date with the first `count` lines of `who`, to the window's floor of the
     largest line so far.
@@ -58,7 +58,7 @@ def apart(first, second, samples):
     return bins - samples if 2 * bins > samples else bins
 
 
-@jit
+@jit(apart=True)
 def take_bins(window, work, m):
     """Take the bins of the m lines of a group: the residual spectrum and what of it are these lines (row 2 of u, a).
 
@@ -88,7 +88,7 @@ def take_bins(window, work, m):
             whole[1, i] += ai * shape[i]
 
 
-@jit
+@jit(apart=True)
 def shapes(window, work, m, trial):
     """Fill work.shape and work.slope (lines, bins) with W and W' of the m lines of a group at all their bins.
 
@@ -157,7 +157,7 @@ def rest_of_bins(work, count, m, trial):
     return total
 
 
-@jit
+@jit(apart=True)
 def bin_equations(work, each, m):
     """Fill matrix and gradient of the fit in (Re a, Im a, |a| u) of m lines over their bins.
 
@@ -192,7 +192,7 @@ def bin_equations(work, each, m):
             matrix[r + 2, c + 2] = (pj.conjugate() * pk).real * de
 
 
-@jit
+@jit(apart=True)
 def fit_group(window, work, who, m, strict):
     """Fit the m lines `who` jointly to their bins (Levenberg-Marquardt); return the largest last step in bins, 0 if
     converged.
@@ -243,7 +243,7 @@ def fit_group(window, work, who, m, strict):
     return last
 
 
-@jit
+@jit(apart=True)
 def couple(work, who, m):
     """Set work.coupling of the lines of the group that was fitted last: how much the others widen their errors."""
     cholesky(work.matrix, work.factor, 3 * m, 0.0)

@@ -10,7 +10,7 @@ from ..compile.jit import LANES, jit
 EPS = 2.220446049250313e-16
 
 
-@jit
+@jit(apart=True)
 def phasors(table, u, samples, stride, start):
     """Fill table (2, count) with exp(2 pi i u (start + stride*j)/samples); start in half samples."""
     middle = math.floor(u + 0.5)
@@ -27,7 +27,7 @@ def phasors(table, u, samples, stride, start):
         done *= 2
 
 
-@jit
+@jit(apart=True)
 def residual_moments(signal, window, u, a, m, work):
     """Fill work.moments with <e, r> and <tau e, r> of the residual r of m lines; return <r, r>."""
     samples, weight = signal.size, window.weight
@@ -126,7 +126,7 @@ def window_transform(d, window):
     return value, first, second
 
 
-@jit
+@jit(apart=True)
 def normal_equations(window, u, a, m, work):
     """Fill matrix and gradient of the fit in (Re a, Im a, |a| u) of m lines, weighted by the window."""
     matrix, moments = work.matrix, work.moments
@@ -147,7 +147,7 @@ def normal_equations(window, u, a, m, work):
             matrix[r + 2, c + 2] = -(pj.conjugate() * pk).real * w2
 
 
-@jit
+@jit(apart=True)
 def cholesky(matrix, factor, n, damping):
     """Factor the lower triangle of matrix + damping*diag(matrix); tiny pivots are held positive."""
     for i in range(n):
@@ -158,7 +158,7 @@ def cholesky(matrix, factor, n, damping):
             factor[i, j] = math.sqrt(max(x, 1e-15 * matrix[i, i])) if i == j else x / factor[j, j]
 
 
-@jit
+@jit(apart=True)
 def substitute(factor, n, x):
     """Solve factor factor^T x = x in place."""
     for i in range(n):
@@ -191,7 +191,7 @@ def accept(u, a, m):
         u[0, k], a[0, k] = u[1, k], a[1, k]
 
 
-@jit
+@jit(apart=True)
 def refit(signal, window, work, m, strict):
     """Fit m lines jointly to all samples (Levenberg-Marquardt); return the largest last step in bins, 0 if
     converged.

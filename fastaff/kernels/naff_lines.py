@@ -166,14 +166,18 @@ def collect(signal, window, work, lines, samples_too):
 
 
 @jit
-def find_lines(signals, transforms, window, work, nu, amplitude, error, residual, samples_too):
+def find_lines(signals, transforms, window, work, nu, amplitude, error, residual, samples_too, which):
     """Find the lines of signals (batch, N) with windowed FFTs (batch, N): rows of nu (in bins), amplitude, error.
 
-    The signals themselves are needed with `samples_too` only.
+    The signals themselves are needed with `samples_too` only. Where which (batch,) is 0 or more, that line of those
+    given in nu and amplitude (in the middle of the signal) is followed instead: residual is its frequency.
     """
     samples = transforms.shape[1]
     for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work)
+        if which[s] >= 0:
+            residual[s] = follow_line(window, work, nu[s], amplitude[s], which[s])
+            continue
         m, last = collect(signals[s % signals.shape[0]], window, work, nu.shape[1], samples_too)
         power = spectrum_power(work.spectrum, work.lanes)
         error_bars(window, work, m, last, power, error[s])
@@ -182,22 +186,22 @@ def find_lines(signals, transforms, window, work, nu, amplitude, error, residual
 
 
 @jit
-def follow_lines(transforms, window, work, count, which, u, a, found):
-    """Fill found (batch,) with line which[s] of the first count[s] lines of u (in bins), a (in the middle of the
-    signal), both (batch, lines), in signals with windowed FFTs (batch, N).
+def follow_line(window, work, u, a, which):
+    """Return the frequency of line `which` of lines u, a (lines,), those with an amplitude first, in the spectrum.
 
     It is fitted with those around it from where it is, the others staying as they are; NaN where that comes to no end.
     """
-    for s in range(transforms.shape[0]):
-        m = count[s]
-        load_spectrum(transforms[s], window, work)
-        for k in range(m):
-            work.u[0, k], work.a[0, k] = u[s, k], a[s, k]
-            work.u[2, k], work.a[2, k], work.who[k] = u[s, k], 0.0, k
-        update_spectrum(window, work, work.who, m)
-        beside = group_of(which[s], work, m, window.weight.size, 2 * window.order + 8, work.who)
-        last = fit_group(window, work, work.who, beside, True)
-        found[s] = work.u[0, which[s]] if last < 0.1 else math.nan
+    m = 0
+    while m < u.size and a[m] != 0.0:
+        work.u[0, m], work.a[0, m] = u[m], a[m]
+        work.u[2, m], work.a[2, m], work.who[m] = u[m], 0.0, m
+        m += 1
+    if which >= m:
+        return math.nan
+    update_spectrum(window, work, work.who, m)
+    beside = group_of(which, work, m, window.weight.size, 2 * window.order + 8, work.who)
+    last = fit_group(window, work, work.who, beside, True)
+    return work.u[0, which] if last < 0.1 else math.nan
 
 
 @jit

@@ -38,7 +38,7 @@ def tail_reach(change, order):
     return order + 1 + min(reach ** (1.0 / (2 * order + 1)), 1e15)
 
 
-@jit
+@jit(apart=True)
 def subtract_line(spectrum, window, u, a, reach, lanes):
     """Subtract the line a*exp(i u tau) from the spectrum (2, N), to `reach` bins from its centre."""
     samples, order = spectrum.shape[1], window.order

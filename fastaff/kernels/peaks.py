@@ -169,21 +169,24 @@ def place_of(spectrum, k, samples, order):
 @jit
 def top_of(part, best):
     """Return the largest of so many values, BLOCK or fewer. best (BLOCK // 4,): scratch."""
-    if part.size < BLOCK:
-        return part.max()
     for i in range(best.size):
-        best[i] = part[i]
-    for k in range(1, 4):
-        more = part[k * best.size : (k + 1) * best.size]
-        for i in range(best.size):
+        best[i] = part[i] if i < part.size else -1.0
+    for start in range(best.size, part.size, best.size):
+        more = part[start : start + best.size]
+        for i in range(more.size):
             best[i] = more[i] if more[i] > best[i] else best[i]
-    return best.max()
+    top = -1.0
+    for i in range(best.size):
+        top = best[i] if best[i] > top else top
+    return top
 
 
 @jit
 def largest(power, tops):
     """Return the place of the largest of the values, whose largest of each BLOCK are known."""
-    block = tops.argmax()
+    block = 0
+    for i in range(tops.size):
+        block = i if tops[i] > tops[block] else block
     part = power[block * BLOCK : (block + 1) * BLOCK]
     for i in range(part.size):
         if part[i] == tops[block]:

@@ -17,7 +17,7 @@ from ...base.results import Result
 from ...compile.threads import checked_threads, together
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
-from ...kernels.naff_lines import Window, find_lines, follow_lines, workspace
+from ...kernels.naff_lines import Window, find_lines, workspace
 from .windows import tabulated
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
@@ -169,13 +169,14 @@ def followed_line(
     window, unit = _window(samples, order, BINS_FLOOR), samples * dt
     turns = lines.nu * dt * (begin + (samples - 1) / 2)
     u, a = lines.nu * unit, lines.amplitude * np.exp(2j * np.pi * (turns - np.rint(turns)))
-    count, work, found = (np.abs(a) > 0).sum(axis=1), workspace(samples, a.shape[1], order), np.empty(len(signal))
-    rows = max(1, CHUNK_SAMPLES // samples)
+    work, found, error = workspace(samples, a.shape[1], order), np.empty(len(signal)), np.empty(u.shape)
+    rows, which = max(1, CHUNK_SAMPLES // samples), np.ascontiguousarray(which, dtype=np.int64)
     for start in range(0, len(signal), rows):
         part = slice(start, start + rows)
         transforms = np.fft.fft(signal[part, begin:end] * window.weight)
-        follow_lines(transforms, window, work, count[part], which[part], u[part], a[part], found[part])
-    return np.where(which < count, found / unit, np.nan)
+        lines_too = u[part], a[part], error[part], found[part]
+        find_lines(transforms, transforms, window, work, *lines_too, False, which[part])
+    return found / unit
 
 
 class _Scratch:
@@ -210,7 +211,8 @@ class _Scratch:
                 signals[row] = scaled
         np.fft.fft(transforms, axis=-1, out=transforms)
         lines = result.nu, result.amplitude, result.error, result.residual
-        find_lines(signals, transforms, self.window, self.work, *lines, self.samples_too)
+        none = np.full(len(rows), -1)
+        find_lines(signals, transforms, self.window, self.work, *lines, self.samples_too, none)
         with np.errstate(over="ignore"):  # an amplitude may exceed what a float holds by the root of 2
             for row in np.flatnonzero(exponent):
                 amplitude = result.amplitude[row].view(np.float64)
