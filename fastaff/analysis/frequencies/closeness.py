@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import peaks
+from ...kernels.relations import relations
 from .fundamental import Modes, run, tables_of
 from .integer_lattice import ball
 
@@ -24,7 +24,7 @@ SHOWS, LARGE = 0.1, 0.3
 
 
 class Closeness(NamedTuple):
-    """What relations of the frequencies say, see `kernels.peaks.relations`: arrays over orbits, blur (orbits, m)."""
+    """What relations of the frequencies say, see `kernels.relations`: arrays over orbits, blur (orbits, m)."""
 
     strange: np.ndarray
     blur: np.ndarray
@@ -44,7 +44,7 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
     result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((2, orbits), bool))
     limits = RESOLVED, NEAR, SHOWS, LARGE
     seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
-    run(peaks.relations, orbits, (*seen, *result), threads)
+    run(relations, orbits, (*seen, *result), threads)
     return result
 
 

@@ -49,7 +49,7 @@ PILOT_STEPS, PILOT_SAMPLES = 128, 48
 PROBE = 128
 """Steps from which it is learned how fast an orbit moves."""
 
-DENSE, BODY_DENSE = 1.0, 0.8
+DENSE, BODY_DENSE = 1.1, 0.8
 """Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
 """
 
@@ -105,7 +105,7 @@ def frequency_map(
     `lines` the strongest ones of each coordinate's signal in the first window, modulo 1, in (-1/2, 1/2]: of one that
     winds what is left of it without its mean turn.
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
-    every radian of its motion, a body that has angles of its own every 0.8. The lines of the loops (Q, P) of all
+    every 1.1 radians of its motion, a body that has angles of its own every 0.8. The lines of the loops (Q, P) of all
     coordinates together span a lattice, of which the strongest independent lines are generators; each goes to the
     coordinate of whose motion it has the largest share. They are positive; those of a body's planes have the sign of
     turning. A coordinate that grows without bound counts without its mean growth. Lines that stand apart are read from

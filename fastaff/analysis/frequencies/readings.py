@@ -26,6 +26,11 @@ CHANGED, SURELY, EACH = 0.3, 3.0, 1.5
 lines may do that; of three loops and more for each beyond one, where lines were not told apart.
 """
 
+BEATS = 10.0
+"""Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
+their beats.
+"""
+
 SAME = 0.5
 """Cycles over the window by which a mean rate may be off the line that it should be."""
 
@@ -168,6 +173,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         c, offset = layout.own(s, threads)
         loops = Loops(c, offset, np.zeros_like(offset))
         own = _averages(s, start, loops, threads)
+        own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
         chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time)
         planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)

@@ -1,0 +1,110 @@
+"""Kernel of relations: which lines frequencies do not explain, and which combinations of them are close to 0."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..compile.jit import read_now
+from .fundamental import relate
+from .peaks import FEWEST, STRONG, divides
+
+SHORT = 6
+"""|k|_1 of combinations whose lines may hide behind others."""
+
+
+def relations(
+    unit,
+    stop,
+    progress,
+    value,
+    bar,
+    strength,
+    nu,
+    spread,
+    tables,
+    sizes,
+    k,
+    lengths,
+    times,
+    rates,
+    limits,
+    strange,
+    blur,
+    near,
+    close,
+):
+    """Hold the frequencies of an orbit against each other: fill in what of its lines they do not explain, and which
+    combinations of them are as close to 0 as lines can't be told apart.
+
+    value, bar, strength (orbits, m, lines) of the loops' lines, the largest first; nu, spread (orbits, m) of
+    generators, 0 where there is none; k (m, vectors), by lengths (vectors,) |k|_1, one of each pair +-k, as real
+    numbers; times, rates (orbits,): over which they were found, and of samples, modulo which combinations are seen.
+    limits: cycles over the time of what is close, of what is near, and the amplitudes from which lines show, and from
+    which they are large. Filled are strange (orbits,), the amplitude,
+    relative to its loop's largest, of the largest line of which a generator is a multiple, 1 where a generator is part
+    of no strong one and not told from a combination of others; blur (orbits, m), the cycles that each frequency may be
+    off by close lines of combinations; near, close (orbits,): whether there are such that are large, or show.
+
+    Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
+    to be no larger than the smallest line that is known, FEWEST where there are no more.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    resolved, beside, shows, large = limits
+    time, rate = times[unit], rates[unit]
+    m, lines = value.shape[1], value.shape[2]
+    own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
+    found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
+    shown = np.zeros(m, np.int64)
+    for j in range(m):
+        if nu[unit, j] > 0.0:
+            own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
+            rank += 1
+    for j in range(m):
+        if strength[unit, j, lines - 1] > 0.0:
+            most = max(most, strength[unit, j, lines - 1] / strength[unit, j, 0])
+        for i in range(lines):
+            part = strength[unit, j, i] / strength[unit, j, 0] if strength[unit, j, i] > 0.0 else 0.0
+            if part == 0.0 or rank == 0:
+                continue
+            r = rank - 1
+            width = min(bar[unit, j, i], 0.3 / time)
+            if relate(value[unit, j, i], width, own, bars, rank, tables[r], sizes[r, 0], 0.5, found):
+                length = 0
+                for g in range(rank):
+                    length += abs(found[g])
+                for g in range(rank):
+                    shown[g] += 1 if found[g] != 0 and (i == 0 or (part > STRONG and length <= 3)) else 0
+                if length > 1 and i > 0:
+                    decay = max(decay, part ** (1.0 / (length - 1)))
+            if value[unit, j, i] > 0.0 and divides(
+                value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
+            ):
+                strange[unit] = max(strange[unit], part)
+    sums = np.zeros(lengths.size)
+    for j in range(m):
+        known, row = nu[unit, j], k[j]
+        for v in range(sums.size):
+            sums[v] += row[v] * known
+    for v in range(sums.size):
+        aliases = math.floor(sums[v] / rate + 0.5)
+        cycles = abs(sums[v] - rate * aliases) * time
+        if not cycles < beside:
+            continue
+        there = True
+        for j in range(m):
+            there = there and (k[j, v] == 0.0 or nu[unit, j] > 0.0)
+        if there:
+            reach = decay ** (lengths[v] - 2)
+            reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
+            near[unit] = near[unit] or reach > large
+            if cycles < resolved:
+                for g in range(rank):  # part of no strong line, and what others make: it may be none
+                    strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
+                close[unit] = close[unit] or reach > shows
+                for j in range(m):
+                    if k[j, v] != 0.0:
+                        blur[unit, j] = max(blur[unit, j], 1.0 if reach > shows else reach)
+    progress[unit] = 1.0
