@@ -34,9 +34,9 @@ their beats.
 SAME = 0.5
 """Cycles over the window by which a mean rate may be off the line that it should be."""
 
-ROUGH, STRANGE = 0.1, 0.05
-"""Share of a loop's size that its strongest lines leave, from which these are no few and small ones; relative amplitude
-of a line of which a frequency is a multiple, from which it is none.
+ROUGH, BROAD, STRANGE = 0.1, 0.03, 0.05
+"""Share of a loop's size that its strongest lines leave, from which these are no few and small ones, and from which one
+fit in ten is better than sums; relative amplitude of a line of which a frequency is a multiple, from which it is none.
 """
 
 CLEAN = 1e-7
@@ -161,7 +161,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     # All windows see the same of the beat of lines that are closer than they resolve.
     unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
     blur = np.where(unknown | (vague[:, None] & found.moving), 1.0, close.blur)
-    useless = irregular[:, None] | slow | (lattice.error * time < blur)
+    broad = irregular | ((found.rest > BROAD) & (fallback is None))  # fits would hardly tell more
+    useless = broad[:, None] | slow | (lattice.error * time < blur)
     steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
     lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
     lattice = lattice._replace(error=lattice.error + blur / time)
@@ -180,9 +181,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         line = _demodulated(s, start, at, near, threads)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
-        planes = _with_lines(
-            planes, s, at, np.where(irregular[:, None] & (fallback != 0), 0.0, near), fallback, threads
-        )
+        planes = _with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
