@@ -298,6 +298,7 @@ def separate(
     sizes,
     clear,
     rest,
+    tail,
     value,
     bar,
     strength,
@@ -314,8 +315,9 @@ def separate(
     samples = lengths[unit]. Filled are value, bar,
     strength (orbits, m, lines), the lines of each loop, the largest first, and their amplitudes; rank, basis and
     spread (orbits, m), the generators and their errors; dual (orbits, m, 2m) and share (orbits, m, m), see
-    `fundamental`; rest (orbits,), the share of a loop's size that no line has, the largest one's; clear (orbits,),
-    whether all that moves has its generator and every leading line is explained.
+    `fundamental`; rest (orbits,), the share of a loop's size that no line has, the largest one's; tail (orbits,),
+    the largest amplitude beyond three quarters of the highest frequency that samples show, relative to the loop's
+    largest; clear (orbits,), whether all that moves has its generator and every leading line is explained.
     """
     if read_now(stop, 0) > 0:
         return
@@ -329,6 +331,11 @@ def separate(
         some += 1
         count, left = find_peaks(spectrum[j], order, place[j], size[j], error[j])
         rest[unit] = max(rest[unit], left)
+        high = 0.0
+        for i in range(3 * samples // 8, 5 * samples // 8):
+            own = spectrum[j, i]
+            high = max(high, own.real * own.real + own.imag * own.imag)
+        tail[unit] = max(tail[unit], math.sqrt(high) / size[j, 0]) if size[j, 0] > 0.0 else tail[unit]
         for i in range(count):
             u = place[j, i] if place[j, i] < samples / 2 else place[j, i] - samples
             place[j, i], value[unit, j, i] = u, abs(u)

@@ -112,7 +112,8 @@ class Modes(NamedTuple):
     @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
     and P itself where a loop has none of its own; owned: which have; moving: which loops move; drifting (orbits,):
     whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size that its lines leave,
-    the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the strongest lines.
+    the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the strongest lines;
+    tail (orbits,): the largest amplitude near the highest frequency that samples show, relative to the loop's largest.
     """
 
     rank: np.ndarray
@@ -129,6 +130,7 @@ class Modes(NamedTuple):
     drifting: np.ndarray
     rest: np.ndarray
     lines: np.ndarray
+    tail: np.ndarray
 
 
 @functools.cache
@@ -189,7 +191,8 @@ def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
         slow = np.flatnonzero(last & ~done & (fit | ~found.drifting) & moving.any(axis=1))
         for o in part.alike(slow):
             x, loops, *_ = _prepared(part.array(o)[:, : 2 * m], int(n[o[0]]), threads)
-            _adopt(found, o, _fitted(x, loops, moving[o], float(part.interval[o[0]]), threads))
+            fitted = _fitted(x, loops, moving[o], float(part.interval[o[0]]), threads)
+            _adopt(found, o, fitted._replace(tail=found.tail[o]))
         done |= last | found.drifting
         dual = found.dual / size[:, None, :]
         offset, step = (dual * centre[:, None, :]).sum(axis=2), (dual * drift[:, None, :]).sum(axis=2)
@@ -225,6 +228,7 @@ def _no_modes(orbits: int, m: int) -> Modes:
         drifting=np.zeros(orbits, bool),
         rest=np.zeros(orbits),
         lines=np.zeros((orbits, 3, m, SEEN)),
+        tail=np.zeros(orbits),
     )
 
 
@@ -282,12 +286,13 @@ def _apart(
     result, unit = _no_modes(orbits, m), (n * h)[:, None]
     tables, sizes = tables_of(m)
     clear, rank, rest = np.zeros(orbits, np.int64), np.zeros(orbits, np.int64), np.zeros(orbits)
+    tail = result.tail
     value, bar, strength = np.zeros((3, orbits, m, SEEN))
     bar[:] = np.inf
     basis, spread = np.zeros((2, orbits, m))
     dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
     inputs = spectra, start, n, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
-    outputs = clear, rest, value, bar, strength, rank, basis, spread, dual, share
+    outputs = clear, rest, tail, value, bar, strength, rank, basis, spread, dual, share
     run(peaks.separate, orbits, (*inputs, *outputs), threads)
     some = clear.astype(bool)
     rank = np.where(some, rank, 0)

@@ -54,8 +54,15 @@ REST = 5.0
 HIGHER = 0.8
 """Share of the change with half the step that the correction for the step may be off."""
 
-ROUNDING, GROWN = 3e-13, 1e-14
-"""Relative errors of frequencies by rounding: of all, and times what a coordinate grows by in units of its swing."""
+ROUNDING, GROWN, STEADY = 3e-13, 1e-14, 8192
+"""Relative errors of frequencies by rounding: of all, and times what a coordinate grows by in units of its swing; the
+samples from which the first grows with the root of their number.
+"""
+
+ALIASED = 2.5
+"""Power of the amplitude near the highest frequency that samples show, up to which lines beyond, which may lie at any
+place, are as large.
+"""
 
 AT_ONCE = 256
 """Loops whose lines are fitted at once."""
@@ -165,7 +172,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     useless = broad[:, None] | slow | (lattice.error * time < blur)
     steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
     lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
-    lattice = lattice._replace(error=lattice.error + blur / time)
+    aliased = found.tail[:, None] ** ALIASED
+    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time)
     chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
@@ -182,6 +190,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
         planes = _with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
+        planes = planes._replace(error=planes.error + aliased / time)
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
@@ -224,7 +233,8 @@ def _with_scheme(
         growth, correction = (samples.run.samples / samples.start.samples)[:, None], np.zeros_like(rates.step)
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
-        more = SAFETY * growth * rates.step_error + ROUNDING * top
+        longer = np.sqrt(np.maximum(samples.run.samples / STEADY, 1.0))[:, None]
+        more = SAFETY * growth * rates.step_error + ROUNDING * longer * top
         nu, error = rates.nu - correction, rates.error + more
     known = np.isfinite(error) & np.isfinite(nu)
     leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
