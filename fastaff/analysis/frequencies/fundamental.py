@@ -44,17 +44,11 @@ incomplete.
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
-PIECE = 2048
-"""Samples from whose first ones lines are read where there are more than twice as many."""
-
 SEEN = 6
 """Lines of each loop that are looked for where they stand apart."""
 
 BROAD = 0.1
 """Share of a loop's size that its strongest lines leave, beyond which none stands out."""
-
-FAR = 0.3
-"""Cycles over the whole time that a line of the first piece may be off."""
 
 FEW = 8
 """Orbits for which another thread would take longer to wake up than to do what is to be done."""
@@ -175,33 +169,20 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
 def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
     """Find the independent frequencies of the first 2m rows of signals.
 
-    Lines that stand apart are read from the bins of Fourier transforms, of a first piece where there are many samples.
-    Where they do not, lines are fitted to the whole, but without `fit` not where no line stands out, as of a chaotic
-    orbit: these are `drifting`.
+    Lines that stand apart are read from the bins of Fourier transforms. Where they do not, lines are fitted to the
+    whole, but without `fit` not where no line stands out, as of a chaotic orbit: these are `drifting`.
     """
-    orbits, whole = signals.samples.size, fast_lengths(signals.samples)
-    result, left = _no_modes(orbits, m), np.arange(orbits)
-    for n in (np.where((whole > 2 * PIECE) & (not fit), PIECE, whole), whole):
-        part, n = signals.of(left), n[left]
-        spectra, start, moving, drift, centre, size = _spectra(part, n, m, threads)
-        found = _apart(spectra, start, n, moving, part.interval, threads)
-        off = np.where(found.owned, found.spread, 0.0).max(axis=1, initial=0.0) * part.interval * whole[left]
-        done = (found.rank == moving.sum(axis=1)) & moving.any(axis=1) & (off < FAR)
-        last = n == whole[left]
-        slow = np.flatnonzero(last & ~done & (fit | ~found.drifting) & moving.any(axis=1))
-        for o in part.alike(slow):
-            x, loops, *_ = _prepared(part.array(o)[:, : 2 * m], int(n[o[0]]), threads)
-            fitted = _fitted(x, loops, moving[o], float(part.interval[o[0]]), threads)
-            _adopt(found, o, fitted._replace(tail=found.tail[o]))
-        done |= last | found.drifting
-        dual = found.dual / size[:, None, :]
-        offset, step = (dual * centre[:, None, :]).sum(axis=2), (dual * drift[:, None, :]).sum(axis=2)
-        found = found._replace(dual=dual, offset=offset, drift=step)
-        _adopt(result, left[done], Modes(*(entry[done] for entry in found)))
-        left = left[~done]
-        if not left.size:
-            break
-    return result
+    n = fast_lengths(signals.samples)
+    spectra, start, moving, drift, centre, size = _spectra(signals, n, m, threads)
+    found = _apart(spectra, start, n, moving, signals.interval, threads)
+    done = (found.rank == moving.sum(axis=1)) | ~moving.any(axis=1)
+    for o in signals.alike(np.flatnonzero(~done & (fit | ~found.drifting))):
+        x, loops, *_ = _prepared(signals.array(o)[:, : 2 * m], int(n[o[0]]), threads)
+        fitted = _fitted(x, loops, moving[o], float(signals.interval[o[0]]), threads)
+        _adopt(found, o, fitted._replace(tail=found.tail[o]))
+    dual = found.dual / size[:, None, :]
+    offset, step = (dual * centre[:, None, :]).sum(axis=2), (dual * drift[:, None, :]).sum(axis=2)
+    return found._replace(dual=dual, offset=offset, drift=step)
 
 
 def _adopt(modes: Modes, orbits: np.ndarray, found: Modes) -> None:
