@@ -22,6 +22,9 @@ SLOW = 1e-3
 FEWEST = 1e-6
 """Amplitude beside the largest line's, below which lines are not looked for."""
 
+DOUBLE, DOUBTFUL = 0.02, 1.5
+"""Bar of a line from which it may be two, and how far these may be from it, in bins."""
+
 STRONG = 0.05
 """Amplitude of a line, relative to its loop's largest, from which generators must be no multiples of it."""
 
@@ -271,11 +274,14 @@ def solve(matrix, right, n):
 def divides(value, bar, unit, nu, bars, rank, table, count, k):
     """Return whether generators are multiples of a line, or multiples of it combinations of them while it is none
     itself: then they span a part of the lattice only. unit: the width of a bin.
+
+    A line whose bar is DOUBLE a bin or more may be two, each up to DOUBTFUL bins from it.
     """
     alone = not relate(value, min(bar, 0.3 * unit), nu, bars, rank, table, count, 0.5, k)
     for m in range(2, 4):
         for i in range(rank):
-            if abs(m * value - nu[i]) < m * min(max(bar, 0.05 * unit), 0.5 * unit):
+            width = DOUBTFUL * unit if bar > DOUBLE * unit else min(max(bar, 0.05 * unit), 0.5 * unit)
+            if abs(m * value - nu[i]) < m * width:
                 return True
         if alone and relate(m * value, 0.3 * m * unit, nu, bars, rank, table, count, 0.5, k):
             return True

@@ -344,7 +344,9 @@ def _lattice(
         np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits, -1), order, axis=1)) for entry in (value, bar)
     )
     bar = np.where(np.isfinite(bar), bar, 0.0)
-    count = (rank_of_lines > 0).sum(axis=1)
+    # Where a leading line is not sharp, sharper ones may be its multiples.
+    known = (used | ~leads | ~moving[:, :, None]).all(axis=(1, 2))
+    count = np.where(known, (rank_of_lines > 0).sum(axis=1), 0)
     tables, sizes = tables_of(m)
     rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
     nu, spread = np.zeros((2, orbits, m))
