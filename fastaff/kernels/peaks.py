@@ -22,7 +22,7 @@ SLOW = 1e-3
 FEWEST = 1e-6
 """Amplitude beside the largest line's, below which lines are not looked for."""
 
-DOUBLE, DOUBTFUL = 0.02, 1.5
+DOUBLE, DOUBTFUL = 0.05, 1.5
 """Bar of a line from which it may be two, and how far these may be from it, in bins."""
 
 STRONG = 0.05
