@@ -10,12 +10,11 @@ import numpy as np
 from ...base.axes import along
 from ...base.numbers import fits
 from ...base.results import Result
-from ...kernels import fundamental as kernels
 from .angle_loops import Layout
-from .fundamental import Loops, run, values
+from .fundamental import Loops, prepared, values
 from .naff import found_lines
 from .signals import Signals
-from .windows import LINE_ORDER, SPANS, bump, cosine_window
+from .windows import LINE_ORDER
 
 AT_ONCE = 256
 """Orbits whose lines are found at once."""
@@ -88,14 +87,10 @@ def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarr
     """Return angles, their signals (orbits, angles, samples) and the units of these (orbits, angles)."""
     m = layout.m
     s = np.ascontiguousarray(signals.array(np.arange(signals.samples.size))[:, : 2 * m])
-    orbits, rows, samples = s.shape
+    orbits, _, samples = s.shape
     result = []
     if m:
-        x, loops, moving = np.empty_like(s), np.empty((orbits, m, samples), complex), np.zeros((orbits, m), bool)
-        drift, centre, size = np.empty((3, orbits, rows))
-        tables = np.array([bump(samples - 1, *SPANS[i]) for i in (0, 3, 4)])
-        arguments = (s, cosine_window(samples), tables, 0.0, x, loops, drift, centre, size, moving)
-        run(kernels.prepare, orbits, arguments, 1)
+        _, loops, *_, size = prepared(s, samples, 1, at_rest=0.0)
         result.append((layout.librations, loops, size[:, ::2]))
     if layout.planes:
         c, _ = layout.own(signals, 1)

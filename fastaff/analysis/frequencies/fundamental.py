@@ -27,11 +27,10 @@ from .signals import Signals
 from .windows import (
     APART_ORDER,
     LINE_ORDER,
-    SPANS,
     apart_window,
-    bump,
     cosine_window,
     fast_lengths,
+    growth_windows,
     tables_for,
     tabulated,
 )
@@ -177,7 +176,7 @@ def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
     found = _apart(spectra, start, n, moving, signals.interval, threads)
     done = (found.rank == moving.sum(axis=1)) | ~moving.any(axis=1)
     for o in signals.alike(np.flatnonzero(~done & (fit | ~found.drifting))):
-        x, loops, *_ = _prepared(signals.array(o)[:, : 2 * m], int(n[o[0]]), threads)
+        x, loops, *_ = prepared(signals.array(o)[:, : 2 * m], int(n[o[0]]), threads)
         fitted = _fitted(x, loops, moving[o], float(signals.interval[o[0]]), threads)
         _adopt(found, o, fitted._replace(tail=found.tail[o]))
     dual = found.dual / size[:, None, :]
@@ -213,15 +212,14 @@ def _no_modes(orbits: int, m: int) -> Modes:
     )
 
 
-def _prepared(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ...]:
+def prepared(signals: np.ndarray, n: int, threads: int, at_rest: float = AT_REST**2) -> tuple[np.ndarray, ...]:
     """Return the first n samples of the rows, the loops (orbits, m, n), which of these move, and drift,
     centre and size of the rows; see `kernels.fundamental.prepare`.
     """
     orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
-    tables = np.array([bump(n - 1, *SPANS[i]) for i in (0, 3, 4)])
     x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
     drift, centre, size = np.empty((3, orbits, rows))
-    arguments = signals, cosine_window(n), tables, AT_REST**2, x, loops, drift, centre, size, moving
+    arguments = signals, cosine_window(n), growth_windows(n), at_rest, x, loops, drift, centre, size, moving
     run(kernels.prepare, orbits, arguments, threads)
     return x, loops, moving, drift, centre, size
 
@@ -229,7 +227,7 @@ def _prepared(signals: np.ndarray, n: int, threads: int) -> tuple[np.ndarray, ..
 @tabulated
 def _windows(n: int) -> np.ndarray:
     """Return what `kernels.peaks.windowed` takes as tables of n samples."""
-    return np.concatenate([cosine_window(n), apart_window(n), *(bump(n - 1, *SPANS[i]) for i in (0, 3, 4))])
+    return np.concatenate([cosine_window(n), apart_window(n), *growth_windows(n)])
 
 
 def _spectra(signals: Signals, n: np.ndarray, m: int, threads: int) -> tuple[np.ndarray, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import threading
 
@@ -29,22 +28,10 @@ class Room:
 
 
 class Rooms(threading.local):
-    """Rooms of the calls of a thread, by what they hold."""
+    """Rooms of the calls of a thread: for signals of runs, those of their starts with a finer step, and spectra."""
 
-    @functools.cached_property
-    def signals(self) -> Room:
-        """Signals of runs."""
-        return Room()
-
-    @functools.cached_property
-    def starts(self) -> Room:
-        """Signals of their starts, with a finer step."""
-        return Room()
-
-    @functools.cached_property
-    def spectra(self) -> Room:
-        """Fourier transforms of loops."""
-        return Room()
+    def __init__(self):
+        self.signals, self.starts, self.spectra = Room(), Room(), Room()
 
 
 ROOMS = Rooms()

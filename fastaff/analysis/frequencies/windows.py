@@ -87,6 +87,12 @@ def bump(samples: int, x0: float, x1: float) -> np.ndarray:
     return w / (w.sum() or 1.0)
 
 
+@tabulated
+def growth_windows(samples: int) -> np.ndarray:
+    """Return the weights (3, samples - 1) that `kernels.fundamental.growth` takes."""
+    return np.array([bump(samples - 1, *SPANS[i]) for i in (0, 3, 4)])
+
+
 def damping(cycles: np.ndarray) -> np.ndarray:
     """Return what is left, in a weighted average, of a line so many cycles per window from zero (an upper bound)."""
     root = np.sqrt(np.maximum(SHARPNESS**2 - (np.pi * cycles) ** 2, 0.0))
