@@ -56,7 +56,7 @@ def test_signals_of_different_lengths():
     some = s.of(np.array([4, 0]))
     np.testing.assert_array_equal(some.samples, [9, 7])
     low, high = np.empty((2, 5, 3))
-    fundamental.run(kernels.extremes, 5, (*s.ragged, low, high), 2)
+    fundamental.run(kernels.extremes, 5, (s.ragged, low, high), 2)
     for orbits in s.alike():
         np.testing.assert_array_equal(low[orbits], s.array(orbits).min(axis=2))
         np.testing.assert_array_equal(high[orbits], s.array(orbits).max(axis=2))
@@ -125,7 +125,7 @@ def test_demodulated_sums_are_sums():
     nu = rng.uniform(0.1, 0.4, (3, 2)) / s.interval[:, None]
     sums = np.zeros((3, 2, 18), complex)
     weights, places = (tables_for(make, s.samples) for make in (demodulated._weights, demodulated._places))
-    arguments = *s.ragged, s.samples, *loops, nu, s.interval, *weights, *places, sums
+    arguments = s.ragged, s.samples, *loops, nu, s.interval, *weights, *places, sums
     fundamental.run(demodulated.demodulation.demodulate, 3, arguments, 2)
     for orbit in range(3):
         n = int(s.samples[orbit])

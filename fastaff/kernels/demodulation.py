@@ -58,10 +58,7 @@ def demodulate(
     unit,
     stop,
     progress,
-    numbers,
-    rows,
-    start,
-    count,
+    signals,
     samples,
     loops,
     offset,
@@ -77,14 +74,14 @@ def demodulate(
     """Fill sums (orbits, loops, sums) with sum_j w_j f_j exp(-2 pi i nu t_j) of the loops f = c . s - offset - drift j
     of an orbit.
 
-    numbers, rows, start, count: the signals s, see `rows_of`, of which the first samples (orbits,) are taken; loops
+    signals: the s of all, see `rows_of`, of which the first samples (orbits,) are taken; loops
     (orbits, loops, rows); nu (orbits, loops) in cycles per unit time, interval (orbits,); places, from an orbit's
     place_start on (sums, 3): where in tables, from its table_start on, the weights w of a sum are, at which sample they
     begin and how many they are; time counts from the first sample. A loop with nu = 0 has sums of 0.
     """
     if read_now(stop, 0) > 0:
         return
-    s, length, used = rows_of(numbers, rows, start[unit], count[unit]), samples[unit], sums.shape[2]
+    s, length, used = rows_of(signals, unit), samples[unit], sums.shape[2]
     weights, place = tables[table_start[unit] :], places[place_start[unit] :]
     re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((used, 2, PARTS))
     u, v, p, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)

@@ -153,9 +153,13 @@ def generators(unit, stop, progress, value, bar, count, tables, sizes, rate, ran
 
 
 @jit
-def rows_of(numbers, rows, start, count):
-    """Return the rows (rows, count) of an orbit's signals that begin at `start`."""
-    return numbers[start : start + rows * count].reshape((rows, count))
+def rows_of(signals, orbit):
+    """Return the rows (rows, samples) of an orbit of signals: a tuple of the numbers of all, how many rows each has,
+    and where the first begins and how many samples a row has (orbits,).
+    """
+    numbers, rows, start, count = signals
+    first, samples = start[orbit], count[orbit]
+    return numbers[first : first + rows * samples].reshape((rows, samples))
 
 
 @jit
@@ -205,12 +209,12 @@ def read_signals(unit, stop, progress, states, parameters, table, signals):
     progress[unit] = 1.0
 
 
-def extremes(unit, stop, progress, numbers, rows, start, count, low, high):
-    """Fill low and high (orbits, rows) with the extremes of the signals; numbers, rows, start, count: see `rows_of`."""
+def extremes(unit, stop, progress, signals, low, high):
+    """Fill low and high (orbits, rows) with the extremes of the signals, see `rows_of`."""
     if read_now(stop, 0) > 0:
         return
-    s, least, most = rows_of(numbers, rows, start[unit], count[unit]), np.empty(BLOCK), np.empty(BLOCK)
-    for r in range(rows):
+    s, least, most = rows_of(signals, unit), np.empty(BLOCK), np.empty(BLOCK)
+    for r in range(s.shape[0]):
         least[:], most[:] = s[r, 0], s[r, 0]
         for at in range(0, s.shape[1], BLOCK):
             part = s[r, at : at + BLOCK]
@@ -430,17 +434,17 @@ def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k)
     progress[unit] = 1.0
 
 
-def loop_values(unit, stop, progress, numbers, rows, start, count, orbits, number, loops, offset, drift, values):
+def loop_values(unit, stop, progress, signals, orbits, number, loops, offset, drift, values):
     """Fill values (values, samples) with those of the loops  c . s - offset - drift j  given by their orbits (values,)
-    and numbers (values,) in these; numbers, rows, start, count: the signals s, see `rows_of`.
+    and numbers (values,) in these; signals: the s of all, see `rows_of`.
     """
     if read_now(stop, 0) > 0:
         return
     o, k, value = orbits[unit], number[unit], values[unit]
-    s, samples = rows_of(numbers, rows, start[o], count[o]), value.size
+    s, samples = rows_of(signals, o), value.size
     for i in range(samples):
         value[i] = -offset[o, k] - drift[o, k] * i
-    for r in range(rows):
+    for r in range(s.shape[0]):
         c, row = loops[o, k, r], s[r]
         if c != 0.0:
             for i in range(samples):

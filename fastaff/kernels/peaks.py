@@ -69,10 +69,7 @@ def windowed(
     unit,
     stop,
     progress,
-    numbers,
-    rows,
-    start,
-    count,
+    signals,
     samples,
     tables,
     table_start,
@@ -87,14 +84,14 @@ def windowed(
     """Fill spectra with the loops Q - i P of an orbit times a weight, ready for a Fourier transform, as
     `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q and P.
 
-    numbers, rows, start, count: the signals, see `rows_of`, of which the first samples (orbits,) are taken; tables,
+    signals: see `rows_of`, of which the first samples (orbits,) are taken; tables,
     from an orbit's table_start on: the window of means, the weight (samples,), and the tables (3, samples - 1) of
     `growth`; spectra as real numbers, from twice an orbit's spectrum_start on (m, 2*samples). Filled are drift, centre,
     size (orbits, 2m) and moving (orbits, m) too.
     """
     if read_now(stop, 0) > 0:
         return
-    n, m, s = samples[unit], moving.shape[1], rows_of(numbers, rows, start[unit], count[unit])
+    n, m, s = samples[unit], moving.shape[1], rows_of(signals, unit)
     own = tables[table_start[unit] :]
     window, weight, growing = own[:n], own[n : 2 * n], own[2 * n : 2 * n + 3 * (n - 1)].reshape((3, n - 1))
     out = spectra[2 * spectrum_start[unit] :]

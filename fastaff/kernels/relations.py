@@ -42,10 +42,10 @@ def relations(
     generators, 0 where there is none; k (m, vectors), by lengths (vectors,) |k|_1, one of each pair +-k, as real
     numbers; times, rates (orbits,): over which they were found, and of samples, modulo which combinations are seen.
     limits: cycles over the time of what is close, of what is near, and the amplitudes from which lines show, and from
-    which they are large. Filled are strange (orbits,), the amplitude,
-    relative to its loop's largest, of the largest line of which a generator is a multiple, 1 where a generator is part
-    of no strong one and not told from a combination of others; blur (orbits, m), the cycles that each frequency may be
-    off by close lines of combinations; near, close (orbits,): whether there are such that are large, or show.
+    which they are large. Filled are strange (orbits,), the amplitude, relative to its loop's largest, of the largest
+    line of which a generator is a multiple, 1 where a generator is part of no strong one and not told from a
+    combination of others; blur (orbits, m), the cycles that each frequency may be off by close lines of combinations;
+    near, close (orbits,): whether there are such that are large, or show.
 
     Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
     to be no larger than the smallest line that is known, FEWEST where there are no more.

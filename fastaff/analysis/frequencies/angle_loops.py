@@ -60,7 +60,7 @@ class Layout:
         """
         orbits, rows = signals.samples.size, signals.rows
         low, high = np.empty((2, orbits, rows))
-        run(kernels.extremes, orbits, (*signals.ragged, low, high), threads)
+        run(kernels.extremes, orbits, (signals.ragged, low, high), threads)
         first_one = signals.numbers[signals.start[:, None] + np.arange(rows) * signals.samples[:, None]]
         loops, offset = (
             np.zeros((orbits, len(self.angles.names), rows), complex),

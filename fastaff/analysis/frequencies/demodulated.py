@@ -108,7 +108,7 @@ def _demodulated(
     parts = len(HALVES)
     sums = np.zeros((*nu.shape, 2 * parts * (1 + len(PAIRS) * errors)), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    arguments = *signals.ragged, samples, *complexes, nu, signals.interval, *tables, *places, sums
+    arguments = signals.ragged, samples, *complexes, nu, signals.interval, *tables, *places, sums
     run(demodulation.demodulate, len(nu), arguments, threads)
     unit = 2 * np.pi * signals.interval[:, None]
     off, spread = np.zeros((2, *nu.shape, parts))

@@ -238,7 +238,7 @@ def _spectra(signals: Signals, n: np.ndarray, m: int, threads: int) -> tuple[np.
     orbits, rows = n.size, 2 * m
     start, spectra = np.cumsum(m * n) - m * n, ROOMS.spectra.array(2 * m * int(n.sum()))
     moving, (drift, centre, size) = np.zeros((orbits, m), bool), np.empty((3, orbits, rows))
-    arguments = *signals.ragged, n, *tables_for(_windows, n), AT_REST**2
+    arguments = signals.ragged, n, *tables_for(_windows, n), AT_REST**2
     run(peaks.windowed, orbits, (*arguments, spectra, start, drift, centre, size, moving), threads)
     spectra, parts, begin = spectra.view(complex), [], 0
     for end in range(1, orbits + 1):  # neighbours of equally many samples
@@ -450,5 +450,5 @@ def values(signals: Signals, loops: Loops, orbits: np.ndarray, number: np.ndarra
     """
     f = np.empty((orbits.size, int(signals.samples[orbits[0]])), complex)
     complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(kernels.loop_values, orbits.size, (*signals.ragged, orbits, number, *complexes, f), threads)
+    run(kernels.loop_values, orbits.size, (signals.ragged, orbits, number, *complexes, f), threads)
     return f
