@@ -81,7 +81,7 @@ def test_spectra_are_fourier_transforms_of_weighted_loops():
     for orbit, n in ((0, 60), (1, 96), (2, 60)):  # a row that grows
         first = s.start[orbit]
         s.numbers[first : first + n] = 0.7 * np.arange(n) + 0.1 * np.sin(np.arange(n))
-    spectra, start, moving, drift, centre, size = fundamental._spectra(s, s.samples, 2, 2)
+    spectra, start, _, moving, drift, centre, size = fundamental._spectra(s, 2, 2)
     assert moving.all()
     np.testing.assert_allclose(drift[:, 0], 0.7, rtol=1e-2)
     for orbit, n in ((0, 60), (1, 96), (2, 60)):

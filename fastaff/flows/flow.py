@@ -383,8 +383,8 @@ class Flow:
             h[:] = time / total
         else:
             total[:], h[:] = self.steps(time), self.step
-        # Orbits with equally many steps share blocks, whose lanes then end and are observed together.
-        order = np.argsort(-total, kind="stable")
+        # Orbits that are observed and end together share blocks.
+        order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         march = self._block("march") if solo else idle_block("march")

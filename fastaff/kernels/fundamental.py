@@ -135,7 +135,7 @@ def generate(value, bar, count, most, tables, sizes, rate, basis, spread, source
 
 
 def generators(unit, stop, progress, value, bar, count, tables, sizes, rate, rank, basis, spread, source):
-    """Run `generate` on the lines (orbits, lines) of an orbit."""
+    """Run `generate` on the lines (orbits, lines) of an orbit of samples at this rate (orbits,)."""
     if read_now(stop, 0) == 0:
         rank[unit] = generate(
             value[unit],
@@ -144,7 +144,7 @@ def generators(unit, stop, progress, value, bar, count, tables, sizes, rate, ran
             basis.shape[1],
             tables,
             sizes,
-            rate,
+            rate[unit],
             basis[unit],
             spread[unit],
             source[unit],
@@ -309,27 +309,45 @@ def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops,
     progress[unit] = 1.0
 
 
-def project(unit, stop, progress, signals, window, interval, rank, nu, moments, gram):
+def project(
+    unit,
+    stop,
+    progress,
+    signals,
+    samples,
+    tables,
+    table_start,
+    interval,
+    drift,
+    centre,
+    units,
+    rank,
+    nu,
+    moments,
+    gram,
+):
     """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t), and the lines' own (orbits, 2n, 2n).
 
-    The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,) sums to 1 and is symmetric, so
-    their products are real; time counts from its middle.
+    signals: see `rows_of`, of which the first samples (orbits,) are taken, without drift and centre, times units
+    (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,), from an
+    orbit's table_start on, sums to 1 and is symmetric, so their products are real; time counts from its middle.
     """
     if read_now(stop, 0) > 0:
         return
-    s, r, samples = signals[unit], rank[unit], window.size
-    n, P, G = s.shape[0], moments[unit], gram[unit]
-    wave, cosine, sine = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK))
+    own, r, n = rows_of(signals, unit), rank[unit], moments.shape[1]
+    length, P, G = samples[unit], moments[unit], gram[unit]
+    window = tables[table_start[unit] : table_start[unit] + length]
+    wave, cosine, sine, row = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK)), np.empty(BLOCK)
     sums, pairs = np.zeros((r, n, 2, BLOCK)), np.zeros((r, r, 2, BLOCK))
     for k in range(r):
         for i in range(BLOCK):
-            phase = 2.0 * math.pi * nu[unit, k] * interval * i
+            phase = 2.0 * math.pi * nu[unit, k] * interval[unit] * i
             wave[k, 0, i], wave[k, 1, i] = math.cos(phase), math.sin(phase)
-    for start in range(0, samples, BLOCK):
-        width = min(BLOCK, samples - start)
+    for start in range(0, length, BLOCK):
+        width = min(BLOCK, length - start)
         w = window[start : start + width]
         for k in range(r):
-            phase = 2.0 * math.pi * nu[unit, k] * interval * (start - 0.5 * (samples - 1))
+            phase = 2.0 * math.pi * nu[unit, k] * interval[unit] * (start - 0.5 * (length - 1))
             x, y, c, d, a, b = math.cos(phase), math.sin(phase), cosine[k], sine[k], wave[k, 0], wave[k, 1]
             for i in range(width):
                 c[i] = a[i] * x - b[i] * y
@@ -343,7 +361,10 @@ def project(unit, stop, progress, signals, window, interval, rank, nu, moments, 
                 c[i] *= w[i]
                 d[i] *= w[i]
             for j in range(n):
-                row, re, im = s[j, start : start + width], sums[k, j, 0], sums[k, j, 1]
+                source, re, im = own[j, start : start + width], sums[k, j, 0], sums[k, j, 1]
+                growth_now, mean, size = drift[unit, j], centre[unit, j], units[unit, j]
+                for i in range(width):
+                    row[i] = (source[i] - mean - growth_now * (start + i)) * size
                 for i in range(width):
                     re[i] += c[i] * row[i]
                     im[i] -= d[i] * row[i]

@@ -128,15 +128,15 @@ def thinned(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     return 0
 
 
-CHUNK = 8
-"""Values of a row that are written at once: a line of a cache."""
+CHUNK = 16
+"""Values of a row that are written at once: some lines of a cache."""
 
 
 class ChunkRows(NamedTuple):
     """Rows of observer memory of signals: values written or kept, how many there are to be, where in `out` the first
     row begins, and the values kept.
 
-    The caller sets their number, a multiple of CHUNK, and the place.
+    The caller sets their number and the place.
     """
 
     taken: int = 0
@@ -154,20 +154,31 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
     other.
     """
     taken, lengths = row(memory, CHUNK_ROWS.taken), row(memory, CHUNK_ROWS.length)
-    start, numbers = row(memory, CHUNK_ROWS.start), out[0]
+    start, numbers, full = row(memory, CHUNK_ROWS.start), out[0], 0
+    alike, slot = True, int(taken[0]) % CHUNK
+    for i in range(lanes):
+        alike = alike and fresh[i] > 0.0 and int(taken[i]) % CHUNK == slot
+    if alike:
+        for k in range(rows * LANES):
+            kept[slot * (rows * LANES) + k] = made[k]
     for i in range(lanes):
         if fresh[i] > 0.0:
-            n, length = int(taken[i]), int(lengths[i])
-            place = (n & (CHUNK - 1)) * (rows * LANES) + i
-            for r in range(rows):
-                kept[place + r * LANES] = made[r * LANES + i]
-            n += 1
-            taken[i] = n
-            if (n & (CHUNK - 1)) == 0 and n <= length:
-                first = int(start[i]) + n - CHUNK
+            if not alike:
+                place = int(taken[i]) % CHUNK * (rows * LANES) + i
                 for r in range(rows):
-                    for s in range(CHUNK):
-                        numbers[first + r * length + s] = kept[(s * rows + r) * LANES + i]
+                    kept[place + r * LANES] = made[r * LANES + i]
+            taken[i] += 1.0
+            full += 1 if int(taken[i]) % CHUNK == 0 or taken[i] == lengths[i] else 0
+    if full == 0:
+        return
+    for r in range(rows):  # before lanes: neighbours in a line of a cache are read one after the other
+        for i in range(lanes):
+            n, length = int(taken[i]), int(lengths[i])
+            if fresh[i] > 0.0 and (n % CHUNK == 0 or n == length) and n <= length:
+                done = (n - 1) // CHUNK * CHUNK
+                first = int(start[i]) + r * length + done
+                for s in range(n - done):
+                    numbers[first + s] = kept[(s * rows + r) * LANES + i]
 
 
 @jit(inline=True)

@@ -39,7 +39,7 @@ from .windows import BRIEF
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-BUDGET = 1 << 25
+BUDGET = 1 << 26
 """Bytes of samples in memory at once."""
 
 PILOT = 16
@@ -126,7 +126,7 @@ def frequency_map(
     can make them differ.
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
     several times as much for orbits whose lines do not stand apart (bench/test_frequency.py).
-    Memory: samples of some orbits at a time, 32 MiB or one orbit, and as much for what is made of them
+    Memory: samples of some orbits at a time, 64 MiB or one orbit, and as much for what is made of them
     (bench/memory.py).
     Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
     307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
@@ -299,7 +299,8 @@ class FrequencyWork:
     def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
         share = _share(steps, counts)
-        order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
+        # Those of equally many samples side by side, and of these those that are sampled at the same steps.
+        order = np.lexsort((steps // counts, counts))
         orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)

@@ -21,7 +21,7 @@ from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
 from .integer_lattice import ball
-from .naff import found_lines
+from .naff import found_lines, lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
 from .windows import (
@@ -35,7 +35,7 @@ from .windows import (
     tabulated,
 )
 
-LINES, MORE_LINES = 4, 20
+LINES, MORE_LINES = 4, 8
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
 incomplete.
 """
@@ -68,7 +68,7 @@ LINE_WIDTH = 1e-5
 fitted as one.
 """
 
-NOT_FEW = 0.4
+NOT_FEW = 0.2
 """Share of a loop's size that the first lines leave, beyond which no lattice is looked for among more of them."""
 
 DRIFTS = 0.6
@@ -171,17 +171,15 @@ def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
     Lines that stand apart are read from the bins of Fourier transforms. Where they do not, lines are fitted to the
     whole, but without `fit` not where no line stands out, as of a chaotic orbit: these are `drifting`.
     """
-    n = fast_lengths(signals.samples)
-    spectra, start, moving, drift, centre, size = _spectra(signals, n, m, threads)
-    found = _apart(spectra, start, n, moving, signals.interval, threads)
+    spectra = _spectra(signals, m, threads)
+    found, moving = _apart(spectra, signals.interval, threads), spectra.moving
     done = (found.rank == moving.sum(axis=1)) | ~moving.any(axis=1)
-    for o in signals.alike(np.flatnonzero(~done & (fit | ~found.drifting))):
-        x, loops, *_ = prepared(signals.array(o)[:, : 2 * m], int(n[o[0]]), threads)
-        fitted = _fitted(x, loops, moving[o], float(signals.interval[o[0]]), threads)
-        _adopt(found, o, fitted._replace(tail=found.tail[o]))
-    dual = found.dual / size[:, None, :]
-    offset, step = (dual * centre[:, None, :]).sum(axis=2), (dual * drift[:, None, :]).sum(axis=2)
-    return found._replace(dual=dual, offset=offset, drift=step)
+    left = np.flatnonzero(~done & (fit | ~found.drifting))
+    if left.size:
+        _adopt(found, left, _fitted(signals, spectra, left, threads)._replace(tail=found.tail[left]))
+    dual = found.dual / spectra.size[:, None, :]
+    offset, step = (dual * entry[:, None, :] for entry in (spectra.centre, spectra.drift))
+    return found._replace(dual=dual, offset=offset.sum(axis=2), drift=step.sum(axis=2))
 
 
 def _adopt(modes: Modes, orbits: np.ndarray, found: Modes) -> None:
@@ -230,21 +228,34 @@ def _windows(n: int) -> np.ndarray:
     return np.concatenate([cosine_window(n), apart_window(n), *growth_windows(n)])
 
 
-def _spectra(signals: Signals, n: np.ndarray, m: int, threads: int) -> tuple[np.ndarray, ...]:
-    """Return Fourier transforms of the windowed loops of the first n samples (orbits,), from where on (orbits,) those
-    of an orbit (m, n) are, which loops (orbits, m) move, and drift, centre and size of the rows; see
+class Spectra(NamedTuple):
+    """Fourier transforms of windowed loops of the first n samples (orbits,) of signals: those of an orbit (m, n) from
+    its start (orbits,) on; which loops (orbits, m) move, and drift, centre and size (orbits, 2m) of the rows; see
     `kernels.peaks.windowed`.
     """
+
+    numbers: np.ndarray
+    start: np.ndarray
+    n: np.ndarray
+    moving: np.ndarray
+    drift: np.ndarray
+    centre: np.ndarray
+    size: np.ndarray
+
+
+def _spectra(signals: Signals, m: int, threads: int) -> Spectra:
+    """Return the Fourier transforms of the loops of the first 2m rows."""
+    n = fast_lengths(signals.samples)
     orbits, rows = n.size, 2 * m
-    start, spectra = np.cumsum(m * n) - m * n, ROOMS.spectra.array(2 * m * int(n.sum()))
+    start, numbers = np.cumsum(m * n) - m * n, ROOMS.spectra.array(2 * m * int(n.sum()))
     moving, (drift, centre, size) = np.zeros((orbits, m), bool), np.empty((3, orbits, rows))
     arguments = signals.ragged, n, *tables_for(_windows, n), AT_REST**2
-    run(peaks.windowed, orbits, (*arguments, spectra, start, drift, centre, size, moving), threads)
-    spectra, parts, begin = spectra.view(complex), [], 0
+    run(peaks.windowed, orbits, (*arguments, numbers, start, drift, centre, size, moving), threads)
+    numbers, parts, begin = numbers.view(complex), [], 0
     for end in range(1, orbits + 1):  # neighbours of equally many samples
         if end == orbits or n[end] != n[begin] or end - begin == AT_ONCE:
             first = int(start[begin])
-            parts.append(spectra[first : first + (end - begin) * m * int(n[begin])].reshape(-1, int(n[begin])))
+            parts.append(numbers[first : first + (end - begin) * m * int(n[begin])].reshape(-1, int(n[begin])))
             begin = end
 
     def transform(begin: int) -> None:
@@ -252,15 +263,14 @@ def _spectra(signals: Signals, n: np.ndarray, m: int, threads: int) -> tuple[np.
             np.fft.fft(part, axis=-1, out=part)
 
     together([functools.partial(transform, i) for i in range(threads)], int, int)
-    return spectra, start, moving, drift, centre, size
+    return Spectra(numbers, start, n, moving, drift, centre, size)
 
 
-def _apart(
-    spectra: np.ndarray, start: np.ndarray, n: np.ndarray, moving: np.ndarray, h: np.ndarray, threads: int
-) -> Modes:
-    """Return what bins of Fourier transforms, of an orbit from its start on (m, n), say of loops whose lines stand
-    apart; rank 0 of others.
+def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
+    """Return what bins of Fourier transforms of samples h (orbits,) apart say of loops whose lines stand apart; rank 0
+    of others.
     """
+    numbers, start, n, moving, *_ = spectra
     orbits, m = moving.shape
     result, unit = _no_modes(orbits, m), (n * h)[:, None]
     tables, sizes = tables_of(m)
@@ -270,7 +280,7 @@ def _apart(
     bar[:] = np.inf
     basis, spread = np.zeros((2, orbits, m))
     dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
-    inputs = spectra, start, n, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
+    inputs = numbers, start, n, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
     outputs = clear, rest, tail, value, bar, strength, rank, basis, spread, dual, share
     run(peaks.separate, orbits, (*inputs, *outputs), threads)
     some = clear.astype(bool)
@@ -283,23 +293,24 @@ def _apart(
     return result
 
 
-def _fitted(x: np.ndarray, loops: np.ndarray, moving: np.ndarray, h: float, threads: int) -> Modes:
-    """Return what lines say that are fitted together to loops (orbits, m, n) of the rows x, more of them where a few
-    leave the lattice incomplete.
+def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> Modes:
+    """Return what lines say that are fitted together to the loops of some orbits, more of them where a few leave the
+    lattice incomplete.
     """
-    m, n = loops.shape[1:]
-    time = n * h
-    result = _lattice(loops, x, h, time, moving, m + LINES, threads)
-    short = np.flatnonzero((result.rank < moving.sum(axis=1)) & moving.any(axis=1))
-    lines = min(m + MORE_LINES, n // 4 - LINE_ORDER)
+    m = spectra.moving.shape[1]
+    result = _lattice(signals, spectra, orbits, m + LINES, threads)
+    short = np.flatnonzero((result.rank < result.moving.sum(axis=1)) & result.moving.any(axis=1))
     result.drifting[short] = result.rest[short] > NOT_FEW
     short = short[~result.drifting[short]]
-    result.drifting[short] = drifts(loops[short], result.leading[short], moving[short], h)
+    for own in signals.alike(orbits[short]):
+        here = np.searchsorted(orbits, own)
+        _, loops, *_ = prepared(signals.array(own)[:, : 2 * m], int(spectra.n[own[0]]), threads)
+        result.drifting[here] = drifts(
+            loops, result.leading[here], result.moving[here], float(signals.interval[own[0]])
+        )
     short = short[~result.drifting[short]]
-    if short.size and lines > m + LINES:
-        again = _lattice(loops[short], np.ascontiguousarray(x[short]), h, time, moving[short], lines, threads)
-        for old, new in zip(result, again, strict=True):
-            old[short] = new
+    if short.size:
+        _adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
     return result
 
 
@@ -319,44 +330,62 @@ def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float)
     return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
 
 
-def _lattice(
-    loops: np.ndarray, x: np.ndarray, h: float, time: float, moving: np.ndarray, lines: int, threads: int
-) -> Modes:
-    """Return the modes of loops (orbits, m, samples) of signals x (orbits, 2m, samples); dual ones of x itself."""
-    orbits, m, n = loops.shape
-    found = found_lines(loops, h, max(1, min(lines, n // 4 - LINE_ORDER)), LINE_ORDER)
-    strength = np.abs(found.amplitude)
+def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tuple[np.ndarray, ...]:
+    """Return the frequencies, error bars, both in bins, and amplitudes (orbits, m, lines) of the strongest lines of
+    the loops of some orbits, and the root mean square (orbits, m) of what they leave.
+    """
+    m = spectra.moving.shape[1]
+    nu, bar, strength = np.zeros((3, orbits.size, m, lines))
+    bar[:], rest = np.inf, np.zeros((orbits.size, m))
+    n = spectra.n[orbits]
+    for samples in np.unique(n):
+        own = np.flatnonzero(n == samples)
+        parts = spectra.numbers[spectra.start[orbits[own], None] + np.arange(m * samples)].reshape(-1, samples)
+        most = max(1, min(lines, int(samples) // 4 - APART_ORDER))
+        found = lines_of_transforms(parts, APART_ORDER, most, threads if len(parts) > FEW else 1)
+        value, amplitude, error, residual = (entry.reshape(own.size, m, *entry.shape[1:]) for entry in found)
+        nu[own, :, :most], bar[own, :, :most], strength[own, :, :most] = value, error, np.abs(amplitude)
+        rest[own] = residual
+    return nu, bar, strength, rest
+
+
+def _lattice(signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> Modes:
+    """Return the modes of some orbits by so many lines fitted to each loop."""
+    moving, h = spectra.moving[orbits], signals.interval[orbits]
+    m, time = moving.shape[1], spectra.n[orbits] * h
+    value, error, strength, rest = _lines(spectra, orbits, lines, threads)
+    unit = time[:, None, None]
+    value, error = np.abs(value) / unit, error / unit
     strength = strength / np.maximum(strength.max(axis=2, keepdims=True), 1e-300)
-    seen = np.isfinite(found.error) & (np.abs(found.nu) * time > 2) & (strength > WEAK) & moving[:, :, None]
+    seen = np.isfinite(error) & (value * unit > 2) & (strength > WEAK) & moving[:, :, None]
     strength = np.where(seen, strength, 0.0)
     first = strength.argmax(axis=2)[:, :, None]
     leads = np.arange(strength.shape[2]) == first
-    value, bar = np.abs(found.nu), np.where(seen, found.error, np.inf)
+    lines_seen = np.stack([entry[:, :, :SEEN] for entry in (value, 3 * error + LINE_WIDTH / unit, strength)], axis=1)
+    bar = 3 * np.where(seen, error, np.inf) + LINE_WIDTH / unit
     top = np.take_along_axis(np.where(seen, value, 0.0), first, axis=2)[:, :, 0]
-    bar = 3 * bar + LINE_WIDTH / time
     top_bar = np.take_along_axis(bar, first, axis=2)[:, :, 0]
-    used = seen & (bar * time < 3 * SHARP) & ((strength > MINOR) | leads)
-    rank_of_lines = np.where(used, strength + 2.0 * leads, 0.0).reshape(orbits, -1)
+    used = seen & (bar * unit < 3 * SHARP) & ((strength > MINOR) | leads)
+    rank_of_lines = np.where(used, strength + 2.0 * leads, 0.0).reshape(orbits.size, -1)
     order = np.argsort(-rank_of_lines, axis=1, kind="stable")
     value, bar = (
-        np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits, -1), order, axis=1)) for entry in (value, bar)
+        np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits.size, -1), order, axis=1))
+        for entry in (value, bar)
     )
     bar = np.where(np.isfinite(bar), bar, 0.0)
     # Where a leading line is not sharp, sharper ones may be its multiples.
     known = (used | ~leads | ~moving[:, :, None]).all(axis=(1, 2))
     count = np.where(known, (rank_of_lines > 0).sum(axis=1), 0)
     tables, sizes = tables_of(m)
-    rank, source = np.zeros(orbits, np.int64), np.full((orbits, m), -1)
-    nu, spread = np.zeros((2, orbits, m))
+    rank, source = np.zeros(orbits.size, np.int64), np.full((orbits.size, m), -1)
+    nu, spread = np.zeros((2, orbits.size, m))
     arguments = value, bar, count, tables, sizes, 1 / h, rank, nu, spread, source
-    run(kernels.generators, orbits, arguments, 1)  # too brief for more
-    dual, share = _dual(x, h, rank, nu, threads)
-    result = _no_modes(orbits, m)
+    run(kernels.generators, orbits.size, arguments, 1)  # too brief for more
+    dual, share = _dual(signals, spectra, orbits, rank, nu, threads)
+    result = _no_modes(orbits.size, m)
     _place(result, rank, nu, spread, dual, share, top, top_bar, moving)
-    result.rest[:] = (np.where(moving, found.residual, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0)
-    seen_lines = slice(0, min(SEEN, found.nu.shape[2]))
-    for i, entry in enumerate((np.abs(found.nu), 3 * found.error + LINE_WIDTH / time, strength)):
-        result.lines[:, i, :, seen_lines] = entry[:, :, seen_lines]
+    result.rest[:] = (np.where(moving, rest, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0)
+    result.lines[..., : lines_seen.shape[3]] = lines_seen
     return result
 
 
@@ -380,7 +409,7 @@ def _place(
     plain = np.zeros((m, 2 * m), complex)
     plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
-    top_bar = np.where(top > 0, top_bar, np.inf)
+    top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it is not told from 0
     run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, result.combination), 1)
     result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
     result.dual[:] = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
@@ -389,14 +418,18 @@ def _place(
     result.leading[:], result.leading_error[:] = top, top_bar
 
 
-def _dual(x: np.ndarray, h: float, rank: np.ndarray, nu: np.ndarray, threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dual rows (orbits, m, 2m) of the lines nu in x, and the share (orbits, m, m) that line k has of loop
-    j's motion.
+def _dual(
+    signals: Signals, spectra: Spectra, which: np.ndarray, rank: np.ndarray, nu: np.ndarray, threads: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the dual rows (orbits, m, 2m) of the lines nu in the signals of some orbits, in units of their sizes, and
+    the share (orbits, m, m) that line k has of loop j's motion.
     """
-    orbits, rows, n = x.shape
-    m = rows // 2
+    orbits, m = nu.shape
+    rows, n, own = 2 * m, spectra.n[which], signals.of(which)
     moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows))
-    run(kernels.project, orbits, (x, cosine_window(n), h, rank, nu, moments, gram), threads)
+    units = spectra.drift[which], spectra.centre[which], 1 / spectra.size[which]
+    arguments = own.ragged, n, *tables_for(cosine_window, n), own.interval, *units, rank, nu, moments, gram
+    run(kernels.project, orbits, arguments, threads)
     dual, share = np.zeros((orbits, m, rows), complex), np.zeros((orbits, m, m))
     for r in np.unique(rank[rank > 0]):
         where = np.flatnonzero(rank == r)

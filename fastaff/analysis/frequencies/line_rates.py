@@ -45,7 +45,7 @@ def line_changes(f: np.ndarray, interval: float, nu: np.ndarray) -> np.ndarray:
     """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
     is lost.
     """
-    line, _ = _line_by(f, interval, nu, lines_of(f, interval))
+    line, _ = _line_by(f, interval, nu, lines_of(f, interval, 4))
     every = np.arange(len(f))
     change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
     return np.where(np.isfinite(change), change, np.inf)

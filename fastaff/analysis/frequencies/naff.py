@@ -159,6 +159,26 @@ def found_lines(
     return found()
 
 
+def lines_of_transforms(
+    transforms: np.ndarray, order: int, lines: int, threads: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the lines of signals by their Fourier transforms (signals, samples), made with a window of that order:
+    nu, amplitudes, errors (signals, lines), nu and errors in bins, and what they leave (signals,).
+    """
+    batch, samples = transforms.shape
+    nu, amplitude, error = np.empty((batch, lines)), np.empty((batch, lines), complex), np.empty((batch, lines))
+    residual, none, window = np.empty(batch), np.full(batch, -1), _window(samples, order, BINS_FLOOR)
+    size = max(1, -(-batch // threads))
+
+    def fit(begin: int) -> None:
+        part, work = slice(begin, begin + size), workspace(samples, lines, order)
+        found = nu[part], amplitude[part], error[part], residual[part]
+        find_lines(transforms[part], transforms[part], window, work, *found, False, none[part])
+
+    together([functools.partial(fit, begin) for begin in range(0, batch, size)], int, int)
+    return nu, amplitude, error, residual
+
+
 def followed_line(
     signal: np.ndarray, dt: float, order: int, begin: int, end: int, lines: FrequencyLines, which: np.ndarray
 ) -> np.ndarray:

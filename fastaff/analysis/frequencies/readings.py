@@ -49,7 +49,9 @@ UNSETTLED = 0.02
 """Cycles over the whole that a frequency may be off, from which lines are fitted where no `fallback` is asked for."""
 
 REST = 5.0
-"""Amplitude, relative to a line's, that is taken to be left at frequency 0."""
+"""Amplitude, relative to a line's, that is taken to be left at frequency 0, but of planes: their loops have no centre
+that may be off.
+"""
 
 HIGHER = 0.8
 """Share of the change with half the step that the correction for the step may be off."""
@@ -181,12 +183,12 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     if layout.body:
         c, offset = layout.own(s, threads)
         loops = Loops(c, offset, np.zeros_like(offset))
-        own = _averages(s, start, loops, threads)
+        own = _averages(s, start, loops, m, threads)
         own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
         chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time)
         planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
-        line = _demodulated(s, start, at, near, threads)
+        line = _demodulated(s, start, at, near, threads, rest=0.0)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
         planes = _with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
@@ -297,7 +299,9 @@ def _lattice_loops(s: Signals, found: Modes) -> Loops:
     return Loops(c, found.offset, found.drift)
 
 
-def _demodulated(s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int) -> _Rates:
+def _demodulated(
+    s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int, rest: float = REST
+) -> _Rates:
     """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
     found, time = demodulated(s, loops, nu, threads), s.time[:, None]
     change = np.zeros((*nu.shape, 3))
@@ -307,7 +311,7 @@ def _demodulated(s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray
         change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
     return _Rates(
         found.nu,
-        found.error + REST * damping(np.abs(found.nu) * time) / time,
+        found.error + rest * damping(np.abs(found.nu) * time) / time,
         np.zeros(nu.shape, np.int8),
         *_of_step(change),
         found.halves,
@@ -323,8 +327,8 @@ def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
 
 
-def _averages(s: Signals, start: Signals | None, loops: Loops, threads: int) -> _Rates:
-    """Return weighted averages of the rates of a body's own loops' arguments."""
+def _averages(s: Signals, start: Signals | None, loops: Loops, librations: int, threads: int) -> _Rates:
+    """Return weighted averages of the rates of a body's own loops' arguments, those of librations first."""
     shape = loops.offset.shape
     rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
     for o in s.alike():
@@ -342,7 +346,9 @@ def _averages(s: Signals, start: Signals | None, loops: Loops, threads: int) -> 
     def spread(whole: int, *parts: int) -> np.ndarray:
         return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
 
-    error = spread(0, 3, 4) + damping(np.abs(nu) * s.time[:, None]) / s.time[:, None]
+    error = spread(0, 3, 4)
+    # The argument of a loop whose centre is not exact beats with its frequency; that of a plane has none.
+    error[:, :librations] += damping(np.abs(nu[:, :librations]) * s.time[:, None]) / s.time[:, None]
     halves_error = np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
     return _Rates(
         nu,
