@@ -129,10 +129,12 @@ def ends(name: str, z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarr
         runs = np.diff(moves, prepend=0, append=samples) - 1
         if stays(runs[-1], runs[:-1].max(initial=0), samples):
             counts[orbit], status[orbit] = samples - 1 - runs[-1], Status.LOST
-    with np.errstate(invalid="ignore"):
-        bad = np.flatnonzero(np.isnan((z * 0.0).sum(axis=(0, 2))))
-    for orbit in bad:
+    with np.errstate(invalid="ignore", over="ignore"):
+        suspects = np.flatnonzero(~np.isfinite(z.sum(axis=2)).all(axis=0))  # or their sum is too large
+    for orbit in suspects:
         finite = np.isfinite(z[:, orbit]).all(axis=0)
+        if finite.all():
+            continue
         counts[orbit], status[orbit] = int(np.argmin(finite)), Status.NONFINITE
         again = np.flatnonzero(finite[counts[orbit] :])
         if again.size:
