@@ -9,8 +9,9 @@ themselves, as over the samples, at a cost that does not grow with their number.
 import math
 
 from ..compile.jit import jit
-from .naff_fit import EPS, accept, cholesky, substitute, trial_step
 from .naff_spectrum import subtract_line, tail_reach
+
+EPS = 2.220446049250313e-16
 
 MARGIN = 5
 """Bins that a line has on each side beyond its main lobe, less one."""
@@ -190,6 +191,50 @@ def bin_equations(work, each, m):
             matrix[r + 1, c], matrix[r + 1, c + 1], matrix[r + 1, c + 2] = 0.0, vw, -pj.imag * ve
             matrix[r + 2, c], matrix[r + 2, c + 1] = -pk.real * dw, -pk.imag * dw
             matrix[r + 2, c + 2] = (pj.conjugate() * pk).real * de
+
+
+@jit(apart=True)
+def cholesky(matrix, factor, n, damping):
+    """Factor the lower triangle of matrix + damping*diag(matrix); tiny pivots are held positive."""
+    for i in range(n):
+        for j in range(i + 1):
+            x = matrix[i, j] * (1.0 + damping if i == j else 1.0)
+            for k in range(j):
+                x -= factor[i, k] * factor[j, k]
+            factor[i, j] = math.sqrt(max(x, 1e-15 * matrix[i, i])) if i == j else x / factor[j, j]
+
+
+@jit(apart=True)
+def substitute(factor, n, x):
+    """Solve factor factor^T x = x in place."""
+    for i in range(n):
+        for k in range(i):
+            x[i] -= factor[i, k] * x[k]
+        x[i] /= factor[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= factor[k, i] * x[k]
+        x[i] /= factor[i, i]
+
+
+@jit
+def trial_step(work, u, a, m, damping):
+    """Solve for a damped step of at most half a bin per line and write the trial lines: row 1 of u, a."""
+    cholesky(work.matrix, work.factor, 3 * m, damping)
+    work.step[: 3 * m] = work.gradient[: 3 * m]
+    substitute(work.factor, 3 * m, work.step)
+    for k in range(m):
+        size = abs(a[0, k])
+        move = work.step[3 * k + 2] / size if size > 0.0 else 0.0
+        u[1, k] = u[0, k] + min(max(move, -0.5), 0.5)
+        a[1, k] = a[0, k] + complex(work.step[3 * k], work.step[3 * k + 1])
+
+
+@jit
+def accept(u, a, m):
+    """Make the trial lines the current ones."""
+    for k in range(m):
+        u[0, k], a[0, k] = u[1, k], a[1, k]
 
 
 @jit(apart=True)

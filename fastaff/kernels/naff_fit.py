@@ -1,13 +1,32 @@
 """The sample side of `naff`: Levenberg-Marquardt over all amplitudes and frequencies at once.
 
-Conventions as in `lines`.
+Conventions as in `naff_lines`.
 """
 
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..compile.jit import LANES, jit
+from .naff_bins import EPS, accept, couple, trial_step, update_spectrum
+from .naff_lines import lines_beside, take_line, write_lines
+from .naff_spectrum import load_spectrum, start_phase, strongest_bin
 
-EPS = 2.220446049250313e-16
+
+class Sums(NamedTuple):
+    """Scratch memory for sums over the samples of one signal at a time."""
+
+    fast: Any  # (lines, 2, LANES) exp(i u tau) within a row of samples
+    slow: Any  # (lines, 2, rows) and at the row starts
+    lanes: Any  # (lines, 4, LANES)
+    moments: Any  # (lines, 4) <e, r> and <tau e, r>, real and imaginary parts
+
+
+def sums_of(samples: int, lines: int) -> Sums:
+    """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
+    rows, full = -(-samples // LANES), np.zeros
+    return Sums(full((lines, 2, LANES)), full((lines, 2, rows)), full((lines, 4, LANES)), full((lines, 4)))
 
 
 @jit(apart=True)
@@ -15,7 +34,7 @@ def phasors(table, u, samples, stride, start):
     """Fill table (2, count) with exp(2 pi i u (start + stride*j)/samples); start in half samples."""
     middle = math.floor(u + 0.5)
     delta, count = u - middle, table.shape[1]
-    turn = (middle * start % (2 * samples) + delta * start) / samples * math.pi
+    turn = start_phase(u, start, samples)
     table[0, 0], table[1, 0] = math.cos(turn), math.sin(turn)
     done = 1
     while done < count:  # double the table: few roundings per entry, exact integer part of the phase
@@ -28,16 +47,16 @@ def phasors(table, u, samples, stride, start):
 
 
 @jit(apart=True)
-def residual_moments(signal, window, u, a, m, work):
-    """Fill work.moments with <e, r> and <tau e, r> of the residual r of m lines; return <r, r>."""
+def residual_moments(signal, window, u, a, m, lanes, sums):
+    """Fill sums.moments with <e, r> and <tau e, r> of the residual r of m lines; return <r, r>."""
     samples, weight = signal.size, window.weight
-    re, im, cost = work.lanes[0], work.lanes[1], work.lanes[2]
+    re, im, cost = lanes[0], lanes[1], lanes[2]
     cost[:] = 0.0
     for k in range(m):
-        phasors(work.fast[k], u[k], samples, 1, 0)
-        phasors(work.slow[k], u[k], samples, LANES, 1 - samples)
-        work.sums[k] = 0.0
-    for row in range(work.slow.shape[2]):
+        phasors(sums.fast[k], u[k], samples, 1, 0)
+        phasors(sums.slow[k], u[k], samples, LANES, 1 - samples)
+        sums.lanes[k] = 0.0
+    for row in range(sums.slow.shape[2]):
         start = row * LANES
         width, time = min(LANES, samples - start), start - 0.5 * (samples - 1)
         row_signal, row_weight = signal[start : start + width], weight[start : start + width]
@@ -45,19 +64,19 @@ def residual_moments(signal, window, u, a, m, work):
             re[i] = row_signal[i].real
             im[i] = row_signal[i].imag
         for k in range(m):
-            subtract_row(re, im, width, work.fast[k], a[k] * complex(work.slow[k, 0, row], work.slow[k, 1, row]))
+            subtract_row(re, im, width, sums.fast[k], a[k] * complex(sums.slow[k, 0, row], sums.slow[k, 1, row]))
         for i in range(width):
             w = row_weight[i]
             cost[i] += w * (re[i] * re[i] + im[i] * im[i])
             re[i] *= w
             im[i] *= w
         for k in range(m):
-            project_row(re, im, width, work.slow[k, 0, row], work.slow[k, 1, row], time, work.sums[k])
+            project_row(re, im, width, sums.slow[k, 0, row], sums.slow[k, 1, row], time, sums.lanes[k])
     total = 0.0
     for i in range(LANES):
         total += cost[i]
     for k in range(m):
-        reduce_lanes(work.sums[k], work.fast[k], samples, work.moments[k])
+        reduce_lanes(sums.lanes[k], sums.fast[k], samples, sums.moments[k])
     return total
 
 
@@ -127,9 +146,9 @@ def window_transform(d, window):
 
 
 @jit(apart=True)
-def normal_equations(window, u, a, m, work):
+def normal_equations(window, u, a, m, moments, work):
     """Fill matrix and gradient of the fit in (Re a, Im a, |a| u) of m lines, weighted by the window."""
-    matrix, moments = work.matrix, work.moments
+    matrix = work.matrix
     for k in range(m):
         size = abs(a[k])
         pk = a[k] / size if size > 0.0 else 1.0 + 0j
@@ -148,57 +167,13 @@ def normal_equations(window, u, a, m, work):
 
 
 @jit(apart=True)
-def cholesky(matrix, factor, n, damping):
-    """Factor the lower triangle of matrix + damping*diag(matrix); tiny pivots are held positive."""
-    for i in range(n):
-        for j in range(i + 1):
-            x = matrix[i, j] * (1.0 + damping if i == j else 1.0)
-            for k in range(j):
-                x -= factor[i, k] * factor[j, k]
-            factor[i, j] = math.sqrt(max(x, 1e-15 * matrix[i, i])) if i == j else x / factor[j, j]
-
-
-@jit(apart=True)
-def substitute(factor, n, x):
-    """Solve factor factor^T x = x in place."""
-    for i in range(n):
-        for k in range(i):
-            x[i] -= factor[i, k] * x[k]
-        x[i] /= factor[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            x[i] -= factor[k, i] * x[k]
-        x[i] /= factor[i, i]
-
-
-@jit
-def trial_step(work, u, a, m, damping):
-    """Solve for a damped step of at most half a bin per line and write the trial lines: row 1 of u, a."""
-    cholesky(work.matrix, work.factor, 3 * m, damping)
-    work.step[: 3 * m] = work.gradient[: 3 * m]
-    substitute(work.factor, 3 * m, work.step)
-    for k in range(m):
-        size = abs(a[0, k])
-        move = work.step[3 * k + 2] / size if size > 0.0 else 0.0
-        u[1, k] = u[0, k] + min(max(move, -0.5), 0.5)
-        a[1, k] = a[0, k] + complex(work.step[3 * k], work.step[3 * k + 1])
-
-
-@jit
-def accept(u, a, m):
-    """Make the trial lines the current ones."""
-    for k in range(m):
-        u[0, k], a[0, k] = u[1, k], a[1, k]
-
-
-@jit(apart=True)
-def refit(signal, window, work, m, strict):
+def refit(signal, window, work, sums, m, strict):
     """Fit m lines jointly to all samples (Levenberg-Marquardt); return the largest last step in bins, 0 if
     converged.
     """
     u, a = work.u, work.a
-    cost = residual_moments(signal, window, u[0], a[0], m, work)
-    normal_equations(window, u[0], a[0], m, work)
+    cost = residual_moments(signal, window, u[0], a[0], m, work.lanes, sums)
+    normal_equations(window, u[0], a[0], m, sums.moments, work)
     damping, last = 0.0, 0.0
     for _ in range(80 if strict else 8):
         trial_step(work, u, a, m, damping)
@@ -213,13 +188,56 @@ def refit(signal, window, work, m, strict):
         if small and damping <= 1e-3:
             accept(u, a, m)
             return 0.0
-        trial = residual_moments(signal, window, u[1], a[1], m, work)
+        trial = residual_moments(signal, window, u[1], a[1], m, work.lanes, sums)
         if trial <= cost * (1.0 + 1e-6) + (EPS * top) ** 2:
             accept(u, a, m)
             cost, damping = trial, (0.1 * damping if damping > 1e-4 else 0.0)
-            normal_equations(window, u[0], a[0], m, work)
+            normal_equations(window, u[0], a[0], m, sums.moments, work)
         else:
             damping = max(10.0 * damping, 1e-3)
             if damping > 1e9:
                 break
     return last
+
+
+@jit
+def collect_from_samples(signal, window, work, sums, lines):
+    """Find and fit up to `lines` lines all together to all samples; return their number and the last step in bins (0 if
+    converged).
+
+    A peak beside a known line may be what its first guess left over, so it counts as a line only after a fit.
+    """
+    m, fitted, top, high, who = 0, 0, 0.0, 0.0, work.who
+    while m < lines:
+        k = strongest_bin(work.spectrum, work.lanes)
+        if fitted < m and lines_beside(window, work, m, k) > 0:
+            refit(signal, window, work, sums, m, False)
+            for i in range(m):
+                who[i] = i
+            update_spectrum(window, work, who, m)
+            fitted = m
+            continue
+        if not take_line(window, work, m, k, top, high):
+            break
+        top, high = max(top, abs(work.a[0, m])), max(high, abs(work.u[0, m]))
+        m += 1
+    if m == 0:
+        return 0, 0.0
+    last = refit(signal, window, work, sums, m, True)
+    normal_equations(window, work.u[0], work.a[0], m, sums.moments, work)
+    for k in range(m):
+        who[k] = k
+    couple(work, who, m)
+    update_spectrum(window, work, who, m)
+    return m, last
+
+
+@jit
+def fit_lines(signals, transforms, window, work, sums, nu, amplitude, error, residual):
+    """Find the lines of signals (batch, N), with windowed FFTs (batch, N), by all samples: as `naff_lines.find_lines`
+    does by their bins.
+    """
+    for s in range(transforms.shape[0]):
+        load_spectrum(transforms[s], window, work)
+        m, last = collect_from_samples(signals[s], window, work, sums, nu.shape[1])
+        residual[s] = write_lines(window, work, m, last, nu[s], amplitude[s], error[s])

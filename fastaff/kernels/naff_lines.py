@@ -12,9 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
-from .naff_bins import apart, bins_of, couple, fit_group, group_of, settle_lines, update_spectrum
-from .naff_fit import EPS, normal_equations, phasors, refit
-from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, strongest_bin
+from .naff_bins import EPS, apart, bins_of, fit_group, group_of, settle_lines, update_spectrum
+from .naff_spectrum import (
+    first_guess,
+    leakage,
+    load_spectrum,
+    noise_floor,
+    spectrum_power,
+    start_phase,
+    strongest_bin,
+)
 
 CUT = 16
 """Size, in floors, of what cut tails may leave: no line."""
@@ -40,10 +47,6 @@ class Work(NamedTuple):
     spectrum: Any  # (2, N) transform of what the lines leave of the windowed signal, real and imaginary parts
     top: Any  # (1,) amplitude of the largest line so far
     lanes: Any  # (4, LANES)
-    fast: Any  # (lines, 2, LANES) exp(i u tau) within a row of samples
-    slow: Any  # (lines, 2, rows) and at the row starts
-    sums: Any  # (lines, 4, LANES)
-    moments: Any  # (lines, 4) <e, r> and <tau e, r>, real and imaginary parts
     matrix: Any  # (3 lines, 3 lines)
     factor: Any  # (3 lines, 3 lines)
     gradient: Any  # (3 lines,)
@@ -68,15 +71,11 @@ class Work(NamedTuple):
 
 def workspace(samples: int, lines: int, order: int) -> Work:
     """Allocate scratch memory for signals of `samples` and up to `lines` lines of a window of that order."""
-    rows, bins, full = -(-samples // LANES), lines * int(bins_of(order)), np.zeros
+    bins, full = lines * int(bins_of(order)), np.zeros
     return Work(
         spectrum=full((2, samples)),
         top=full(1),
         lanes=full((4, LANES)),
-        fast=full((lines, 2, LANES)),
-        slow=full((lines, 2, rows)),
-        sums=full((lines, 4, LANES)),
-        moments=full((lines, 4)),
         matrix=full((3 * lines, 3 * lines)),
         factor=full((3 * lines, 3 * lines)),
         gradient=full(3 * lines),
@@ -111,78 +110,79 @@ def error_bars(window, work, m, last, power, error):
 
 
 @jit
-def collect(signal, window, work, lines, samples_too):
-    """Find and fit up to `lines` lines; return their number and the last step in bins (0 if converged).
-
-    Far lines are taken off one by one and fitted at the end; a peak beside a known line may be what its first guess
-    left over, so it counts as a line only after a fit of those around it. Lines are fitted to their bins or, with
-    `samples_too`, all together to all samples.
-    """
-    samples, order, u, a, who = window.weight.size, window.order, work.u, work.a, work.who
-    m, fitted, top, high = 0, 0, 0.0, 0.0
-    while m < lines:
-        k = strongest_bin(work.spectrum, work.lanes)
-        beside, raw = 0, False
-        for j in range(m):
-            if abs(apart(k, math.floor(u[0, j]), samples)) <= 2 * order + 8:
-                who[beside] = j
-                beside += 1
-                raw = raw or work.fitted[j] == 0
-        if raw and not samples_too:
-            fit_group(window, work, who, beside, False)
-            update_spectrum(window, work, who, beside)
-            for i in range(beside):
-                work.fitted[who[i]] = 1
-            continue
-        if samples_too and beside > 0 and fitted < m:
-            refit(signal, window, work, m, False)
-            for i in range(m):
-                who[i] = i
-            update_spectrum(window, work, who, m)
-            fitted = m
-            continue
-        u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
-        if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
-            break
-        top, high = max(top, abs(a[0, m])), max(high, abs(u[0, m]))
-        u[2, m], a[2, m] = u[0, m], 0.0
-        for i in range(beside):
-            work.fitted[who[i]] = 0
-        work.fitted[m] = 0
-        who[0] = m
-        m += 1
-        update_spectrum(window, work, who, 1)
-    last = 0.0
-    if m > 0 and samples_too:
-        last = refit(signal, window, work, m, True)
-        normal_equations(window, u[0], a[0], m, work)
-        for k in range(m):
-            who[k] = k
-        couple(work, who, m)
-        update_spectrum(window, work, who, m)
-    elif m > 0:
-        last = settle_lines(window, work, m)
-    return m, last
+def lines_beside(window, work, m, k):
+    """Write to work.who which of m lines are beside bin k; return their number."""
+    samples, count = window.weight.size, 0
+    for j in range(m):
+        if abs(apart(k, math.floor(work.u[0, j]), samples)) <= 2 * window.order + 8:
+            work.who[count] = j
+            count += 1
+    return count
 
 
 @jit
-def find_lines(signals, transforms, window, work, nu, amplitude, error, residual, samples_too, which):
-    """Find the lines of signals (batch, N) with windowed FFTs (batch, N): rows of nu (in bins), amplitude, error.
-
-    The signals themselves are needed with `samples_too` only. Where which (batch,) is 0 or more, that line of those
-    given in nu and amplitude (in the middle of the signal) is followed instead: residual is its frequency.
+def take_line(window, work, m, k, top, high):
+    """Take the peak at bin k off the spectrum as line number m; return whether it is one, larger than rounding and than
+    what cut tails leave of lines up to the amplitude `top` and the place `high`.
     """
-    samples = transforms.shape[1]
+    u, a = work.u, work.a
+    u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
+    if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
+        return False
+    u[2, m], a[2, m], work.fitted[m], work.who[0] = u[0, m], 0.0, 0, m
+    update_spectrum(window, work, work.who, 1)
+    return True
+
+
+@jit
+def collect(window, work, lines):
+    """Find and fit up to `lines` lines to their bins; return their number and the last step in bins (0 if converged).
+
+    Far lines are taken off one by one and fitted at the end; a peak beside a known line may be what its first guess
+    left over, so it counts as a line only after a fit of those around it.
+    """
+    m, top, high, who = 0, 0.0, 0.0, work.who
+    while m < lines:
+        k = strongest_bin(work.spectrum, work.lanes)
+        beside, raw = lines_beside(window, work, m, k), False
+        for i in range(beside):
+            raw = raw or work.fitted[who[i]] == 0
+        if raw:
+            fit_group(window, work, who, beside, False)
+            update_spectrum(window, work, who, beside)
+        for i in range(beside):
+            work.fitted[who[i]] = 1 if raw else 0
+        if not raw:
+            if not take_line(window, work, m, k, top, high):
+                break
+            top, high = max(top, abs(work.a[0, m])), max(high, abs(work.u[0, m]))
+            m += 1
+    return m, settle_lines(window, work, m) if m > 0 else 0.0
+
+
+@jit
+def write_lines(window, work, m, last, nu, amplitude, error):
+    """Write the m lines, the largest first, with their error bars; return the root mean square of what they leave."""
+    power = spectrum_power(work.spectrum, work.lanes)
+    error_bars(window, work, m, last, power, error)
+    write_sorted(work, m, window.weight.size, nu, amplitude, error)
+    return math.sqrt(power * window.envelope[2])
+
+
+@jit
+def find_lines(transforms, window, work, nu, amplitude, error, residual, which):
+    """Find the lines of signals by their windowed FFTs (batch, N): rows of nu (in bins), amplitude, error.
+
+    Where which (batch,) is 0 or more, that line of those given in nu and amplitude (in the middle of the signal) is
+    followed instead: residual is its frequency.
+    """
     for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work)
         if which[s] >= 0:
             residual[s] = follow_line(window, work, nu[s], amplitude[s], which[s])
             continue
-        m, last = collect(signals[s % signals.shape[0]], window, work, nu.shape[1], samples_too)
-        power = spectrum_power(work.spectrum, work.lanes)
-        error_bars(window, work, m, last, power, error[s])
-        residual[s] = math.sqrt(power * window.envelope[2])
-        write_sorted(work, m, samples, nu[s], amplitude[s], error[s])
+        m, last = collect(window, work, nu.shape[1])
+        residual[s] = write_lines(window, work, m, last, nu[s], amplitude[s], error[s])
 
 
 @jit
@@ -215,10 +215,10 @@ def write_sorted(work, m, samples, nu, amplitude, error):
             ahead = abs(work.a[0, j]) - abs(work.a[0, k])
             if ahead > 0.0 or (ahead == 0.0 and j < k):
                 rank += 1
-        phasors(work.slow[0, :, :1], work.u[0, k], samples, 1, 1 - samples)
         u = work.u[0, k]
         nu[rank] = u - samples * math.floor(u / samples + 0.5)
-        amplitude[rank] = work.a[0, k] * complex(work.slow[0, 0, 0], work.slow[0, 1, 0])
+        turn = start_phase(u, 1 - samples, samples)
+        amplitude[rank] = work.a[0, k] * complex(math.cos(turn), math.sin(turn))
         error[rank] = bars[k]
     for k in range(m, nu.size):
         nu[k], amplitude[k], error[k] = 0.0, 0.0, math.inf

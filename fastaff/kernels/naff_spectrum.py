@@ -12,6 +12,13 @@ LEAKAGE_REACH = 1024  # bins within which an error bar weighs the residual bin b
 
 
 @jit
+def start_phase(u, start, samples):
+    """Return the phase 2 pi u (start/2)/samples of a line at a sample, in half samples, with the exact integer part."""
+    middle = math.floor(u + 0.5)
+    return (middle * start % (2 * samples) + (u - middle) * start) / samples * math.pi
+
+
+@jit
 def line_shape(j, delta, window):
     """Return W(j - delta) for whole |j| <= order and |delta| <= 1/2, without loss of digits.
 

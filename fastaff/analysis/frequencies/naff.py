@@ -17,6 +17,7 @@ from ...base.results import Result
 from ...compile.threads import checked_threads, together
 from ...flows.flow import Report
 from ...kernels.naff_bins import bins_of
+from ...kernels.naff_fit import fit_lines, sums_of
 from ...kernels.naff_lines import Window, find_lines, workspace
 from .windows import tabulated
 
@@ -173,7 +174,7 @@ def lines_of_transforms(
     def fit(begin: int) -> None:
         part, work = slice(begin, begin + size), workspace(samples, lines, order)
         found = nu[part], amplitude[part], error[part], residual[part]
-        find_lines(transforms[part], transforms[part], window, work, *found, False, none[part])
+        find_lines(transforms[part], window, work, *found, none[part])
 
     together([functools.partial(fit, begin) for begin in range(0, batch, size)], int, int)
     return nu, amplitude, error, residual
@@ -195,7 +196,7 @@ def followed_line(
         part = slice(start, start + rows)
         transforms = np.fft.fft(signal[part, begin:end] * window.weight)
         lines_too = u[part], a[part], error[part], found[part]
-        find_lines(transforms, transforms, window, work, *lines_too, False, which[part])
+        find_lines(transforms, window, work, *lines_too, which[part])
     return found / unit
 
 
@@ -204,16 +205,16 @@ class _Scratch:
 
     def __init__(self, rows: int, window: Window, lines: int, samples_too: bool):
         samples = window.weight.size
-        self.signals = np.empty((rows if samples_too else 1, samples), np.complex128)
-        self.transforms = np.empty((rows, samples), np.complex128)
-        self.window, self.samples_too = window, samples_too
+        self.transforms, self.window = np.empty((rows, samples), np.complex128), window
         self.work = workspace(samples, lines, window.order)
+        self.signals = np.empty((rows, samples), np.complex128) if samples_too else None
+        self.sums = sums_of(samples, lines) if samples_too else None
 
     def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
         """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
-        signals, transforms, weight = self.signals, self.transforms[: len(rows)], self.window.weight
-        if self.samples_too:
-            signals = signals[: len(rows)]
+        transforms, weight = self.transforms[: len(rows)], self.window.weight
+        signals = None if self.signals is None else self.signals[: len(rows)]
+        if signals is not None:
             signals[...] = rows
         with np.errstate(invalid="ignore", over="ignore"):
             np.multiply(rows, weight, out=transforms)
@@ -227,12 +228,14 @@ class _Scratch:
         for row in np.flatnonzero(exponent):
             scaled = np.ldexp(np.array(rows[row], complex).view(np.float64), -exponent[row]).view(complex)
             np.multiply(scaled, weight, out=transforms[row])
-            if self.samples_too:
+            if signals is not None:
                 signals[row] = scaled
         np.fft.fft(transforms, axis=-1, out=transforms)
         lines = result.nu, result.amplitude, result.error, result.residual
-        none = np.full(len(rows), -1)
-        find_lines(signals, transforms, self.window, self.work, *lines, self.samples_too, none)
+        if signals is None:
+            find_lines(transforms, self.window, self.work, *lines, np.full(len(rows), -1))
+        else:
+            fit_lines(signals, transforms, self.window, self.work, self.sums, *lines)
         with np.errstate(over="ignore"):  # an amplitude may exceed what a float holds by the root of 2
             for row in np.flatnonzero(exponent):
                 amplitude = result.amplitude[row].view(np.float64)
