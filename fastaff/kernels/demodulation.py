@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, rows_of
+from .fundamental import BLOCK, fill_turns, rows_of
 
 CHUNK, PARTS = 512, BLOCK // 4
 """Samples of a loop that are demodulated at once, and partial sums."""
@@ -91,8 +91,7 @@ def demodulate(
         c, a, b = loops[unit, k], offset[unit, k], drift[unit, k]
         turn = 2.0 * math.pi * nu[unit, k] * interval[unit]
         partial[:] = 0.0
-        for i in range(BLOCK):
-            u[i], v[i] = math.cos(turn * i), -math.sin(turn * i)
+        fill_turns(-turn, u, v)
         for at in range(0, length, CHUNK):
             width = min(CHUNK, length - at)
             for i in range(width):

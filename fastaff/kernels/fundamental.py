@@ -1,7 +1,7 @@
 """Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines, mean turning rates of loops.
 
 A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, go from the short to
-the long ones.
+the long ones, see `relate`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ fractions.
 BLOCK = 64
 """Samples of a loop that are worked on at once."""
 
+ABREAST = 16
+"""Vectors that are looked at together."""
+
 DENOMINATORS = 4
 """Largest m of a relation m nu = k . basis that refines a lattice."""
 
@@ -30,22 +33,33 @@ DENOMINATORS = 4
 def relate(value, bar, basis, spread, rank, table, count, accidental, k):
     """Write to k (rank,) the shortest vector of the first `count` of table with value = k . basis within the errors;
     return whether.
+
+    table (>= rank + 1, vectors): the components, a row each, and in the last row |k|_1.
     """
-    scale = 0.0
+    scale, lengths = 0.0, table[table.shape[0] - 1]
+    sums, widths = np.empty(ABREAST), np.empty(ABREAST)
     for i in range(rank):
         scale = max(scale, abs(basis[i]))
-    for v in range(count):
-        combination, tolerance, size = 0.0, bar, 0
+    for first in range(0, count, ABREAST):
+        end = min(first + ABREAST, count)
+        some, size = 0, lengths[first:end]
+        for j in range(size.size):
+            sums[j], widths[j] = 0.0, bar
         for i in range(rank):
-            combination += table[v, i] * basis[i]
-            tolerance += abs(table[v, i]) * spread[i]
-            size += abs(table[v, i])
-        if 2.0 * tolerance * (v + 1) > accidental * scale * size:
-            return False
-        if abs(value - combination) <= tolerance:
-            for i in range(rank):
-                k[i] = table[v, i]
-            return True
+            row, one, width = table[i, first:end], basis[i], spread[i]
+            for j in range(row.size):
+                sums[j] += row[j] * one
+                widths[j] += abs(row[j]) * width
+        for j in range(size.size):
+            likely = 2.0 * widths[j] * (first + j + 1) > accidental * scale * size[j]
+            some += 1 if likely or abs(value - sums[j]) <= widths[j] else 0
+        for j in range(size.size if some > 0 else 0):
+            if 2.0 * widths[j] * (first + j + 1) > accidental * scale * size[j]:
+                return False
+            if abs(value - sums[j]) <= widths[j]:
+                for i in range(rank):
+                    k[i] = int(table[i, first + j])
+                return True
     return False
 
 
@@ -172,6 +186,18 @@ def total(sums):
             first[i] += second[i]
         size //= 2
     return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]))
+
+
+@jit
+def fill_turns(turn, cosine, sine):
+    """Fill cosine and sine (BLOCK,) with those of turn times 0, 1, ..., by doubling."""
+    cosine[0], sine[0], done = 1.0, 0.0, 1
+    while done < BLOCK:
+        c, s = math.cos(turn * done), math.sin(turn * done)
+        for i in range(done):
+            cosine[done + i] = cosine[i] * c - sine[i] * s
+            sine[done + i] = cosine[i] * s + sine[i] * c
+        done *= 2
 
 
 @jit
@@ -340,9 +366,7 @@ def project(
     wave, cosine, sine, row = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK)), np.empty(BLOCK)
     sums, pairs = np.zeros((r, n, 2, BLOCK)), np.zeros((r, r, 2, BLOCK))
     for k in range(r):
-        for i in range(BLOCK):
-            phase = 2.0 * math.pi * nu[unit, k] * interval[unit] * i
-            wave[k, 0, i], wave[k, 1, i] = math.cos(phase), math.sin(phase)
+        fill_turns(2.0 * math.pi * nu[unit, k] * interval[unit], wave[k, 0], wave[k, 1])
     for start in range(0, length, BLOCK):
         width = min(BLOCK, length - start)
         w = window[start : start + width]

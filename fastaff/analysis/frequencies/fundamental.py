@@ -138,14 +138,14 @@ def _table(rank: int) -> tuple[np.ndarray, int, int]:
 
 @functools.cache
 def tables_of(most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tables of ranks 1 to `most`, (ranks, vectors, most) with zeros past their ends, and their numbers
-    (ranks, 2).
+    """Return the tables of ranks 1 to `most`, (ranks, most + 1, vectors) with zeros past their ends, see
+    `kernels.fundamental.relate`, and their numbers of vectors (ranks, 2).
     """
     tables = [_table(rank) for rank in range(1, most + 1)]
     sizes = np.array([[whole, half] for _, whole, half in tables])
-    vectors = np.zeros((most, int(sizes.max()), most), np.int64)
+    vectors = np.zeros((most, most + 1, int(sizes.max())))
     for rank, (k, whole, _) in enumerate(tables, 1):
-        vectors[rank - 1, :whole, :rank] = k
+        vectors[rank - 1, :rank, :whole], vectors[rank - 1, most, :whole] = k.T, np.abs(k).sum(axis=1)
     return vectors, sizes
 
 
@@ -165,27 +165,42 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
         launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None, steps)
 
 
-def modes(signals: Signals, m: int, threads: int, fit: bool = False) -> Modes:
-    """Find the independent frequencies of the first 2m rows of signals.
+def modes(signals: Signals, m: int, threads: int) -> tuple[Modes, Spectra]:
+    """Find the independent frequencies of the first 2m rows of signals; return them with the spectra that say so.
 
-    Lines that stand apart are read from the bins of Fourier transforms. Where they do not, lines are fitted to the
-    whole, but without `fit` not where no line stands out, as of a chaotic orbit: these are `drifting`.
+    Lines that stand apart are read from the bins of Fourier transforms. Where they do not, lines are fitted together,
+    but not where no line stands out, as of a chaotic orbit: these are `drifting`.
     """
     spectra = _spectra(signals, m, threads)
-    found, moving = _apart(spectra, signals.interval, threads), spectra.moving
-    done = (found.rank == moving.sum(axis=1)) | ~moving.any(axis=1)
-    left = np.flatnonzero(~done & (fit | ~found.drifting))
-    if left.size:
-        _adopt(found, left, _fitted(signals, spectra, left, threads)._replace(tail=found.tail[left]))
-    dual = found.dual / spectra.size[:, None, :]
-    offset, step = (dual * entry[:, None, :] for entry in (spectra.centre, spectra.drift))
+    found = _in_units_of(_apart(spectra, signals.interval, threads), spectra, np.arange(signals.samples.size))
+    done = (found.rank == found.moving.sum(axis=1)) | ~found.moving.any(axis=1)
+    fit(found, signals, spectra, np.flatnonzero(~done & ~found.drifting), threads)
+    return found, spectra
+
+
+def fit(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> None:
+    """Fill in what lines say that are fitted together to the loops of these orbits."""
+    if orbits.size:
+        fitted = _fitted(signals, spectra, orbits, threads)._replace(tail=found.tail[orbits])
+        adopt(found, orbits, _in_units_of(fitted, spectra, orbits))
+
+
+def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
+    """Return the modes of these orbits with loops of the signals as they are, from those in units of their sizes."""
+    dual = found.dual / spectra.size[orbits, None]
+    offset, step = (dual * entry[orbits, None] for entry in (spectra.centre, spectra.drift))
     return found._replace(dual=dual, offset=offset.sum(axis=2), drift=step.sum(axis=2))
 
 
-def _adopt(modes: Modes, orbits: np.ndarray, found: Modes) -> None:
-    """Fill in what was found of these orbits."""
-    for old, new in zip(modes, found, strict=True):
+def adopt(table: NamedTuple, orbits: np.ndarray, found: NamedTuple) -> None:
+    """Fill in what was found of these orbits, arrays (orbits, ...)."""
+    for old, new in zip(table, found, strict=True):
         old[orbits] = new
+
+
+def taken(table: Any, orbits: np.ndarray) -> Any:
+    """Return a tuple of arrays (orbits, ...) of these orbits alone."""
+    return type(table)(*(entry[orbits] for entry in table))
 
 
 def _no_modes(orbits: int, m: int) -> Modes:
@@ -310,7 +325,7 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
         )
     short = short[~result.drifting[short]]
     if short.size:
-        _adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
+        adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
     return result
 
 

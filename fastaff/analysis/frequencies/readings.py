@@ -10,7 +10,7 @@ import numpy as np
 from .angle_loops import Layout
 from .closeness import Closeness, closeness
 from .demodulated import PARTS, demodulated, parts, turning
-from .fundamental import Loops, Modes, modes, values
+from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
 from .integer_lattice import box
 from .line_rates import line_changes, line_rates
 from .signals import Signals
@@ -144,7 +144,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     """
     s, start, m, n = samples.run, samples.start, layout.m, len(layout.angles.names)
     time = s.time[:, None]
-    found = modes(s, m, threads)
+    found, spectra = modes(s, m, threads)
     loops = _lattice_loops(s, found)
     lattice = _lattice_rates(s, start, loops, found, threads)
     close = closeness(found, lattice.nu, s.time, s.interval, threads)
@@ -152,19 +152,16 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     irregular = _irregular(lattice, s, loops, found, close.near, vague, threads)
     again = np.flatnonzero(found.drifting & ~irregular)  # which are no chaos: all is fitted
     if again.size:
-        some, part = s.of(again), None if start is None else start.of(again)
-        fitted = modes(some, m, threads, fit=True)
-        for old, new in zip(found, fitted, strict=True):
-            old[again] = new
-        loops = _lattice_loops(s, found)
-        theirs = Loops(*(entry[again] for entry in loops))
-        for old, new in zip(lattice, _lattice_rates(some, part, theirs, fitted, threads), strict=True):
-            old[again] = new
-        close = closeness(found, lattice.nu, s.time, s.interval, threads)
-        vague = _vague(found, close)
+        fit(found, s, spectra, again, threads)
+        some, part, fitted = s.of(again), None if start is None else start.of(again), taken(found, again)
+        theirs = _lattice_loops(some, fitted)
+        rates = _lattice_rates(some, part, theirs, fitted, threads)
+        now = closeness(fitted, rates.nu, some.time, some.interval, threads)
+        vague[again] = _vague(fitted, now)
         # Beside a weak generator other lines may be larger: they are fitted.
-        near = close.near | found.drifting | np.isin(np.arange(len(close.near)), again)
-        irregular[again] = _irregular(lattice, s, loops, found, near, vague, threads)[again]
+        irregular[again] = _irregular(rates, some, theirs, fitted, np.ones_like(now.near), vague[again], threads)
+        for table, new in ((loops, theirs), (lattice, rates), (close, now)):
+            adopt(table, again, new)
     centre = found.nu
     slow = np.abs(centre) * time < SLOW  # beside what is left at 0
     # All windows see the same of the beat of lines that are closer than they resolve.
