@@ -96,15 +96,15 @@ def rows():
     )
     yield (
         "frequency_map / integrate, body",
-        9.6,
-        13.5,
+        5.7,
+        8.0,
         lambda: frequency_map(BODY, grid[:, :256], **run),
         kahan(grid[:, :256], BODY),
     )
     yield (
         "frequency_map / integrate, Henon-Heiles",
-        5.5,
-        7.7,
+        5.0,
+        7.0,
         lambda: frequency_map(PLANE, many[:, :256], time=4 * TIME, step=STEP),
         lambda: integrate(PLANE, many[:, :256], time=4 * TIME, step=STEP),
     )

@@ -30,7 +30,7 @@ def test_runs_write_the_signals_of_their_states(body):
     if isinstance(body, Body):
         z0[0] += 1.5
     flow, z0, _ = plan(body, z0, Options(None, 0.11, None, 1e-12, 1e-12, None, 2, None), time=9.0)
-    counts = rng.choice([8, 24, 40, 64], 41)
+    counts = rng.choice([7, 24, 41, 64], 41)
     work = FrequencyWork(flow, checked_angles(None, body), z0, 9.0, None, None, None)
     found, run = work._sampled(work.flow, np.arange(41), 9.0, counts, Room())
     assert (run.status == 0).all()
@@ -148,6 +148,56 @@ def test_a_line_alone_is_exact():
     found = demodulated.demodulated(signals_of(x, dt), loops, nu[:, None] * (1 + 1e-4), 1)
     for value in (found.nu[:, 0], *found.halves[:, 0].T):
         np.testing.assert_allclose(value, nu, rtol=0, atol=1e-14)
+
+
+def test_the_shortest_vector_is_found_as_one_after_another_finds_it():
+    """Lines of random lattices, some of no lattice, with errors from tiny to so large that all is an accident."""
+    rng = np.random.default_rng(7)
+    tables, sizes = tables_of(3)
+    outcomes = set()
+    for _ in range(600):
+        rank = int(rng.integers(1, 4))
+        table, count = tables[rank - 1], int(sizes[rank - 1, rng.integers(2)])
+        basis, spread = rng.uniform(1, 9, rank), 10.0 ** rng.uniform(-12, -3, rank)
+        true = table[:rank, rng.integers(count)]
+        value = float(true @ basis) if rng.random() < 0.7 else float(rng.uniform(0, 20))
+        bar, accidental = float(10.0 ** rng.uniform(-10, -2)), float(rng.choice([0.01, 0.5]))
+        expected = None
+        for v in range(count):
+            k = table[:rank, v]
+            tolerance = bar + np.abs(k) @ spread
+            if 2 * tolerance * (v + 1) > accidental * np.abs(basis).max() * np.abs(k).sum():
+                break
+            if abs(value - k @ basis) <= tolerance:
+                expected = list(k)
+                break
+        k = np.zeros(rank, np.int64)
+        found = kernels.relate(value, bar, basis, spread, rank, table, count, accidental, k)
+        assert (list(k) if found else None) == expected
+        outcomes.add((found, rank))
+    assert len(outcomes) == 6
+
+
+def test_moments_of_lines_are_weighted_sums():
+    """Signals of different lengths, without their growth and mean, in units of their sizes."""
+    rng = np.random.default_rng(8)
+    s = ragged(rng, 4, [90, 200, 130])
+    n, interval = np.array([90, 192, 125]), s.interval
+    drift, centre, units = rng.normal(size=(3, 3, 4))
+    rank, nu = np.array([2, 1, 0]), rng.uniform(0.05, 0.3, (3, 2)) / interval[:, None]
+    moments, gram = np.zeros((3, 4, 2), complex), np.zeros((3, 4, 4))
+    arguments = s.ragged, n, *tables_for(cosine_window, n), interval, drift, centre, units, rank, nu, moments, gram
+    fundamental.run(kernels.project, 3, arguments, 2)
+    for orbit in range(3):
+        j, r = np.arange(n[orbit]), rank[orbit]
+        (x,) = s.array(np.array([orbit]))[:, :, : n[orbit]]
+        x = (x - centre[orbit][:, None] - np.outer(drift[orbit], j)) * units[orbit][:, None]
+        t = (j - (n[orbit] - 1) / 2) * interval[orbit]
+        lines = np.exp(2j * np.pi * np.outer(nu[orbit, :r], t))
+        w = cosine_window(int(n[orbit]))
+        np.testing.assert_allclose(moments[orbit, :, :r], (x * w) @ lines.conj().T, rtol=1e-9, atol=1e-9)
+        both = np.concatenate([lines, lines.conj()])
+        np.testing.assert_allclose(gram[orbit, : 2 * r, : 2 * r], ((both * w) @ both.conj().T).real, atol=1e-12)
 
 
 def test_aliased_harmonics_are_no_generators():
