@@ -21,12 +21,12 @@ from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
 from .integer_lattice import ball
-from .naff import found_lines, lines_of_transforms
+from .line_rates import drifts
+from .naff import lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
 from .windows import (
     APART_ORDER,
-    LINE_ORDER,
     apart_window,
     cosine_window,
     fast_lengths,
@@ -70,11 +70,6 @@ fitted as one.
 
 NOT_FEW = 0.2
 """Share of a loop's size that the first lines leave, beyond which no lattice is looked for among more of them."""
-
-DRIFTS = 0.6
-"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for
-any more.
-"""
 
 AT_REST = 1e-12
 """Relative size of a loop (root of its Q times its P) below which it is at rest."""
@@ -327,22 +322,6 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
     if short.size:
         adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
     return result
-
-
-def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
-    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest
-    of both halves.
-    """
-    half = loops.shape[2] // 2
-    lines = min(3, half // 4 - LINE_ORDER)
-    if lines < 1 or not len(loops):
-        return np.zeros(len(loops), bool)
-    change = np.zeros(leading.shape)
-    for part in (loops[:, :, :half], loops[:, :, -half:]):
-        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER)
-        near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
-        change = np.maximum(change, near.min(axis=2) * half * h)
-    return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
 
 
 def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tuple[np.ndarray, ...]:

@@ -9,6 +9,11 @@ import numpy as np
 from .naff import FrequencyLines, followed_line, found_lines
 from .windows import LINE_ORDER, SPANS, fast_length
 
+DRIFTS = 0.6
+"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for
+any more.
+"""
+
 
 def lines_of(f: np.ndarray, interval: float, lines: int = 8) -> FrequencyLines:
     """Return the strongest lines of signals f (signals, samples), of their first samples as a Fourier transform likes
@@ -49,6 +54,22 @@ def line_changes(f: np.ndarray, interval: float, nu: np.ndarray) -> np.ndarray:
     every = np.arange(len(f))
     change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
     return np.where(np.isfinite(change), change, np.inf)
+
+
+def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
+    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest
+    of both halves.
+    """
+    half = loops.shape[2] // 2
+    lines = min(3, half // 4 - LINE_ORDER)
+    if lines < 1 or not len(loops):
+        return np.zeros(len(loops), bool)
+    change = np.zeros(leading.shape)
+    for part in (loops[:, :, :half], loops[:, :, -half:]):
+        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER)
+        near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
+        change = np.maximum(change, near.min(axis=2) * half * h)
+    return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
 
 
 class _Line(NamedTuple):

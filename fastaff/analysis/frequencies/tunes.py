@@ -22,9 +22,8 @@ from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind
-from .fundamental import drifts
 from .integer_lattice import ball
-from .line_rates import line_rates, lines_of
+from .line_rates import drifts, line_rates, lines_of
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
 from .plane_modes import modes_of, plane_values
