@@ -8,7 +8,7 @@ import numpy as np
 
 from ...kernels import demodulation
 from ...kernels import fundamental as kernels
-from .fundamental import Loops, run
+from .fundamental import Loops, adopt, run, taken
 from .signals import Signals
 from .windows import bump, tables_for, tabulated
 
@@ -94,10 +94,8 @@ def demodulated(
     far = (np.isfinite(off) & (off > RECENTRED)).any(axis=1)
     if far.any():  # the windows see less of a line that far
         near, some = np.where((off < 3.0)[far], rates.nu[far], nu[far]), np.flatnonzero(far)
-        theirs = Loops(*(entry[far] for entry in loops))
-        again = _demodulated(signals.of(some), theirs, near, threads, used[far], samples is None)
-        for old, new in zip(rates, again, strict=True):
-            old[far] = new
+        again = _demodulated(signals.of(some), taken(loops, far), near, threads, used[far], samples is None)
+        adopt(rates, far, again)
     return rates
 
 

@@ -299,8 +299,7 @@ class FrequencyWork:
     def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
         share = _share(steps, counts)
-        # Those of equally many samples side by side, and of these those that are sampled at the same steps.
-        order = np.lexsort((steps // counts, counts))
+        order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
         orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)

@@ -329,11 +329,11 @@ def _averages(s: Signals, start: Signals | None, loops: Loops, librations: int, 
     shape = loops.offset.shape
     rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
     for o in s.alike():
-        own, run, dt = Loops(*(entry[o] for entry in loops)), s.array(o), float(s.interval[o[0]])
+        own, run, dt = taken(loops, o), s.array(o), float(s.interval[o[0]])
         rates[o] = turning(run, own, parts(run.shape[2] - 1), dt, threads)
         if start is not None:
             for part in start.of(o).alike():
-                count, theirs = int(start.samples[o[part[0]]]), Loops(*(entry[part] for entry in own))
+                count, theirs = int(start.samples[o[part[0]]]), taken(own, part)
                 brief, fine = parts(count - 1)[:3], start.array(o[part])
                 first = run if part.size == o.size else run[part]
                 coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
