@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from naive import frequencies, label, sign, states, turns
 
+import fastaff as fa
 from fastaff import (
     DOP853,
     LEAPFROG,
@@ -30,7 +31,7 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.analysis import BirkhoffAverages, NaffLines
+from fastaff.analysis import BirkhoffAverages, FrequencyKind, NaffLines
 from fastaff.analysis.frequencies.methods import METHODS
 from fastaff.analysis.frequencies.readings import ROUNDING
 from fastaff.charts import from_matrix
@@ -163,6 +164,34 @@ def test_random_orbits(body, orbits):
     assert np.median(error) < 1e-10
     assert (error <= estimate + 1e-14).mean() >= 0.99
     assert (error / np.maximum(estimate, 1e-14)).max() < 10
+
+
+@pytest.mark.parametrize(
+    ("text", "time", "size"),
+    [("(x**2+y**2)/2+x**2*y-y**3/3", 1000.0, 0.2), ("(x**2+1.33*y**2)/2+0.2*x**2*y**2+y**4/4", 600.0, 0.4)],
+    ids=["Hénon-Heiles", "oscillators"],
+)
+def test_errors_cover_beside_resonances(text, time, size):
+    """Where nothing is integrable most orbits are near some resonance, whose beat no window sees the whole of."""
+    model, rng = fa.hamiltonian(text, coordinates="x y"), np.random.default_rng(27)
+    z0 = rng.normal(0, size, (4, 150))
+    brief, truth = (frequency_map(model, z0, time=t) for t in (time, 8 * time))
+    same = np.abs(brief.nu - truth.nu).max(axis=0) < 0.01  # generators: others of the same lattice are as good
+    own = same & (brief.kind == FrequencyKind.INDEPENDENT) & (truth.kind == FrequencyKind.INDEPENDENT)
+    ratio = (np.abs(brief.nu - truth.nu) / (brief.error + truth.error))[:, own].max(axis=0)
+    assert own.sum() >= 50
+    assert (ratio <= 1).mean() >= 0.95, np.sort(ratio)[-5:]
+    assert ratio.max() < 10
+
+
+def test_what_may_be_a_resonance_is_not_independent():
+    """An orbit in the island 5 : 4 of a body, of which the time shows hardly two librations."""
+    body = fa.Body(fa.NeoHookean(G=1.0, K=2.0))
+    axes = np.linspace(0.05, 1.3, 20), np.linspace(-1.5, 1.5, 20)
+    z0 = fa.energy_grid(body, energy=0.8, p_eta=0.5, p_gamma=0.1, section=fa.AlphaTurning(+1), axes=axes).z0[:, 38]
+    f = frequency_map(body, z0, time=400.0)
+    assert abs(4 * f.nu[0, 0] - 5 * f.nu[1, 0]) < 4 * f.error[0, 0] + 5 * f.error[1, 0]
+    assert f.kind[0] == FrequencyKind.UNDECIDED
 
 
 @pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)

@@ -16,8 +16,11 @@ RESOLVED, NEAR = 1.5, 8.0
 say.
 """
 
-RELATED = (48, 24, 10, 6, 4, 3, 3, 2)
+RELATED = (48, 32, 12, 6, 4, 3, 3, 2)
 """Largest |k|_1 of combinations of 1, 2, ... frequencies that are held against 0."""
+
+FEW = 10
+"""Largest |k|_1 of a combination that keeps frequencies from being independent where it is 0 within its error."""
 
 SHOWS, LARGE = 0.1, 0.3
 """Relative amplitudes from which a line that is not told apart leaves an orbit undecided, and changes its halves."""
@@ -46,6 +49,18 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
     seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
     run(relations, orbits, (*seen, *result), threads)
     return result
+
+
+def related(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Tell of which orbits a combination of |k|_1 <= FEW of the frequencies (orbits, m) is 0 within its error."""
+    k, lengths = _relating(nu.shape[1])
+    k = k[:, lengths <= FEW].astype(np.int64)
+    sums, bounds = np.zeros((2, len(nu), k.shape[1]))
+    for j in range(len(k)):
+        there = k[j] != 0
+        sums[:, there] += k[j, there] * nu[:, j, None]
+        bounds[:, there] += np.abs(k[j, there]) * error[:, j, None]
+    return np.any(np.abs(sums) <= bounds, axis=1)
 
 
 @functools.cache

@@ -117,13 +117,14 @@ def frequency_map(
     say which lines theirs are, and are taken where there are none. NAFF: the line of that loop, fitted with the
     strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
     Errors: 10 times the largest difference of the turn from that between two windows of 0.7 and of 0.8 of the time,
-    which bounds what a line 1.5/time away or more can do; what lines closer than that can do, by the amplitudes that
-    lines show; 5 times what the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps)
-    when the step is halved may be off, and for a Runge-Kutta scheme, whose error grows, times their ratio (tolerances a
+    which bounds what a line 1.5/time away or more can do; what lines closer than that can do, by the amplitudes
+    that lines show, and where combinations of frequencies are so close to 0, 5 times the change from half to half;
+    5 times what the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps) when the
+    step is halved may be off, and for a Runge-Kutta scheme, whose error grows, times their ratio (tolerances a
     hundredth for an adaptive one); for a splitting the change is taken off the value; and rounding.
-    Verdicts: two lines that both show and are closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time.
-    IRREGULAR are orbits whose frequencies differ from half to half by 0.3 cycles or more, and by more than close lines
-    can make them differ.
+    Verdicts: two lines that both show and are closer than 1.5/time are one unknown: UNDECIDED, with errors of
+    1/time, as are frequencies of which a combination |k| <= 10 is 0 within its error. IRREGULAR are orbits whose
+    frequencies differ from half to half by 0.3 cycles or more, and by more than close lines can make them differ.
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
     several times as much for orbits whose lines do not stand apart (bench/test_frequency.py).
     Memory: samples of some orbits at a time, 64 MiB or one orbit, and as much for what is made of them

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .angle_loops import Layout
-from .closeness import Closeness, closeness
+from .closeness import Closeness, closeness, related
 from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
 from .integer_lattice import box
@@ -29,6 +29,11 @@ lines may do that; of three loops and more for each beyond one, where lines were
 BEATS = 10.0
 """Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
 their beats.
+"""
+
+BEATEN = 5.0
+"""Factor of the change from half to half: so much frequencies may be off by beats of combinations about as slow as the
+whole.
 """
 
 SAME = 0.5
@@ -171,8 +176,9 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     useless = broad[:, None] | slow | (lattice.error * time < blur)
     steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
     lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
+    vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error)
     aliased = found.tail[:, None] ** ALIASED
-    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time)
+    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, blur))
     chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
@@ -189,7 +195,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
         planes = _with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
-        planes = planes._replace(error=planes.error + aliased / time)
+        planes = planes._replace(error=planes.error + aliased / time + _beaten(planes, blur))
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
@@ -364,6 +370,14 @@ def _change(rates: _Rates, time: np.ndarray) -> np.ndarray:
     return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2
 
 
+def _beaten(rates: _Rates, blur: np.ndarray) -> np.ndarray:
+    """Return what the frequencies of loops may be off where some combination, of a `blur` (orbits, m), is so slow that
+    all windows see the same part of its beat: actions change with it, and all frequencies with them.
+    """
+    change = np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
+    return np.where((blur > 0).any(axis=1, keepdims=True) & np.isfinite(change), BEATEN * change, 0.0)
+
+
 def _parts(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer, of equally many samples."""
     for own in signals.alike(np.flatnonzero(needed.any(axis=1))):
@@ -428,9 +442,9 @@ def _own_angles(
     k = k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
     vectors, matched = np.zeros((orbits, m, m), np.int64), found.rank == m
     bar = np.minimum(lattice.error, 1 / time)
+    sums, bounds = _applied(k, lattice.nu), _applied(np.abs(k), bar) + 1e-3 / time
     for j in range(m):
-        miss = np.abs(_applied(k, lattice.nu) - own.nu[:, j, None])
-        within = miss <= _applied(np.abs(k), bar) + own.error[:, j, None] + 1e-3 / time
+        within = np.abs(sums - own.nu[:, j, None]) <= bounds + own.error[:, j, None]
         vectors[:, j] = k[within.argmax(axis=1)]
         matched &= within.any(axis=1) & (own.error[:, j] * time[:, 0] < SAME)
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
