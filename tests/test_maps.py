@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fastaff as fa
+from fastaff.analysis import FrequencyKind
 from fastaff.compile.jit import LANES
 from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from fastaff.models.maps import jacobian, symplectic, symplectic_defect
@@ -749,3 +750,25 @@ def test_maps_that_are_real_only_far_away():
     fa.mapping("p1 = p + sqrt(1 - (x - a)**2); x1 = x + p1", a=1e3)
     with pytest.raises(ValueError, match="real"):
         fa.mapping("p1 = p + sqrt(-1 - x**2*q**2); x1 = x + p1; q1 = q; y1 = y")
+
+
+def test_orbits_of_islands_are_not_irregular():
+    """Around the islands 1/5 of Henon's map: the halves see other parts of a slow swing."""
+    model, z0 = HenonMap(0.2054), np.zeros((2, 200))
+    angle = np.random.default_rng(8).uniform(0, 2 * np.pi, 200)
+    z0[:] = np.random.default_rng(9).uniform(0.3, 0.42, 200) * [np.cos(angle), np.sin(angle)]
+    found, truth = (fa.frequency_map(model, z0, time=time) for time in (512, 16384))
+    calm = truth.kind == FrequencyKind.INDEPENDENT
+    assert calm.sum() > 150
+    swinging = (np.abs(5 * found.nu[0] - 1) * 512 < 3) & calm
+    assert swinging.sum() > 10
+    assert (found.kind[calm] == FrequencyKind.IRREGULAR).sum() <= 2
+    samples = fa.integrate(model, z0[:, calm], time=512, samples=512).samples.transpose(1, 2, 0)
+    assert (fa.tunes(samples).kind == FrequencyKind.IRREGULAR).sum() <= 2
+
+
+def test_planes_that_are_all_restless():
+    """No orbit of two planes is calm: there are no modes to look for."""
+    model = OneTurnMap(nu_x=0.28883115136299725, nu_y=0.19452565053883175, octupole=-0.0812251067380454, aperture=10.0)
+    found = fa.frequency_map(model, [0.3476747055894037, 0.25973390354356185, 0.0, 0.0], time=8192)
+    assert found.kind[0] in (FrequencyKind.IRREGULAR, FrequencyKind.UNDECIDED)

@@ -13,6 +13,11 @@ from .peaks import FEWEST, STRONG, divides
 SHORT = 6
 """|k|_1 of combinations whose lines may hide behind others."""
 
+CHANCE = 1 / 5
+"""Largest |k|_1 of a beat that is no chance, in cycles of the fastest line: of two frequencies some 3 |k|_1/cycles
+combinations are as slow as the time by chance.
+"""
+
 
 def relations(
     unit,
@@ -34,6 +39,7 @@ def relations(
     blur,
     near,
     close,
+    beating,
 ):
     """Hold the frequencies of an orbit against each other: fill in what of its lines they do not explain, and which
     combinations of them are as close to 0 as lines can't be told apart.
@@ -45,7 +51,8 @@ def relations(
     which they are large. Filled are strange (orbits,), the amplitude, relative to its loop's largest, of the largest
     line of which a generator is a multiple, 1 where a generator is part of no strong one and not told from a
     combination of others; blur (orbits, m), the cycles that each frequency may be off by close lines of combinations;
-    near, close (orbits,): whether there are such that are large, or show.
+    near, close, beating (orbits,): whether there are such that are large, that show, or of so few steps that it is no
+    chance: |k|_1 <= CHANCE of the cycles of the fastest.
 
     Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
     to be no larger than the smallest line that is known, FEWEST where there are no more.
@@ -101,6 +108,7 @@ def relations(
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
             if cycles < resolved:
+                beating[unit] = beating[unit] or lengths[v] <= CHANCE * time * own[:rank].max()
                 for g in range(rank):  # part of no strong line, and what others make: it may be none
                     strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows

@@ -16,7 +16,7 @@ from ...flows.motion import motion
 from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.frequency_map import FrequencyWork, checked_angles
 from ..frequencies.map_frequencies import map_frequencies_of
-from ..frequencies.readings import CHANGED
+from ..frequencies.turning import CHANGED
 from .indicators import FrequencyDiffusion, ReversibilityError, ZeroOne
 from .translations import median_correlation, sampling
 

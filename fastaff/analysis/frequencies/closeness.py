@@ -33,6 +33,7 @@ class Closeness(NamedTuple):
     blur: np.ndarray
     near: np.ndarray
     close: np.ndarray
+    beating: np.ndarray
 
 
 def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarray, threads: int) -> Closeness:
@@ -44,7 +45,7 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
     k, lengths = _relating(m)
     value, bar, strength = (np.ascontiguousarray(found.lines[:, i]) for i in range(3))
     known = np.where(found.owned & np.isfinite(nu), nu, 0.0), np.where(found.owned, found.spread, 0.0)
-    result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((2, orbits), bool))
+    result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((3, orbits), bool))
     limits = RESOLVED, NEAR, SHOWS, LARGE
     seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
     run(relations, orbits, (*seen, *result), threads)

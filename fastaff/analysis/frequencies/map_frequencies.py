@@ -22,21 +22,17 @@ from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
-from .readings import CHANGED
 from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
 from .tunes import FALLBACK, LEAST, TuneWork, entangled
+from .turning import CHANGED, LOCKED, calm_change
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
 
 COUPLED = 4
 """Most planes whose tunes are looked at in other orders."""
-
-LOCKED = 12
-"""Largest period of islands that a rotation number is looked at for."""
-
 
 SWINGS = 2.0
 """Turns over a half by which the mean of an angle must change to be chaos: slow swings in a resonance change it too."""
@@ -255,7 +251,7 @@ class MapFrequencies:
         kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
         kind[self._dependent().any(axis=0)] = FrequencyKind.DEPENDENT
         kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
-        beyond = np.where(self._wound_rows()[:, None], SWINGS, CHANGED)
+        beyond = np.where(self._wound_rows()[:, None], SWINGS, calm_change(self.nu, self.halves, span))
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
         kind[~some] = FrequencyKind.UNDECIDED
         turned = self.span * np.where(known, np.abs(self.nu - np.rint(self.nu)), 0.0).max(axis=0)

@@ -14,6 +14,7 @@ from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
 from .integer_lattice import box
 from .line_rates import line_changes, line_rates
 from .signals import Signals
+from .turning import CHANGED
 from .windows import damping
 
 SAFETY = 5.0
@@ -21,9 +22,9 @@ SAFETY = 5.0
 (bench/test_frequency.py).
 """
 
-CHANGED, SURELY, EACH = 0.3, 3.0, 1.5
-"""Cycles over a half by which frequencies differ from half to half where they are said to change, and where no close
-lines may do that; of three loops and more for each beyond one, where lines were not told apart.
+SURELY, EACH = 3.0, 1.5
+"""Cycles over a half by which frequencies differ from half to half where no close lines may do that; of three loops and
+more for each beyond one, where lines were not told apart.
 """
 
 BEATS = 10.0
@@ -178,7 +179,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
     vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error)
     aliased = found.tail[:, None] ** ALIASED
-    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, blur))
+    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, close.beating))
     chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
@@ -195,7 +196,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
         planes = _with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
-        planes = planes._replace(error=planes.error + aliased / time + _beaten(planes, blur))
+        planes = planes._replace(error=planes.error + aliased / time + _beaten(planes, close.beating))
         chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
@@ -370,12 +371,13 @@ def _change(rates: _Rates, time: np.ndarray) -> np.ndarray:
     return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2
 
 
-def _beaten(rates: _Rates, blur: np.ndarray) -> np.ndarray:
-    """Return what the frequencies of loops may be off where some combination, of a `blur` (orbits, m), is so slow that
-    all windows see the same part of its beat: actions change with it, and all frequencies with them.
+def _beaten(rates: _Rates, beating: np.ndarray) -> np.ndarray:
+    """Return what the frequencies of loops may be off where a combination of an orbit is so slow that all windows see
+    the same part of its beat (orbits,): actions change with it, and all frequencies with them.
     """
     change = np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
-    return np.where((blur > 0).any(axis=1, keepdims=True) & np.isfinite(change), BEATEN * change, 0.0)
+    change = np.maximum(change - ROUNDING * np.abs(rates.nu).max(axis=1, keepdims=True), 0.0)
+    return np.where(beating[:, None] & np.isfinite(change), BEATEN * change, 0.0)
 
 
 def _parts(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

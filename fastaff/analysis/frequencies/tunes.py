@@ -27,9 +27,9 @@ from .line_rates import drifts, line_rates, lines_of
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
 from .plane_modes import modes_of, plane_values
-from .readings import CHANGED, SAME
+from .readings import SAME
 from .signals import signals_of
-from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, without_standing
+from .turning import CHANGED, PIECE, ROUNDING, SAFETY, Means, Turning, Window, calm_change, without_standing
 from .windows import LINE_ORDER
 
 FALLBACK = 1e-9
@@ -80,14 +80,15 @@ class Tunes(Result):
 
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
     takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
-    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
-    log10 of the largest |change| from the first half of the window to the second, NaN where there is no tune; turns
-    (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
-    that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
-    cycles or more; DEPENDENT, a plane is at rest, or two tunes are related by small integers: locked, or lines of one
-    motion; UNDECIDED, too short to tell, or no tune; else INDEPENDENT; status (orbits,): OK, or of an orbit that ended,
-    whose numbers are those of its life, NONFINITE or, where its samples stay at one point, such as 0, LOST. lines: the
-    strongest lines of each plane's signal, where they were asked for.
+    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion
+    (orbits,) = log10 of the largest |change| from the first half of the window to the second, NaN where there is no
+    tune; turns (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the
+    number of steps that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half
+    to half by 0.3 cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes
+    are related by small integers: locked, or lines of one motion; UNDECIDED, too short to tell, or no tune; else
+    INDEPENDENT; status (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or,
+    where its samples stay at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where
+    they were asked for.
     """
 
     names: tuple[str, ...]
@@ -195,7 +196,8 @@ def tunes_of(
                 apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
                 kind[np.abs(apart - np.rint(apart)) <= np.where(width < CHANCE, width, -1.0)] = FrequencyKind.DEPENDENT
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
-    kind[window / 2 * change > CHANGED] = FrequencyKind.IRREGULAR
+    kind[window / 2 * change > CHANGED] = FrequencyKind.UNDECIDED
+    kind[window / 2 * change > calm_change(nu, means.halves, window / 2)] = FrequencyKind.IRREGULAR
     kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
     diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
     return Tunes(names, nu, error, method, diffusion, turns, window, kind, status, lines)
@@ -284,6 +286,8 @@ class TuneWork:
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
             restless = _restless(f.reshape(-1, length + 1), halves, length).reshape(f.shape[:2])
             calm = ~restless.all(axis=1)
+            if not calm.any():
+                continue
             known, lines, modes = modes_of(f[calm])
             if not known.any():
                 continue

@@ -11,6 +11,7 @@ from ...base.sums import total
 from ...compile.plane_loops import COLUMNS, MOMENTS
 from ...flows.flow import launch
 from ...kernels import tunes as kernels
+from .integer_lattice import ball
 from .windows import SPANS, damping, weight_at
 
 PIECE = 65536
@@ -27,6 +28,14 @@ STANDING = 0.1
 
 HARMONICS = 40
 """Harmonics of a curve whose slow beats count in the error of its rotation number."""
+
+CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
+"""Turns over a half by which a tune changes where it is said to; times the order of a resonance, by which it may where
+its orbit swings slowly in one; and by which its tunes are off the resonance then.
+"""
+
+LOCKED = 12
+"""Largest order of islands that are looked for."""
 
 
 class Window(NamedTuple):
@@ -145,3 +154,20 @@ def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     m = np.arange(1, HARMONICS + 1).reshape(-1, *[1] * np.ndim(rotation))
     beat = np.abs(m * rotation - np.rint(m * rotation))
     return total(4.0 * 0.5**m * beat / m * damping(beat * steps))
+
+
+def calm_change(nu: np.ndarray, halves: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Return by how many turns (orbits,) over a `half` (orbits,) the means of the halves (2, n, orbits), of the whole
+    nu (n, orbits), may differ without chaos.
+
+    In a chain of |k| islands each angle swings by 1/|k| of a turn, and the halves may see parts of a swing: where a
+    combination |k| <= LOCKED/n of the tunes, of the whole or of a half, turns less than BESIDE.
+    """
+    result = np.full(half.shape, CHANGED)
+    some = np.flatnonzero(half * np.abs(halves[0] - halves[1]).max(axis=0) > CHANGED)
+    for k in ball(len(nu), max(LOCKED // len(nu), 2))[1:]:
+        for seen in (nu, *halves):
+            beat = total(k[:, None] * seen[:, some])
+            near = some[np.abs(beat - np.rint(beat)) * half[some] < BESIDE]
+            result[near] = np.maximum(result[near], ISLAND / np.abs(k).sum())
+    return result
