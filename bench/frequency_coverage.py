@@ -500,6 +500,15 @@ def checked(threads=None) -> str:
     return "\n".join(said)
 
 
+def write(begin: str, text: str, end: str) -> None:
+    """Write a text into the page between two comments."""
+    page = PAGE.read_text()
+    if begin not in page or end not in page:
+        sys.exit(f"{PAGE} has no comments {begin.strip()} and {end}")
+    before, rest = page.split(begin, 1)
+    PAGE.write_text(f"{before}{begin}{text}{end}{rest.split(end, 1)[1]}")
+
+
 def main() -> None:
     """Measure, print, and write the tables where that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
@@ -527,11 +536,7 @@ def main() -> None:
     if given.show:
         print(shown(results, given.show))
     if given.write:
-        page = PAGE.read_text()
-        if BEGIN not in page or END not in page:
-            sys.exit(f"{PAGE} has no comments {BEGIN.strip()} and {END}")
-        before, rest = page.split(BEGIN, 1)
-        PAGE.write_text(f"{before}{BEGIN}{text}{END}{rest.split(END, 1)[1]}")
+        write(BEGIN, text, END)
 
 
 if __name__ == "__main__":

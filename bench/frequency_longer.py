@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from frequency_coverage import PAGE, ratios
+from frequency_coverage import ratios, write
 
 import fastaff as fa
 from fastaff.analysis import FrequencyKind
@@ -36,17 +36,15 @@ def formula(text, coordinates, time, size, **parameters):
     return drawn
 
 
-def body(make, time):
-    """Return a drawer of bodies near their rest, turning."""
+def body(potential, rest, time):
+    """Return a drawer of bodies with potential(rng), near their rest."""
 
     def drawn(rng):
-        made, rest = make(rng)
-        return made, rest[:, None] + 0.1 * rng.standard_normal((8, ORBITS)), time
+        made = fa.Body(potential(rng))
+        return made, np.array(rest)[:, None] + 0.1 * rng.standard_normal((8, ORBITS)), time
 
     return drawn
 
-
-REST = np.array([1.5, 0, 0.3, 0, 0, 0, 0, 0])
 
 SYSTEMS = {
     "Hénon-Heiles": formula("(x**2+y**2)/2+x**2*y-y**3/3", "x y", 1000.0, 0.2),
@@ -57,16 +55,15 @@ SYSTEMS = {
         "(x**2+a*y**2+b*z**2)/2+0.1*x*y+0.1*y**2*z+0.05*(x**4+z**4)", "x y z", 1000.0, 0.4, a=(1.2, 1.5), b=(1.6, 2)
     ),
     "three quartics": formula("(x**4+a*y**4+b*z**4)/4+0.1*x**2*y**2", "x y z", 800.0, 0.8, a=(1.5, 2), b=(2.1, 3)),
-    "body, EQ2.2h": body(lambda rng: (fa.Body(fa.Hyperelastic(rng.uniform(0.5, 2))), REST), 400.0),
+    "body, EQ2.2h": body(lambda rng: fa.Hyperelastic(rng.uniform(0.5, 2)), [1.5, 0, 0.3, 0, 0, 0, 0, 0], 400.0),
     "body, neo-Hookean": body(
-        lambda rng: (fa.Body(fa.NeoHookean(G=rng.uniform(0.5, 2), K=rng.uniform(1, 4))), np.array([1, 1, *[0] * 6])),
-        400.0,
+        lambda rng: fa.NeoHookean(G=rng.uniform(0.5, 2), K=rng.uniform(1, 4)), [1, 1, 0, 0, 0, 0, 0, 0], 400.0
     ),
 }
 
 
 def compared(model, z0, time):
-    """Return the ratios of the differences to the errors, of orbits that are compared, and their number."""
+    """Return the ratios of the differences to the errors, of the orbits that are compared."""
     brief, longer = (fa.frequency_map(model, z0, time=t) for t in (time, LONGER * time))
     own = (brief.kind == FrequencyKind.INDEPENDENT) & (longer.kind == FrequencyKind.INDEPENDENT)
     nu, error, truth = (a[:, own] for a in (brief.nu, brief.error + longer.error, longer.nu))
@@ -99,5 +96,4 @@ if __name__ == "__main__":
     rows = table()
     print(rows)
     if parser.parse_args().write:
-        head, tail = PAGE.read_text().split(BEGIN)
-        PAGE.write_text(head + BEGIN + rows + END + tail.split(END)[1])
+        write(BEGIN, rows, END)

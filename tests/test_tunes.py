@@ -289,7 +289,8 @@ def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeyp
     same(spared.take(np.flatnonzero(calm)), fitted.take(np.flatnonzero(calm)))
     off = (spared.nu != fitted.nu).any(axis=0)
     assert off.any()
-    assert (spared.kind[off] >= FrequencyKind.IRREGULAR).all()  # or undecided, beside a resonance
+    beside = (spared.kind == FrequencyKind.UNDECIDED) & (spared.window / 2 * 10.0**spared.diffusion <= 3.0)
+    assert (beside | (spared.kind == FrequencyKind.IRREGULAR))[off].all()
     assert (spared.method[:, ~calm].sum(axis=0) == 0).mean() > 0.7
     assert (fa.tunes(samples, method=NaffLines()).method[:, calm] == 1).all()
 

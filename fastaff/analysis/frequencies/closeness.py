@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernels.relations import relations
 from .fundamental import Modes, run, tables_of
-from .integer_lattice import ball
+from .integer_lattice import ball, combined, one_of_each
 
 RESOLVED, NEAR = 1.5, 8.0
 """Cycles over the window between two lines that windows tell apart, and within which a line changes what its halves
@@ -55,13 +55,8 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
 def related(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Tell of which orbits a combination of |k|_1 <= FEW of the frequencies (orbits, m) is 0 within its error."""
     k, lengths = _relating(nu.shape[1])
-    k = k[:, lengths <= FEW].astype(np.int64)
-    sums, bounds = np.zeros((2, len(nu), k.shape[1]))
-    for j in range(len(k)):
-        there = k[j] != 0
-        sums[:, there] += k[j, there] * nu[:, j, None]
-        bounds[:, there] += np.abs(k[j, there]) * error[:, j, None]
-    return np.any(np.abs(sums) <= bounds, axis=1)
+    k = k[:, lengths <= FEW].T
+    return np.any(np.abs(combined(k, nu)) <= combined(np.abs(k), error), axis=1)
 
 
 @functools.cache
@@ -69,8 +64,6 @@ def _relating(m: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the vectors k (m, vectors), one of each pair +-k, of relations of m frequencies that are looked at, and
     |k|_1.
     """
-    k = ball(m, RELATED[min(m, len(RELATED)) - 1])[1:]
-    first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
+    k = one_of_each(ball(m, RELATED[min(m, len(RELATED)) - 1])[1:])
     length = np.abs(k).sum(axis=1)
-    kept = (first > 0) & (length > 1)
-    return np.ascontiguousarray(k[kept].T, dtype=np.float64), length[kept]
+    return np.ascontiguousarray(k[length > 1].T, dtype=np.float64), length[length > 1]

@@ -49,6 +49,23 @@ def ball(rank: int, longest: int) -> np.ndarray:
     return k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
 
 
+def one_of_each(k: np.ndarray) -> np.ndarray:
+    """Return one of each pair +-k of vectors (vectors, n): that whose first entry but 0 is positive."""
+    first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
+    return k[first > 0]
+
+
+def combined(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return k . nu (orbits, vectors) of vectors k ((orbits,) vectors, n) and frequencies (orbits, n): added up in the
+    same order for any number of orbits.
+    """
+    result = np.zeros((len(nu), k.shape[-2]))
+    with np.errstate(invalid="ignore"):  # none of what is not known is 0
+        for j in range(nu.shape[1]):
+            result += np.where(k[..., j] != 0, k[..., j] * nu[:, j, None], 0.0)
+    return result
+
+
 def _ball(rank: int, longest: int) -> list[tuple[int, ...]]:
     if rank == 0:
         return [()]

@@ -11,7 +11,7 @@ from .angle_loops import Layout
 from .closeness import Closeness, closeness, related
 from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
-from .integer_lattice import box
+from .integer_lattice import box, combined
 from .line_rates import line_changes, line_rates
 from .signals import Signals
 from .turning import CHANGED
@@ -203,7 +203,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     basis[:, :m, :m] = combination
     # Where the integers are known the frequencies tell the leading lines better than bins do.
     known = (combination != 0).any(axis=2) & np.isfinite(chosen.error[:, :m]).all(axis=1, keepdims=True)
-    through = _applied(combination, chosen.nu[:, :m]), _applied(np.abs(combination), chosen.error[:, :m])
+    through = combined(combination, chosen.nu[:, :m]), combined(np.abs(combination), chosen.error[:, :m])
     known &= through[1] < leading_error[:, :m]
     leading[:, :m] = np.where(known, through[0], leading[:, :m])
     leading_error[:, :m] = np.where(known, through[1], leading_error[:, :m])
@@ -281,7 +281,7 @@ def _irregular(
     A line of relative amplitude a changes the difference of the halves by 2 a cycles over a half at most. Where that
     may be all, the line is fitted in both halves.
     """
-    change = np.where(found.moving, _change(rates, s.time[:, None]), 0.0)
+    change = np.where(found.moving, _change(rates) * s.time[:, None] / 2, 0.0)
     change = np.where(np.isfinite(change), change, 0.0)
     most, loop = change.max(axis=1, initial=0.0), change.argmax(axis=1)
     rough = found.rest > np.where(found.drifting & (most < SURELY), 2 * ROUGH, ROUGH)
@@ -364,19 +364,16 @@ def _averages(s: Signals, start: Signals | None, loops: Loops, librations: int, 
     )
 
 
-def _change(rates: _Rates, time: np.ndarray) -> np.ndarray:
-    """Return by how many cycles over a half the rates (orbits, loops) differ from one half of the time (orbits, 1) to
-    the other.
-    """
-    return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1]) * time / 2
+def _change(rates: _Rates) -> np.ndarray:
+    """Return by how much the rates (orbits, loops) differ from one half of the time to the other."""
+    return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
 
 
 def _beaten(rates: _Rates, beating: np.ndarray) -> np.ndarray:
     """Return what the frequencies of loops may be off where a combination of an orbit is so slow that all windows see
     the same part of its beat (orbits,): actions change with it, and all frequencies with them.
     """
-    change = np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
-    change = np.maximum(change - ROUNDING * np.abs(rates.nu).max(axis=1, keepdims=True), 0.0)
+    change = np.maximum(_change(rates) - ROUNDING * np.abs(rates.nu).max(axis=1, keepdims=True), 0.0)
     return np.where(beating[:, None] & np.isfinite(change), BEATEN * change, 0.0)
 
 
@@ -419,17 +416,6 @@ def _with_lines(
     return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
 
 
-def _applied(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
-    """Return k . nu (orbits, vectors) of vectors k ((orbits,) vectors, m): in the same order for any number of
-    orbits.
-    """
-    result = np.zeros((len(nu), k.shape[-2]))
-    with np.errstate(invalid="ignore"):  # none of what is not known is 0
-        for j in range(nu.shape[1]):
-            result += np.where(k[..., j] != 0, k[..., j] * nu[:, j, None], 0.0)
-    return result
-
-
 def _own_angles(
     lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: np.ndarray
 ) -> tuple[_Rates, np.ndarray]:
@@ -444,7 +430,7 @@ def _own_angles(
     k = k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
     vectors, matched = np.zeros((orbits, m, m), np.int64), found.rank == m
     bar = np.minimum(lattice.error, 1 / time)
-    sums, bounds = _applied(k, lattice.nu), _applied(np.abs(k), bar) + 1e-3 / time
+    sums, bounds = combined(k, lattice.nu), combined(np.abs(k), bar) + 1e-3 / time
     for j in range(m):
         within = np.abs(sums - own.nu[:, j, None]) <= bounds + own.error[:, j, None]
         vectors[:, j] = k[within.argmax(axis=1)]
@@ -453,13 +439,13 @@ def _own_angles(
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate
     through = _Rates(
-        _applied(vectors, lattice.nu),
-        np.where(basis[:, None], _applied(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
+        combined(vectors, lattice.nu),
+        np.where(basis[:, None], combined(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
         np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
-        _applied(vectors, lattice.step),
-        _applied(np.abs(vectors), lattice.step_error),
-        np.stack([_applied(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
-        np.stack([_applied(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2),
+        combined(vectors, lattice.step),
+        combined(np.abs(vectors), lattice.step_error),
+        np.stack([combined(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
+        np.stack([combined(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2),
     )
     best = through.where(np.isfinite(through.error), own)
     chosen = best.where(kept[:, None], lattice)

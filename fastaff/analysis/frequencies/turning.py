@@ -11,7 +11,7 @@ from ...base.sums import total
 from ...compile.plane_loops import COLUMNS, MOMENTS
 from ...flows.flow import launch
 from ...kernels import tunes as kernels
-from .integer_lattice import ball
+from .integer_lattice import ball, one_of_each
 from .windows import SPANS, damping, weight_at
 
 PIECE = 65536
@@ -165,7 +165,7 @@ def calm_change(nu: np.ndarray, halves: np.ndarray, half: np.ndarray) -> np.ndar
     """
     result = np.full(half.shape, CHANGED)
     some = np.flatnonzero(half * np.abs(halves[0] - halves[1]).max(axis=0) > CHANGED)
-    for k in ball(len(nu), max(LOCKED // len(nu), 2))[1:]:
+    for k in one_of_each(ball(len(nu), max(LOCKED // len(nu), 2))[1:]):
         for seen in (nu, *halves):
             beat = total(k[:, None] * seen[:, some])
             near = some[np.abs(beat - np.rint(beat)) * half[some] < BESIDE]
