@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
-.PHONY: demo test test-ci bounds faults lowest newest docs bench bench-peers bench-compare gate peers lint clean
+.PHONY: demo wheel test test-ci bounds faults lowest newest docs bench bench-peers bench-compare gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -18,6 +18,9 @@ $(VENV)/.dev: pyproject.toml
 
 demo: $(VENV)/.dev  ## the main job: a Poincaré map and a frequency map
 	$(BIN)/fastaff demo --out demo
+
+wheel: $(VENV)/.dev  ## dist/*.whl with machine code for x86-64-v3 and v4, for this version of Python
+	$(BIN)/python .ci/wheel.py dist
 
 test: $(VENV)/.dev  ## the default tests, on WORKERS cores
 	$(PYTEST) -m "not slow"

@@ -15,7 +15,7 @@ def lowest(requirements: list[str]) -> set[str]:
             for extra in entry.removeprefix("fastaff[").removesuffix("]").split(","):
                 found |= lowest(EXTRAS[extra])
         else:
-            found.add(entry.replace(">=", "=="))
+            found.add(entry.partition(",")[0].replace(">=", "=="))
     return found
 
 

@@ -95,8 +95,11 @@ class CodeCache(NullCache):
     misses = 0
     """How often this process found no code and had to compile."""
 
-    def __init__(self, function: Callable, folder: Path):
-        self._function, self._folder = function, folder
+    prebuilt = 0
+    """How often it found code in a pack."""
+
+    def __init__(self, function: Callable, folder: Path, pack: Callable[[], Any] = lambda: None):
+        self._function, self._folder, self._pack = function, folder, pack
 
     @property
     def cache_path(self):
@@ -104,12 +107,16 @@ class CodeCache(NullCache):
         return str(self._folder)
 
     def load_overload(self, sig, target_context):
-        """Return the code for a signature, None where there is none."""
+        """Return the code for a signature: from the folder, else from the pack, if there is one; else None."""
         target_context.refresh()
-        key = self._key(sig, target_context.codegen())
-        content = read(self._path(key))
-        kept, code = (None, None) if content is None else pickle.loads(content)
-        if kept == key:
+        target = target_context.codegen().magic_tuple()
+        key = self._key(sig, target)
+        code = _code(read(self._path(key)), key)
+        if code is None and (pack := self._pack()) is not None:
+            key = self._key(sig, (target[0], pack.level.name, pack.level.features))
+            code = _code(pack.code(self._path(key).name), key)
+            CodeCache.prebuilt += code is not None
+        if code is not None:
             return CompileResult._rebuild(target_context, *code)
         CodeCache.misses += 1
         return None
@@ -118,17 +125,24 @@ class CodeCache(NullCache):
         """Keep the code for a signature, unless it holds addresses of this process."""
         if data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
             return
-        key = self._key(sig, data.codegen)
-        write(self._path(key), dumps((key, data._reduce())))
+        key = self._key(sig, data.codegen.magic_tuple())
+        unannotated = data._replace(type_annotation="")  # by types, for people: a tenth of the file
+        write(self._path(key), dumps((key, unannotated._reduce())))
 
-    def _key(self, sig: Any, codegen: Any) -> tuple:
+    def _key(self, sig: Any, target: tuple) -> tuple:
         """Return what code depends on, beyond the sources that the folder is named by."""
         code, cells = self._function.__code__, self._function.__closure__ or ()
         name = self._function.__module__, self._function.__qualname__, code.co_firstlineno
-        return name, sig, codegen.magic_tuple(), code.co_code, dumps(tuple(cell.cell_contents for cell in cells))
+        return name, sig, target, code.co_code, dumps(tuple(cell.cell_contents for cell in cells))
 
     def _path(self, key: tuple) -> Path:
         """Return the file of a key: others may have the same, of classes of the same name, and lose their turn."""
         (_, name, _), sig, *rest = key
         digest = hashlib.sha256(repr((key[0], str(sig), rest)).encode()).hexdigest()[:24]
         return self._folder / f"{re.sub('[^A-Za-z0-9_]+', '_', name)[:60]}-{digest}{SUFFIX}"
+
+
+def _code(content: bytes | None, key: tuple) -> tuple | None:
+    """Return the code that a file holds, where it is of that key."""
+    kept, code = (None, None) if content is None else pickle.loads(content)
+    return code if kept == key else None

@@ -10,23 +10,27 @@ import os
 import platform
 import stat
 import sys
+import sysconfig
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
 from numba import types
 from numba.core import cgutils
 from numba.core import config as _config
 from numba.core import event as events
 from numba.core.ccallback import CFunc
+from numba.core.codegen import get_host_cpu_features
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from ..base.interruption import unbroken
 from .cache import CodeCache
 from .callees import Callee
+from .packs import FOLDER, Pack, best
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
 
@@ -47,11 +51,16 @@ COMPILED = ("base", "charts", "compile", "formulas", "kernels", "models", "schem
 """Folders of the package that machine code is made of: what stands above them only calls it."""
 
 
-@functools.cache
 def package_hash(*folders: str) -> str:
     """Hash of every source file of the package, or of some of its folders, and of what compiles it."""
+    return _hash(sys.version, folders)
+
+
+@functools.cache
+def _hash(python: str, folders: tuple[str, ...]) -> str:
     flags = f"{config.OPT} {config.BOUNDSCHECK}"  # of the environment, NUMBA_OPT and NUMBA_BOUNDSCHECK
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()} {flags}".encode())
+    compilers = f"{numba.__version__} {llvmlite.__version__} {python}"
+    digest = hashlib.sha256(f"{compilers} {platform.machine()} {flags}".encode())
     root = Path(__file__).parents[1]
     for path in sorted(path for top in folders or ("",) for path in (root / top).rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
@@ -61,6 +70,24 @@ def package_hash(*folders: str) -> str:
 def code_hash() -> str:
     """Hash of the sources that machine code is made of: the key of the compile cache."""
     return package_hash(*COMPILED)
+
+
+def pack_key() -> str:
+    """Hash of the sources that machine code is made of, for all builds of this version of Python (EXT_SUFFIX): the key of
+    packs, which are compiled elsewhere.
+    """
+    return _hash(f"{sysconfig.get_config_var('EXT_SUFFIX')}", COMPILED)
+
+
+@functools.cache
+def prebuilt() -> Pack | None:
+    """Return the pack that came with the package for these sources and this processor; None where there is none, and
+    where the environment names a processor to compile for (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
+    """
+    if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
+        return None
+    known = [entry[1:] for entry in get_host_cpu_features().split(",") if entry.startswith("+")]
+    return best(FOLDER, pack_key(), known)
 
 
 def cache_root() -> Path:
@@ -166,7 +193,7 @@ def jit(
     how: Any = "always" if inline else "never"
     kernel: Any = numba.njit(function, nogil=True, error_model="numpy", inline=how)
     if (folder := cache_directory()) is not None:
-        kernel._cache = CodeCache(function, folder)
+        kernel._cache = CodeCache(function, folder, prebuilt)
     kernel.compile = compiling()(kernel.compile)
     if not inline:
         kernel.part = Callee(function, constants=constants, apart=apart)
@@ -232,7 +259,7 @@ class BlockFunction(types.WrapperAddressProtocol):
     def __init__(self, function: Callable, signature: Any, *, cache: bool):
         compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
         if cache and (folder := cache_directory()) is not None:
-            compiled._cache = CodeCache(function, folder)
+            compiled._cache = CodeCache(function, folder, prebuilt)
         with compiling():
             compiled.compile()
         self._compiled = compiled

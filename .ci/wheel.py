@@ -1,0 +1,89 @@
+"""Build a wheel with packs: machine code of the package's own kernels, compiled for levels of x86-64.
+
+Works on a copy of the tree, which stays without packs. They serve the version of Python that runs this.
+Run: python .ci/wheel.py FOLDER
+"""
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+FILES = ("pyproject.toml", "README.md", "LICENSE", "MANIFEST.in")
+
+
+def main(target: Path) -> None:
+    """Build the wheel in a folder."""
+    with tempfile.TemporaryDirectory() as place:
+        tree = Path(place) / "tree"
+        ignored = shutil.ignore_patterns("__pycache__", "prebuilt")
+        shutil.copytree(ROOT / "fastaff", tree / "fastaff", ignore=ignored)
+        for name in FILES:
+            shutil.copy(ROOT / name, tree)
+        if platform.machine().lower() in ("x86_64", "amd64"):
+            _packs(tree, Path(place))
+        pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(target), str(tree)]
+        subprocess.run(pip, check=True)
+
+
+def _packs(tree: Path, place: Path) -> None:
+    """Compile for all levels at once, in processes of their own, and put the packs into the tree."""
+    sys.path.insert(0, str(tree))
+    from fastaff.compile.jit import pack_key
+    from fastaff.compile.packs import FOLDER, LEVELS, build
+
+    if not FOLDER.is_relative_to(tree):
+        raise SystemExit(f"packs are of {FOLDER}, not of the copy")
+    running = []
+    for level in LEVELS.values():
+        told = {"NUMBA_CPU_NAME": level.name, "NUMBA_CPU_FEATURES": level.features}
+        cache = {"PYTHONPATH": str(tree), "FASTAFF_CACHE_DIR": str(place / level.name)}
+        running.append(subprocess.Popen([sys.executable, __file__, "--calls"], env={**os.environ, **cache, **told}))
+    if any([process.wait() for process in running]):
+        raise SystemExit("the calls whose code is packed have failed")
+    for level in LEVELS.values():
+        (code,) = (place / level.name).iterdir()
+        pack = build(code, level, pack_key(), FOLDER)
+        print(f"{pack.name}: {pack.stat().st_size / 2**20:.1f} MiB")
+
+
+def calls() -> None:
+    """Make the calls whose code is packed."""
+    import numpy as np
+
+    import fastaff as fa
+    from fastaff.cli.commands.warmup import warmup
+    from fastaff.models import StandardMap
+
+    warmup()
+    potentials = fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.NeoHookean(), fa.HeavyTop()
+    deformed, plane = [1.5, 0, 0.3, 0, 0, 0.2, 0.1, 0.3], [0.0, 0.1, 0.4, 0.14]
+    systems = [(fa.Body(potential), deformed, fa.AlphaTurning()) for potential in potentials]
+    for model, start, section in [*systems, (fa.HenonHeiles(), plane, fa.Linear((1, 0, 0, 0)))]:
+        for z0 in (np.array(start), np.outer(start, [1.0, 1.01])):
+            loose = {"accuracy": 1e-4, "energy_tolerance": 1.0}
+            fa.integrate(model, z0, time=2.0, samples=2, **loose)
+            fa.poincare_map(model, z0, section=section, crossings=2, max_time=20.0, **loose)
+        fa.frequency_map(model, z0, time=20.0, **loose)
+        fa.chaos_map(model, z0, time=20.0)
+    for section in (fa.BetaTurning(), fa.AlphaEquals(1.5), fa.BetaEquals(0.3), fa.AreaEquals(1.0)):
+        fa.poincare_map(fa.Body(fa.NeoHookean()), deformed, section=section, crossings=2, max_time=20.0, step=0.05)
+    angles = 2 * np.pi * np.outer([0.1234, 0.2345, 0.3456], np.arange(1024))
+    fa.naff(np.exp(1j * angles), 1.0, lines=2)
+    fa.naff(np.cos(angles), 1.0, lines=2)
+    for planes in (1, 2, 3):
+        turns = np.concatenate([np.cos(angles[:planes]), -np.sin(angles[:planes])])
+        fa.tunes(turns)
+        fa.tunes(turns, method="naff")
+    fa.frequency_map(StandardMap(0.5), [[0.1, 0.2], [0.3, 0.4]], time=256)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--calls"]:
+        calls()
+    else:
+        main(Path(sys.argv[1]).resolve())
