@@ -33,22 +33,28 @@ def main(target: Path) -> None:
 def _packs(tree: Path, place: Path) -> None:
     """Compile for all levels at once, in processes of their own, and put the packs into the tree."""
     sys.path.insert(0, str(tree))
-    from fastaff.compile.jit import pack_key
+    from fastaff.compile.cache import SUFFIX
+    from fastaff.compile.jit import pack_key, prebuilt
     from fastaff.compile.packs import FOLDER, LEVELS, build
 
-    if not FOLDER.is_relative_to(tree):
-        raise SystemExit(f"packs are of {FOLDER}, not of the copy")
-    running = []
-    for level in LEVELS.values():
-        told = {"NUMBA_CPU_NAME": level.name, "NUMBA_CPU_FEATURES": level.features}
-        cache = {"PYTHONPATH": str(tree), "FASTAFF_CACHE_DIR": str(place / level.name)}
-        running.append(subprocess.Popen([sys.executable, __file__, "--calls"], env={**os.environ, **cache, **told}))
-    if any([process.wait() for process in running]):
-        raise SystemExit("the calls whose code is packed have failed")
-    for level in LEVELS.values():
+    def start(name: str, **told: str) -> subprocess.Popen:
+        environment = {**os.environ, "PYTHONPATH": str(tree), "FASTAFF_CACHE_DIR": str(place / name), **told}
+        return subprocess.Popen([sys.executable, __file__, "--calls"], env=environment)
+
+    def end(processes: list[subprocess.Popen]) -> None:
+        codes = [process.wait() for process in processes]
+        if any(codes):
+            raise SystemExit("the calls whose code is packed have failed")
+
+    levels = LEVELS.values()
+    end([start(one.name, NUMBA_CPU_NAME=one.name, NUMBA_CPU_FEATURES=one.features) for one in levels])
+    for level in levels:
         (code,) = (place / level.name).iterdir()
         pack = build(code, level, pack_key(), FOLDER)
         print(f"{pack.name}: {pack.stat().st_size / 2**20:.1f} MiB")
+    end([start("again")])
+    if prebuilt() is not None and list((place / "again").rglob(f"*{SUFFIX}")):
+        raise SystemExit("the same calls compile something that the pack lacks")
 
 
 def calls() -> None:
@@ -68,8 +74,8 @@ def calls() -> None:
             loose = {"accuracy": 1e-4, "energy_tolerance": 1.0}
             fa.integrate(model, z0, time=2.0, samples=2, **loose)
             fa.poincare_map(model, z0, section=section, crossings=2, max_time=20.0, **loose)
-        fa.frequency_map(model, z0, time=20.0, **loose)
-        fa.chaos_map(model, z0, time=20.0)
+            fa.frequency_map(model, z0, time=20.0, **loose)
+            fa.chaos_map(model, z0, time=20.0)
     for section in (fa.BetaTurning(), fa.AlphaEquals(1.5), fa.BetaEquals(0.3), fa.AreaEquals(1.0)):
         fa.poincare_map(fa.Body(fa.NeoHookean()), deformed, section=section, crossings=2, max_time=20.0, step=0.05)
     angles = 2 * np.pi * np.outer([0.1234, 0.2345, 0.3456], np.arange(1024))

@@ -51,7 +51,7 @@ def test_what_is_found(checked, capsys, monkeypatch):
     monkeypatch.setattr(doctor, "examined", lambda: checked)
     assert cli.main(["doctor"]) == 0
     said = capsys.readouterr().out
-    for row in ("numba", "matplotlib", "cores", "memory", "cache", "self-check    passed", "stamp"):
+    for row in ("numba", "matplotlib", "cores", "memory", "cache", "kernels", "self-check    passed", "stamp"):
         assert re.search(rf"^{row}", said, re.M)
     assert cli.main(["doctor", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {**facts, "wrong": []}

@@ -73,8 +73,8 @@ def code_hash() -> str:
 
 
 def pack_key() -> str:
-    """Hash of the sources that machine code is made of, for all builds of this version of Python (EXT_SUFFIX): the key of
-    packs, which are compiled elsewhere.
+    """Hash of the sources that machine code is made of, and of what compiles it: the key of packs, which are compiled
+    elsewhere, by another build of this version of Python (EXT_SUFFIX).
     """
     return _hash(f"{sysconfig.get_config_var('EXT_SUFFIX')}", COMPILED)
 

@@ -94,6 +94,8 @@ def _check() -> dict[str, Any]:
     """Integrate harmonic orbits over whole periods; return the error, seconds until the first result and steps/s."""
     import fastaff
 
+    from ...compile.cache import CodeCache
+    from ...compile.jit import prebuilt
     from ..progress import is_cold
 
     body, start = fastaff.Body(fastaff.Harmonic(C=1.0)), np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.0, 0.2])
@@ -110,7 +112,14 @@ def _check() -> dict[str, Any]:
     compiled("poincare", run)
     steps = ORBITS * PERIODS * STEPS
     rate = steps / min(seconds[1:])
-    return {"error": max(error), "first_result": seconds[0], "was_cached": not cold, "orbit_steps_per_second": rate}
+    pack = prebuilt() if CodeCache.prebuilt else None
+    return {
+        "error": max(error),
+        "first_result": seconds[0],
+        "was_cached": not cold,
+        "kernels": f"prebuilt {pack.level.name}" if pack else "compiled here",
+        "orbit_steps_per_second": rate,
+    }
 
 
 def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
@@ -122,7 +131,7 @@ def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append((name, missing if version is None else f"{version}{f'  ({extra})' if extra else ''}"))
     verdict = "passed" if check["error"] < TOLERANCE else "FAILED"
     state = "writable" if cache["writable"] else "read only" if cache["used"] else "NOT USED"
-    ready = "from the cache" if check["was_cached"] else "compiling"
+    ready = "nothing to compile" if check["was_cached"] else "compiling"
     return [
         *rows,
         ("machine", f"{facts['platform']}, {facts['cpu']}, vectors of {facts['vector_bits']} bit"),
@@ -132,6 +141,7 @@ def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             "cache",
             f"{cache['folder']}: {state}, {cache['bytes'] / 2**20:.0f} MiB with older versions",
         ),
+        ("kernels", check["kernels"]),
         (
             "self-check",
             f"{verdict}: {ORBITS} harmonic orbits return after {PERIODS} periods to {check['error']:.1e}; first result "
