@@ -221,7 +221,8 @@ def substitute(factor, n, x):
 def trial_step(work, u, a, m, damping):
     """Solve for a damped step of at most half a bin per line and write the trial lines: row 1 of u, a."""
     cholesky(work.matrix, work.factor, 3 * m, damping)
-    work.step[: 3 * m] = work.gradient[: 3 * m]
+    for k in range(3 * m):
+        work.step[k] = work.gradient[k]
     substitute(work.factor, 3 * m, work.step)
     for k in range(m):
         size = abs(a[0, k])

@@ -208,7 +208,8 @@ def follow_line(window, work, u, a, which):
 def write_sorted(work, m, samples, nu, amplitude, error):
     """Write u in [-N/2, N/2) and the amplitude at the first sample, the largest first."""
     bars = work.gradient
-    bars[:m] = error[:m]
+    for k in range(m):  # from slice to slice takes a second to compile
+        bars[k] = error[k]
     for k in range(m):
         rank = 0
         for j in range(m):
