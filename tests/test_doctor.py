@@ -86,6 +86,19 @@ def test_what_is_wrong(checked, monkeypatch, capsys, tmp_path):
     assert said.err.count("\n") == 5
 
 
+def test_where_kernels_come_from(monkeypatch):
+    """From a pack where one was used, not where there only is one."""
+    from fastaff.compile import jit, packs
+    from fastaff.compile.cache import CodeCache
+
+    monkeypatch.setattr(doctor, "ORBITS", 200)
+    monkeypatch.setattr(jit, "prebuilt", lambda: packs.Pack(packs.LEVELS["x86-64-v3"], {}))
+    monkeypatch.setattr(CodeCache, "prebuilt", 0)
+    assert doctor._check()["kernels"] == "compiled here"
+    monkeypatch.setattr(CodeCache, "prebuilt", 1)
+    assert doctor._check()["kernels"] == "prebuilt x86-64-v3"
+
+
 def test_a_cache_that_cannot_be_used(monkeypatch):
     from fastaff.compile import jit
 
