@@ -1,4 +1,4 @@
-"""The accuracy that is asked for: steps halved until two runs agree, and what they leave as error.
+"""The accuracy that is asked for: steps made shorter until two runs agree, and what they leave as error.
 
 Rounding errors cannot be told from the difference of two runs: a splitting keeps a nearby energy, rounding makes it
 walk at random, and what an orbit makes of that, next to a separatrix by many orders more than of anything else, only
@@ -21,8 +21,10 @@ from .motion import Motion
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder
 
-SHARE = 1 / 6
-"""Share of the accuracy that the error expected from the trial may take."""
+SHARE = 1 / 24
+"""Share of the accuracy that the error expected from the trial may take: a larger one saves less in the first runs than
+the orbits cost that miss the accuracy.
+"""
 
 SAFETY = 0.75
 """Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached
@@ -30,7 +32,7 @@ late.
 """
 
 HALVINGS = 3
-"""How often steps are halved at most beyond the first pair of runs."""
+"""How often steps are made shorter at most beyond the first pair of runs."""
 
 NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
@@ -41,11 +43,6 @@ TURNED = 12 * NOISE
 EARLY = 100.0
 """Radians up to which orbits are slowed three times as much: before an orbit has returned to a hyperbolic point a few
 times a short stretch of it makes all the error, and the rounding errors there are a larger part of all than its time.
-"""
-
-CHANCE = 0.25
-"""Share of the error expected from the trial that is left at least, some tenth of what two runs mostly show: errors of
-coarse steps change sign from orbit to orbit, and their difference is too small there by chance.
 """
 
 WITNESS = 10.0
@@ -61,23 +58,37 @@ ROUGH, LOST = 1e-4, 0.1
 which the runs tell nothing of one another.
 """
 
+MARGIN = 2.0
+"""How many times more than the order says errors must fall with steps that are only 2^(1/2) times shorter."""
+
 WEAR_RADIANS = 6.0
 """Radians of the motion in which the momenta of the run with twice the step are slowed once, or at each step."""
 
 
 class Steps(NamedTuple):
     """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN
-    radians (NaN where not known), the order at which it falls, the scales.
+    radians (NaN where not known), the order at which it falls, the scales; ratio (orbits,): how many times as long the
+    step of the run is that they are compared with; a multiple of `parts` steps is the whole `run`.
     """
 
     step: np.ndarray
     local: np.ndarray
     order: np.ndarray
     motion: Motion
+    ratio: np.ndarray
+    run: float
+    parts: int
 
     def of(self, orbits: np.ndarray) -> Steps:
         """Return those of some of the orbits."""
-        return Steps(self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits))
+        each = (self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits), self.ratio[orbits])
+        return Steps(*each, self.run, self.parts)
+
+    def shortened(self, factor: np.ndarray) -> Steps:
+        """Return steps that are so many times shorter, or the next on the ladder, to be compared with these."""
+        step = np.where(factor == 2.0, self.step / 2, on_ladder(self.step / factor, self.run, self.parts))
+        ratio = self.step / step
+        return self._replace(step=step, local=self.local / ratio**self.order, ratio=ratio)
 
 
 def planned(
@@ -95,22 +106,23 @@ def planned(
 
     Where others chose one step, or tolerances, for all orbits, it is that step (1 for tolerances).
     """
+    twice = np.full(z.shape[1], 2.0)
     if flow.alike:
         one = 1.0 if flow.adaptive else float(np.max(flow.step))
         unknown, order = np.full(z.shape[1], np.nan), np.full(z.shape[1], float(flow.scheme.order))
-        return Steps(np.full(z.shape[1], one), unknown, order, found)
+        return Steps(np.full(z.shape[1], one), unknown, order, found, twice, run, parts)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local, order = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
     used = on_ladder(step, run, parts)
-    return Steps(used, local * (used / step) ** order, order, found)
+    return Steps(used, local * (used / step) ** order, order, found, twice, run, parts)
 
 
 def share_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
-    """Return the share (orbits,) of the distance of two runs, one with half the step of the other, that is the former's
-    error.
+    """Return the share (orbits,) of the distance of two runs, one with a shorter step than the other, that is the
+    former's error.
     """
     # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
-    share = SAFETY * flow.scheme.order / (2.0**plan.order - 1)
+    share = SAFETY * flow.scheme.order / (plan.ratio**plan.order - 1)
     return np.ones_like(share) if flow.adaptive else np.minimum(share, 1.0)
 
 
@@ -161,12 +173,13 @@ def estimated(
         error = counted(apart, part) + rounding
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
         if not flow.alike:
-            error = np.maximum(error, CHANCE * local * spans)
+            # That of the trial is left at least: by chance the difference of two runs is too small for some orbits.
+            error = np.maximum(error, local * spans)
         if worn is not None:
             witness = np.minimum(apart, WITNESS * rounding)
             error, rounding = error + witness, rounding + witness
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
-    return np.maximum.accumulate(error, axis=0), rounding
+    return np.maximum.accumulate(error, axis=0), np.maximum.accumulate(rounding, axis=0)
 
 
 def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
@@ -186,14 +199,14 @@ def halved(
     drifts: Callable[[Any], np.ndarray],
     orbits: np.ndarray | None = None,
 ) -> None:
-    """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with steps
-    halved again.
+    """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with such
+    shorter ones as should do.
 
     run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear; compare(fine,
     coarse, orbits) returns distances of states and phases (moments, orbits), and how many times the error of a state
     counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run; drifts(fine) says
-    which orbits (orbits,) lose their energy. Others whose error is too large for one more halving, as chaotic ones',
-    or is mostly rounding's are left at that.
+    which orbits (orbits,) lose their energy. Others whose error is too large to be cured, as chaotic ones', or is
+    mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's, and for driven ones.
     """
@@ -214,22 +227,33 @@ def halved(
             plain = run(orbits, 2 * plan.step, None)
             worn, coarse = compare(coarse, plain, orbits)[0], plain
         elif round_ > 0:
-            coarse, plan = fine, plan._replace(step=plan.step / 2, local=plan.local / 2.0**plan.order)
+            coarse, plan = fine, plan.shortened(factor[again])
             fine = run(orbits, plan.step, None)
-            worn = None if worn is None else np.sqrt(2.0) * worn  # of twice as many kicks
+            worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
         apart, phase, weight = compare(fine, coarse, orbits)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
-        again = reachable(flow, error, accuracy) & (rounding.max(axis=0) < 0.5 * error.max(axis=0))
-        again = (again | drifts(fine)) & (round_ < HALVINGS)
+        factor = shortening(flow, plan, error, rounding, accuracy)
+        factor = np.where(drifts(fine), 2.0, factor)
+        again = (factor > 1) & (round_ < HALVINGS)
         keep(orbits, fine, np.flatnonzero(~again), error)
         orbits, plan, fine = orbits[again], plan.of(again), fine.of(again)
         worn = None if worn is None else worn[..., again]
 
 
-def reachable(flow: Flow | TransformedFlow, error: np.ndarray, accuracy: float) -> np.ndarray:
-    """Return which orbits (orbits,) have too large errors (moments, orbits), but such as one more halving may cure."""
-    worst = error.max(axis=0)
-    return (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order) & (not flow.adaptive)
+def shortening(
+    flow: Flow | TransformedFlow, plan: Steps, error: np.ndarray, rounding: np.ndarray, accuracy: float
+) -> np.ndarray:
+    """Return how many times shorter (orbits,) steps should be whose errors (moments, orbits), of which rounding makes a
+    part, are too large: 2^(1/2) or 2, by the order at which the rest falls; 1 where it is not for steps to cure.
+    """
+    with np.errstate(all="ignore"):
+        worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
+        curable = (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order) & (not flow.adaptive)
+        goal = np.maximum(accuracy - floor, floor / 4)
+        slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * 2.0 ** (plan.order / 2)
+    curable &= (floor < accuracy) | (floor < 0.7 * worst)
+    shorter = np.where(slight & (not flow.alike), np.sqrt(2.0), 2.0)
+    return np.where(curable, shorter, 1.0)
 
 
 def until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:

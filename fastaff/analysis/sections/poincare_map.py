@@ -186,17 +186,14 @@ def _mapped(
 
 
 class _Crossings(NamedTuple):
-    """Orbits after a run: their map, the times they reached, and how slanting (crossings, orbits) they cross; see
-    `slants`.
-    """
+    """Orbits after a run: their map and the times they reached."""
 
     found: SectionMap
     reached: np.ndarray
-    slant: np.ndarray
 
     def of(self, orbits: np.ndarray) -> _Crossings:
         """Return those of some of the orbits."""
-        return _Crossings(self.found.take(orbits), self.reached[orbits], self.slant[:, orbits])
+        return _Crossings(self.found.take(orbits), self.reached[orbits])
 
 
 def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
@@ -213,9 +210,9 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
         speed = slopes(model, z) / scales.rate[:, None]
         change, passing = np.zeros(z.shape[1:]), np.zeros(z.shape[1:])
         for row in range(2 * n):
-            shift = np.zeros((2 * n, 1, 1))
-            shift[row] = NUDGE
-            slope = (section.value(*(z + shift * size)) - section.value(*(z - shift * size))) / (2 * NUDGE)
+            shift, (ahead, behind) = NUDGE * size[row], ([*z], [*z])
+            ahead[row], behind[row] = z[row] + shift, z[row] - shift
+            slope = (section.value(*ahead) - section.value(*behind)) / (2 * NUDGE)
             change += slope**2
             passing += np.where(size[row] > 0, slope / size[row], 0.0) * speed[row]
         return np.maximum(np.sqrt(change) / np.abs(passing), 1.0).T
@@ -258,8 +255,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
             unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever became of them with these steps
             put(result, orbits, replace(stopped.partial, step=used, status=unfinished))
             raise
-        slant = slants(body, section, part.points, steps.motion.of(orbits))
-        return _Crossings(replace(part, step=used), reached, slant)
+        return _Crossings(replace(part, step=used), reached)
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         scales = steps.motion.of(orbits)
@@ -267,7 +263,8 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
             late = np.abs(fine.found.times - coarse.found.times) * scales.rate
             apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 0, 2))
             apart = np.maximum(apart, late)
-            straight = apart / fine.slant
+            slant = slants(body, section, fine.found.points, scales)
+            straight = apart / slant
         phase = fine.found.times * scales.rate
         same = np.isfinite(apart) & (apart < SAME)
         # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is
@@ -275,7 +272,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         ended = ~np.isfinite(fine.found.times)
         known = np.logical_and.accumulate(same | ended, axis=0)
         straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
-        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, fine.slant)
+        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, slant)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
         where, part = orbits[chosen], fine.of(chosen)
@@ -442,9 +439,6 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     slot = np.arange(wanted)
     dropped = (slot >= counts[:, None]) & (slot < written[:, None])
     points[dropped], times[dropped] = np.nan, np.nan
-    residual = np.zeros(orbits)
-    np.maximum.at(
-        residual, np.repeat(np.arange(orbits), counts), np.abs(records[slot < counts[:, None], RECORD.residual])
-    )
+    residual = np.where(slot < counts[:, None], np.abs(records[:, :, RECORD.residual]), 0.0).max(axis=1)
     found = points.transpose(2, 1, 0), times.T, counts, residual, np.maximum(error, 0.0), status
     return SectionMap(*found, section, flow.scheme, flow.step, row_names(body))
