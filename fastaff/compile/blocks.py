@@ -35,6 +35,9 @@ from .pointers import Bound, Calls, call_table
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, signals, taken
 from .turning import turn
 
+KNOWN = 64
+"""Values whose numbers are kept at most."""
+
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
 
@@ -45,9 +48,25 @@ def is_value(candidate: Any) -> bool:
 
 def parameters(value: Any) -> np.ndarray:
     """Flatten the float parameters of a NamedTuple of NamedTuples, in field order."""
-    flat: list[float] = []
-    _walk(value, flat, {})
-    return np.array(flat, dtype=np.float64) if flat else np.zeros(1)
+    return _known(value)[2].copy()
+
+
+_KNOWN: dict[int, tuple[Any, tuple, np.ndarray]] = {}
+"""Of the values met last, by their identity: themselves, the line and classes that `_built` returns, their numbers."""
+
+
+def _known(value: Any) -> tuple[Any, tuple, np.ndarray]:
+    """Return what is known of a value, which a call asks for some forty times; equal ones may differ: 0 and -0."""
+    known = _KNOWN.get(id(value))
+    if known is None or known[0] is not value:
+        flat: list[float] = []
+        classes: dict[type, str] = {}
+        built = f"    value = {_walk(value, flat, classes)}\n", tuple(classes.items())
+        known = value, built, np.array(flat, dtype=np.float64) if flat else np.zeros(1)
+        if len(_KNOWN) >= KNOWN:
+            _KNOWN.clear()
+        _KNOWN[id(value)] = known
+    return known
 
 
 def _is_number(entry: Any) -> bool:
@@ -102,8 +121,7 @@ def _compilable(cls: type) -> type:
 
 def _built(value: Any) -> tuple[str, tuple]:
     """Return the line of text that makes `value` of params, and its classes with their names there."""
-    classes: dict[type, str] = {}
-    return f"    value = {_walk(value, [], classes)}\n", tuple(classes.items())
+    return _known(value)[1]
 
 
 def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
@@ -171,9 +189,9 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     """Return the text that is compiled for `kind` of a model or section: the loop over lanes around its scalar methods.
 
     kind: "splitting" (steps of one), "precise_splitting" (with carried rounding errors), "march" (one orbit),
-    "derivative", "check", "inside", "kinetic", "along" (the flow) of a model, "value" of a section, for which
-    degrees_of_freedom must be given; vectors: tangent vectors that a state carries. Raises ValueError for an unknown
-    kind, TypeError for what is no such value.
+    "derivative", "check", "inside", "kinetic", "potential", "along" (the flow) of a model, "value" of a section,
+    for which degrees_of_freedom must be given; vectors: tangent vectors that a state carries. Raises ValueError for an
+    unknown kind, TypeError for what is no such value.
     """
     if not is_value(value):
         raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {value!r}")

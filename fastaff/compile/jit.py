@@ -294,6 +294,7 @@ SIGNATURES = {
     "inside": types.void(_vector, _i8, _vector, _vector),
     "value": types.void(_vector, _i8, _vector, _vector),
     "kinetic": types.void(_vector, _i8, _vector, _vector),
+    "potential": types.void(_vector, _i8, _vector, _vector),
     "along": types.void(_vector, _i8, _vector, _vector),
     # (params, lanes, escape radii, z, status, largest kinetic energy so far)
     "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),

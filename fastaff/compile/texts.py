@@ -357,6 +357,10 @@ def _kinetic(rows: Rows) -> str:
     return _loop(f"result[i] = value.kinetic_energy({', '.join(map(_at, rows.orbit[rows.n :]))})\n", 1)
 
 
+def _potential(rows: Rows) -> str:
+    return _loop(f"result[i] = value.potential_energy({', '.join(map(_at, range(rows.n)))})\n", 1)
+
+
 def _along(rows: Rows) -> str:
     """The direction of the flow: velocities and forces of the orbit alone."""
     n, orbit = rows.n, rows.orbit
@@ -416,6 +420,7 @@ TEXTS: dict[str, Callable[[Rows], str]] = {
     "inside": _inside,
     "value": _value,
     "kinetic": _kinetic,
+    "potential": _potential,
     "along": _along,
 }
 ARGUMENTS = {
@@ -429,6 +434,7 @@ ARGUMENTS = {
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
     "kinetic": "params, lanes, z, result",
+    "potential": "params, lanes, z, result",
     "along": "params, lanes, z, result",
     "reading": "params, lanes, n, k, m, due, memory, result",
     "observe": "params, calls, lanes, orbit, fresh, t, z, memory, out, done",

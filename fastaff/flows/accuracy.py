@@ -227,8 +227,7 @@ def halved(
             plain = run(orbits, 2 * plan.step, None)
             worn, coarse = compare(coarse, plain, orbits)[0], plain
         elif round_ > 0:
-            coarse, plan = fine, plan.shortened(factor[again])
-            fine = run(orbits, plan.step, None)
+            coarse, fine = fine, run(orbits, plan.step, None)
             worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
         apart, phase, weight = compare(fine, coarse, orbits)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
@@ -236,7 +235,7 @@ def halved(
         factor = np.where(drifts(fine), 2.0, factor)
         again = (factor > 1) & (round_ < HALVINGS)
         keep(orbits, fine, np.flatnonzero(~again), error)
-        orbits, plan, fine = orbits[again], plan.of(again), fine.of(again)
+        orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
         worn = None if worn is None else worn[..., again]
 
 

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from ..compile.blocks import model_block, parameters
+from ..compile.jit import LANES
+from ..compile.packing import run_units
 from ..kernels import escape
 from ..models.contracts import Kind, driven, kind_of, moving
-from ..models.mechanics import energies, least_energies, slopes
+from ..models.mechanics import energies, slopes, turning_mass, turns
 
 FARTHEST, ESCAPE = 1e150, 1e6
 """Distance whose square is still a number; escape radius in units of the orbit's own size."""
-
-CHUNK = 4096
-"""Orbits whose turning points are looked for at once."""
 
 
 def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
@@ -29,44 +29,33 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     """
     if kind_of(model) in (Kind.MAP, Kind.FLOW):
         return np.full(z.shape[1], FARTHEST)
-    reach, limit = np.empty((2, z.shape[1]))
-    limit[:] = energies(model, z) if energy is None else energy
-    for start in range(0, len(reach), CHUNK):
-        part = slice(start, start + CHUNK)
-        with np.errstate(all="ignore"):
-            _set_reaches(model, np.ascontiguousarray(z[:, part]), limit[part], reach[part])
+    limit = energies(model, z) if energy is None else energy
+    with np.errstate(all="ignore"):
+        reach = _reaches(model, z, limit)
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
 
 
-def _set_reaches(model: Any, z: np.ndarray, limit: np.ndarray, reach: np.ndarray) -> None:
-    """Set reach (orbits,) to the distances from the origin, or of turning points, to two digits, of orbits from z with
-    these energies.
+def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Return the distances from the origin (orbits,), or of turning points, to two digits, of orbits from z with these
+    energies.
     """
-    n, orbits = moving(model), len(reach)
-    q, distances, speeds = z[:n], _distances(), slopes(model, z)
-    still: tuple[np.ndarray, ...] = ()
+    n, total, orbits = moving(model), model.degrees_of_freedom, z.shape[1]
+    speeds, centrifugal = slopes(model, z), 0.0
     if driven(model):  # the line goes through the potential of one moment
-        still, limit = (np.tile(z[n], 2),), limit - z[-1]
-        speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
-    along, first, looks = np.empty((n, 2 * orbits)), np.empty(2 * orbits, np.int64), np.empty(2 * orbits, np.int64)
-
-    def potential(spacing: int, looks: int) -> np.ndarray:
-        points, energy = np.empty((n, looks, 2 * orbits)), np.empty((looks, 2 * orbits))
-        escape.place(q, along, distances, first, spacing, points)
-        energy[:] = least_energies(model, np.stack([*points, *(row + 0.0 * points[0] for row in still)]))
-        return energy
-
-    escape.aim(q, speeds, along, first, looks)
-    escape.last_turn(potential(escape.FINE, looks.max()), limit, first, looks)
-    for spacing in (escape.PARTS, 1):
-        escape.halve(potential(spacing, escape.PARTS), limit, spacing, first)
-    escape.reaches(q, distances, first, reach)
-    near = np.flatnonzero((first.reshape(2, -1) < 0).all(axis=0) & (reach > 0))
+        limit, speeds = limit - z[-1], np.concatenate([speeds[:n], speeds[n + 1 : -1]])
+    if turns(model):
+        centrifugal = 0.5 * turning_mass(model) * float(model.angular_velocity()) ** 2
+    reach, turned, q = np.empty(orbits), np.zeros(orbits, np.bool_), np.ascontiguousarray(z[:total])
+    potential = model_block("potential", model, total)
+    arguments = (parameters(model), potential, centrifugal, _distances(), n, q, speeds, limit, reach, turned)
+    run_units(escape.find_reaches, arguments, -(-orbits // LANES), threads=1)
+    near = np.flatnonzero(~turned & (reach > 0))
     if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
-        centred, own, far = np.array(z[:, near]), limit[near], np.empty(near.size)
+        centred, own = np.array(z[:, near]), limit[near]
         centred[:n] = 0.0
-        _set_reaches(model, centred, own + (z[-1, near] if driven(model) else 0.0), far)
+        far = _reaches(model, centred, own + (z[-1, near] if driven(model) else 0.0))
         reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
+    return reach
 
 
 @functools.cache

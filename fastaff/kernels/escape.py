@@ -1,14 +1,15 @@
 """Where orbits would turn along the straight lines that they start along, both ways: escape radii follow from that.
 
-Lines i and orbits + i are those of orbit i, forwards and backwards. Distances along them are numbers of a table, in
-units of an orbit's distance from the origin; of one at the origin, 1.
+Distances along the lines are numbers of a table, in units of an orbit's distance from the origin; of one at the origin,
+1.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..compile.jit import jit
+from ..compile.jit import LANES, jit
+from .stepping import load_lane, room
 
 ROUNDS, PARTS = 2, 16
 """How often a decade of the table is divided, and in how many parts."""
@@ -40,80 +41,90 @@ def unit_of(z, i):
 
 
 @jit
-def aim(z, slopes, along, first, looks):
-    """Set along (n, lines) to the units of the lines from z (n, orbits), first to their first distances.
-
-    A line goes along the velocity, or the force of an orbit that rests; slopes (2n, orbits) has both. looks (lines,):
-    how many decades are looked at.
+def aim(z, slopes, o, i, along):
+    """Set lane i of along to the unit of the line from column o of z (n, orbits): along the velocity, or the force of
+    an orbit that rests; slopes (2n, orbits) has both.
     """
-    n, orbits = z.shape
-    for i in range(orbits):
-        own, largest = n, 0.0
-        for r in range(n):
-            own = 0 if slopes[r, i] != 0.0 else own
-        for r in range(n):
-            part = abs(slopes[own + r, i])
-            largest = largest if part <= largest else part
-        for r in range(n):
-            along[r, i] = slopes[own + r, i] / largest  # lengths of huge velocities have no square
-        speed, scale = length(along, i), unit_of(z, i)
-        for r in range(n):
-            part = along[r, i] / speed
-            along[r, i] = part * scale if np.isfinite(part) else 0.0
-            along[r, orbits + i] = -along[r, i]
-        lowest, highest = OWN if length(z, i) > 0.0 else DECADES
-        for line in (i, orbits + i):
-            first[line], looks[line] = FINE * (lowest - DECADES[0]), highest - lowest + 1
-
-
-@jit
-def place(z, along, distances, first, spacing, points):
-    """Set points (n, looks, lines) to those on the lines at their first distances and at every so many after them."""
-    n, looks, lines = points.shape
+    n = slopes.shape[0] // 2
+    own, largest = n, 0.0
     for r in range(n):
-        for k in range(looks):
-            for i in range(lines):
-                number = min(max(first[i] + k * spacing, 0), distances.size - 1)
-                points[r, k, i] = z[r, i % z.shape[1]] + distances[number] * along[r, i]
+        own = 0 if slopes[r, o] != 0.0 else own
+    for r in range(n):
+        part = abs(slopes[own + r, o])
+        largest = largest if part <= largest else part
+    speed = 0.0
+    for r in range(n):
+        along[r * LANES + i] = slopes[own + r, o] / largest  # lengths of huge velocities have no square
+        speed += along[r * LANES + i] ** 2
+    speed, scale = np.sqrt(speed), unit_of(z, o)
+    for r in range(n):
+        part = along[r * LANES + i] / speed
+        along[r * LANES + i] = part * scale if np.isfinite(part) else 0.0
 
 
 @jit
-def last_turn(potential, limit, first, looks):
-    """Set first (lines,) to the number of the last decade in which the potential energy rises through the limit, or -1.
+def below(of, rows, lanes, start, along, way, number, limit, place, least):
+    """Set least to 1 in lanes whose least energy at that number of a distance is at most the limit, else to 0.
 
-    potential (decades, lines): at the beginnings of decades; limit (orbits,). A line that leads uphill at once is that
-    of an orbit that rests.
+    of: the model's parameters and potential, what the least energy is less in a turning frame, in units of x^2 + y^2,
+    and the distances.
     """
-    for i in range(first.size):
-        inside, turn = False, -1
-        for k in range(looks[i]):
-            now = potential[k, i] <= limit[i % limit.size]
-            if inside and not now:
-                turn = first[i] + FINE * (k - 1)
-            inside = now
-        first[i] = turn
+    params, potential, centrifugal, distances = of
+    for r in range(rows):
+        for i in range(lanes):
+            k = min(max(number[i], 0), distances.size - 1)
+            place[r * LANES + i] = start[r * LANES + i] + distances[k] * (way * along[r * LANES + i])
+    potential(params, lanes, place, least)
+    for i in range(lanes):
+        if centrifugal != 0.0:
+            least[i] -= centrifugal * (place[i] * place[i] + place[LANES + i] * place[LANES + i])
+        least[i] = 1.0 if least[i] <= limit[i] else 0.0
 
 
-@jit
-def halve(potential, limit, spacing, first):
-    """Move first (lines,) to the last distance below a rise of the potential energy (PARTS, lines) through the limit.
+def find_reaches(u, params, potential, centrifugal, distances, moving, z, slopes, limit, reach, turned):
+    """Set reach (orbits,) of block u to the distance from the origin, or to that of the farther turn, and turned to
+    whether there is one.
 
-    The energies are those at `first` and at every so many distances after it; the range is halved down to one of them.
+    A turn is the last decade in which the potential energy rises through the limit, to two digits: the range is halved
+    down to one distance of the table. A line that leads uphill at once is that of an orbit that rests. z (n, orbits)
+    are places, of which the distance is that of the first `moving` rows.
     """
-    for i in range(first.size):
-        part, half = 0, PARTS // 2
+    of = params, potential, centrifugal, distances
+    rows, orbits = z.shape
+    first = u * LANES
+    lanes = min(LANES, orbits - first)
+    start, along, place, least, bound = room(rows), room(rows), room(rows), room(1), room(1)
+    begin, looks, turn = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
+    inside, number, most = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), 0
+    for i in range(lanes):
+        o = first + i
+        load_lane(z, o, start, i)
+        aim(z[:moving], slopes, o, i, along)
+        bound[i], reach[o] = limit[o], length(z[:moving], o)
+        lowest, highest = OWN if reach[o] > 0.0 else DECADES
+        begin[i], looks[i] = FINE * (lowest - DECADES[0]), highest - lowest + 1
+        most = max(most, looks[i])
+    for way in (1.0, -1.0):
+        for i in range(lanes):
+            inside[i], turn[i] = 0, -1
+        for k in range(most):
+            for i in range(lanes):
+                number[i] = begin[i] + FINE * k
+            below(of, rows, lanes, start, along, way, number, bound, place, least)
+            for i in range(lanes):
+                now = 1 if least[i] > 0.0 else 0
+                if k < looks[i]:
+                    turn[i] = begin[i] + FINE * (k - 1) if inside[i] > now else turn[i]
+                    inside[i] = now
+        half = FINE // 2
         while half > 0:
-            part += half if potential[part + half, i] <= limit[i % limit.size] else 0
+            for i in range(lanes):
+                number[i] = turn[i] + half
+            below(of, rows, lanes, start, along, way, number, bound, place, least)
+            for i in range(lanes):
+                turn[i] += half if turn[i] >= 0 and least[i] > 0.0 else 0
             half //= 2
-        first[i] += part * spacing if first[i] >= 0 else 0
-
-
-@jit
-def reaches(z, distances, turn, reach):
-    """Set reach (orbits,) to the distance from the origin, or to that of the farther turn, a number or -1 (lines,)."""
-    orbits = reach.size
-    for i in range(orbits):
-        reach[i] = length(z, i)
-        for line in (i, orbits + i):
-            if turn[line] >= 0:
-                reach[i] = max(reach[i], unit_of(z, i) * distances[turn[line]])
+        for i in range(lanes):
+            if turn[i] >= 0:
+                turned[first + i] = True
+                reach[first + i] = max(reach[first + i], unit_of(z[:moving], first + i) * distances[turn[i]])
