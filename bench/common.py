@@ -27,6 +27,16 @@ def henon_heiles_orbits(orbits: int = 1024) -> np.ndarray:
     return np.ascontiguousarray(z0[:, np.random.default_rng(0).choice(z0.shape[1], orbits, replace=False)])
 
 
+def mixed_orbits(each: int) -> np.ndarray:
+    """Return z0 (4, 4 each) on x = 0 of Henon-Heiles at E = 1/12, 1/8, 1/7, 1/6.2: regular to mostly chaotic ones."""
+    axes = (np.linspace(-0.45, 0.9, 60), np.linspace(-0.55, 0.55, 60))
+    rng, parts = np.random.default_rng(3), []
+    for energy in (1 / 12, 1 / 8, 1 / 7, 1 / 6.2):
+        z0 = energy_grid(HenonHeiles(), energy=energy, section=Linear((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
+        parts.append(z0[:, rng.choice(z0.shape[1], each, replace=False)])
+    return np.concatenate(parts, axis=1)
+
+
 def energy_error(z: np.ndarray, z0: np.ndarray) -> float:
     """Return the largest |E - E0|/(T0 + |V0|) over orbits (4, orbits)."""
     model = HenonHeiles()
@@ -65,14 +75,16 @@ def best(function, *, repeats: int = 5) -> float:
     return min(times)
 
 
-def alternating(runs: dict, *, repeats: int) -> tuple[dict, dict]:
-    """Return the results of functions by name and their shortest processor times, taken in turns: for ratios."""
+def alternating(runs: dict, *, repeats: int, clock=time.process_time) -> tuple[dict, dict]:
+    """Return the results of functions by name and their shortest processor times, or those of another clock, taken in
+    turns: for ratios.
+    """
     results, cost = {name: run() for name, run in runs.items()}, dict.fromkeys(runs, np.inf)
     for _ in range(repeats):
         for name, run in runs.items():
-            start = time.process_time()
+            start = clock()
             run()
-            cost[name] = min(cost[name], time.process_time() - start)
+            cost[name] = min(cost[name], clock() - start)
     return results, cost
 
 

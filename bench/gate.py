@@ -1,13 +1,15 @@
 """A gate for CI: ratios of processor time within one run, alternating, under bounds that noise does not reach.
 
 No time is compared with a number of another machine or day. Each bound is two to two and a half times the ratio it was
-set for (the number before it), 1.4 times for frequency maps, so it stays silent under noise and speaks when something
-becomes three times, or half as much, slower. A row above its bound is measured once more before it counts. Run: make
-gate.
+set for (the number before it), 1.4 times for frequency maps, defaults, short calls and two threads, so it stays silent
+under noise and speaks when something becomes three times, or half as much, slower. A row above its bound is measured
+once more before it counts. Two threads are beside one in wall time, where there are two cores. Run: make gate.
 """
 
 from __future__ import annotations
 
+import functools
+import itertools
 import sys
 import time
 from pathlib import Path
@@ -15,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from common import alternating, hyperelastic_orbits, naive_henon_heiles, naive_hyperelastic
+from common import alternating, hyperelastic_orbits, mixed_orbits, naive_henon_heiles, naive_hyperelastic
 
 from fastaff import (
     KAHAN_LI8,
@@ -26,14 +28,17 @@ from fastaff import (
     HenonHeiles,
     Hyperelastic,
     Linear,
+    NeoHookean,
     chaos_map,
+    energy_grid,
     frequency_map,
     integrate,
     poincare_map,
 )
 from fastaff.analysis.frequencies.naff import naff
+from fastaff.compile.threads import available_threads
 
-BODY, PLANE = Body(Hyperelastic(1.0), 1.0), HenonHeiles()
+BODY, NEO, PLANE = Body(Hyperelastic(1.0), 1.0), Body(NeoHookean(G=1.0, K=2.0)), HenonHeiles()
 AXIS = Linear((1, 0, 0, 0))
 TIME, STEP = 100.0, 0.05
 
@@ -124,19 +129,94 @@ def rows():
     )
 
 
-def ratio(run, beside) -> float:
-    """Return the ratio of the shortest processor times of alternating runs."""
-    _, cost = alternating({"run": run, "beside": beside}, repeats=5)
+def defaults():
+    """Return such rows of what an answer with an error costs beside the plain run with the median of its steps, and of
+    calls of a few steps beside a scalar loop of about 2 ms.
+    """
+    z0 = energy_grid(
+        NEO,
+        energy=1.5,
+        p_eta=0.3,
+        p_gamma=0.2,
+        section=AlphaTurning(+1),
+        axes=(np.linspace(0.05, 1.3, 24), np.linspace(-1.5, 1.5, 25)),
+    ).z0[:, :396]
+    plane, one = mixed_orbits(64), np.array([0.0, 0.1, 0.35, 0.1])
+    cut = {"section": AXIS, "max_time": 2000.0}
+    calls = (
+        (
+            "poincare_map, default / plain, neo-Hookean",
+            (2.65, 3.7),
+            lambda **step: poincare_map(NEO, z0, section=AlphaTurning(+1), crossings=100, max_time=400.0, **step),
+        ),
+        (
+            "poincare_map, default / plain, Henon-Heiles",
+            (2.65, 3.7),
+            lambda **step: poincare_map(PLANE, plane, crossings=200, **cut, **step),
+        ),
+        (
+            "integrate, default / plain, neo-Hookean",
+            (2.4, 3.4),
+            lambda **step: integrate(NEO, z0, time=TIME, **step),
+        ),
+        (
+            "chaos_map, default / plain, Henon-Heiles",
+            (1.3, 1.8),
+            lambda **step: chaos_map(PLANE, plane, time=4 * TIME, **step),
+        ),
+    )
+    for what, (measured, bound), run in calls:
+        found = run()
+        plain = {"step": float(np.median(found.step)), "scheme": found.scheme}
+        yield what, measured, bound, run, functools.partial(run, **plain)
+    loop = naive_henon_heiles, one[:, None], KAHAN_LI8
+    scalar = lambda: loop[0](loop[1].copy(), 1.0, KAHAN_LI8.drift_array, KAHAN_LI8.kick_array, STEP, 10_000)  # noqa: E731
+    every = hyperelastic_orbits(4096)
+    short = (
+        ("4096 orbits of one step", 2.1, lambda: integrate(BODY, every, time=STEP, step=STEP)),
+        ("one orbit, step given", 0.39, lambda: integrate(BODY, every[:, 0], time=1.0, step=STEP)),
+        ("one orbit, 3 crossings, default", 3.0, lambda: poincare_map(PLANE, one, crossings=3, **cut)),
+    )
+    for what, measured, run in short:
+        yield f"{what} / loop of 10^4 steps", measured, round(1.4 * measured, 2), run, scalar
+
+
+def speed_ups():
+    """Return such rows of two threads beside one, with defaults, in wall time."""
+    every = mixed_orbits(250)
+    calls = (
+        (
+            "poincare_map",
+            0.62,
+            lambda threads: poincare_map(PLANE, every, section=AXIS, crossings=100, max_time=1e3, threads=threads),
+        ),
+        ("integrate", 0.6, lambda threads: integrate(NEO, hyperelastic_orbits(1024), time=TIME, threads=threads)),
+        ("chaos_map", 0.6, lambda threads: chaos_map(PLANE, every, time=8 * TIME, threads=threads)),
+    )
+    for what, measured, run in calls:
+        yield (
+            f"{what}, two threads / one",
+            measured,
+            round(1.4 * measured, 2),
+            *(functools.partial(run, k) for k in (2, 1)),
+        )
+
+
+def ratio(run, beside, clock) -> float:
+    """Return the ratio of the shortest times of alternating runs."""
+    _, cost = alternating({"run": run, "beside": beside}, repeats=5, clock=clock)
     return cost["run"] / cost["beside"]
 
 
 def main() -> int:
     """Print the ratios; return how many are above their bounds."""
     start, failed = time.perf_counter(), 0
-    for what, measured, bound, run, beside in rows():
-        found = ratio(run, beside)
+    each = [(row, time.process_time) for row in itertools.chain(rows(), defaults())]
+    each += [(row, time.perf_counter) for row in speed_ups()] if available_threads() > 1 else []
+    for (what, measured, bound, run, beside), clock in each:
+        found = ratio(run, beside, clock)
         if found > bound:
-            found = min(found, ratio(run, beside))
+            found = min(found, ratio(run, beside, clock))
         failed += found > bound
         said = f"ABOVE {bound}" if found > bound else f"bound {bound}"
         print(f"{what:52s} {found:6.2f}   (was {measured}, {said})", flush=True)

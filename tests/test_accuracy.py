@@ -8,6 +8,8 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import fastaff as fa
+from fastaff.analysis.sections import poincare_map as poincare_module
+from fastaff.flows.accuracy import Steps, shortening
 from fastaff.flows.flow import Wear
 from fastaff.flows.motion import motion
 from fastaff.flows.options import Options, plan
@@ -388,6 +390,49 @@ def test_chaos_ends_the_accuracy_in_time():
     apart = np.abs(run.samples - fine.samples).max(axis=1)
     assert (run.accurate_until < 400).any()
     assert (apart[run.times[:, None] <= run.accurate_until] < 1e-9).all()
+
+
+@pytest.mark.parametrize("which", ["body", "plane"])
+def test_an_answer_with_an_error_costs_few_plain_runs(which, monkeypatch):
+    """Steps of all runs beside those of the run that is handed over, trials and looks left out, of chaotic orbits too,
+    whose crossings graze the section.
+    """
+    if which == "body":
+        body, section = fa.Body(fa.Hyperelastic(1.0)), fa.AlphaTurning(+1)
+        z0 = np.array([1.5, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0])[:, None] + 0.1 * np.random.default_rng(1).normal(
+            size=(8, 128)
+        )
+    else:
+        body, section, (_, _, z0) = HH, fa.Linear((1, 0, 0, 0)), chaotic("Henon-Heiles")
+    made, own = [], poincare_module._mapped
+
+    def counted(*asked, **more):
+        part, reached = own(*asked, **more)
+        made.append(float((np.nanmax(part.times, axis=0) / part.step).sum()))
+        return part, reached
+
+    monkeypatch.setattr(poincare_module, "_mapped", counted)
+    cut = fa.poincare_map(body, z0, section=section, crossings=60, max_time=1000.0)
+    plain = float((np.nanmax(cut.times, axis=0) / cut.step).sum())
+    assert 1.5 < sum(made) / plain < 2.3
+    assert (cut.status == fa.Status.OK).all()
+
+
+def test_steps_are_shortened_by_what_should_do():
+    """By 2^(1/2) where the order says that it is enough, else halved; not where rounding or chaos is what is left."""
+    flow = plan(HH, np.full((4, 7), 0.1), Options(step=0.1, scheme=fa.SOFRONIOU_SPALETTA10)).flow
+    flow = flow.sized(np.full(7, 0.1))
+    each = np.ones(7)
+    steps = Steps(0.1 * each, each, 10 * each, motion(HH, np.full((4, 7), 0.1)), 2 * each, 100.0, 2)
+    error = 1e-10 * np.array([[0.9, 3.0, 900.0, 3.0, 1.2, 1e4, np.inf]])
+    rounding = 1e-10 * np.array([[0.1, 0.1, 0.1, 2.8, 0.69, 0.1, 0.1]])
+    factor = shortening(flow, steps, error, rounding, 1e-10)
+    np.testing.assert_array_equal(factor, [1.0, 2**0.5, 2.0, 1.0, 2**0.5, 1.0, 1.0])
+    shorter = steps.shortened(np.where(factor > 1, factor, 2.0))
+    np.testing.assert_allclose(steps.step / shorter.step, shorter.ratio)
+    assert (shorter.ratio >= factor * (1 - 1e-12)).all()
+    parts = 100.0 / (2 * shorter.step)
+    np.testing.assert_allclose(parts, np.rint(parts), rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ from fastaff import (
     integrate,
 )
 from fastaff.flows import flow
-from fastaff.flows.reaches import FARTHEST, escape_radii
+from fastaff.flows.reaches import ESCAPE, FARTHEST, escape_radii
 from fastaff.models.sections import AlphaTurning
 from fastaff.schemes import Splitting
 from fastaff.schemes.catalogue import SCHEMES
@@ -435,6 +435,29 @@ def test_an_orbit_that_rests_on_a_slope_at_the_origin_falls():
     run = integrate(slope, z0, time=2.0, step=0.1)
     assert run.status == Status.OK
     np.testing.assert_allclose(run.z[:, 0], [2.0, 0.0, 2.0, 0.0], atol=1e-14)
+
+
+@pytest.mark.parametrize("omega", [0.0, 0.4])
+def test_escape_radii_are_those_of_turning_points(omega):
+    """An oscillator turns where V is the energy, in a turning frame V less the centrifugal part Jacobi's: on a straight
+    line a root of a quadratic equation, with the two digits of the table of distances; starts at rest go by the force.
+    """
+    rng = np.random.default_rng(5)
+    z0 = rng.normal(size=(4, 300)) * 10.0 ** rng.uniform(-3, 3, 300)
+    z0[2:, ::5] = 0.0 if omega == 0.0 else z0[2:, ::5]
+    system = hamiltonian("(x**2 + y**2)/2", **({"rotation": omega} if omega else {}))
+    q, p = z0[:2], z0[2:]
+    v = p + omega * np.array([q[1], -q[0]])
+    way = np.where((v == 0).all(axis=0), -q, v)
+    way = way / np.hypot(*way) * np.hypot(*q)
+    square = (q**2).sum(axis=0) + (v**2).sum(axis=0) / (1 - omega**2)  # of the distance where it turns
+    a, b = (way**2).sum(axis=0), (q * way).sum(axis=0)
+    root = np.sqrt(b**2 - a * ((q**2).sum(axis=0) - square))
+    turn = np.maximum(np.abs(-b + root), np.abs(-b - root)) / a * np.hypot(*q)
+    expected = np.maximum(np.hypot(*q), turn)
+    found = escape_radii(system, z0) / ESCAPE
+    assert (found <= expected * (1 + 1e-9)).all()
+    assert (found >= 0.99 * expected).all()
 
 
 @pytest.mark.parametrize("options", [{"step": 0.05, "samples": 4}, {"accuracy": 1e-8}], ids=["step", "accuracy"])

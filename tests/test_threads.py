@@ -20,7 +20,8 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.compile import packing
-from fastaff.compile.threads import Task, _Worker, available_threads, settle
+from fastaff.compile.threads import Task, _Worker, available_threads, by_portions, settle, works
+from fastaff.flows.options import Options, plan
 
 TRIES = 150 * TIMES
 
@@ -231,3 +232,45 @@ def test_ctrl_c_in_any_call(name):
         same(battery.call(name, battery.base(name)), truth)
 
     assert interrupted(lambda: battery.call(name, battery.base(name)), again) == 0
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_portions_are_all_made_once(threads):
+    """Whatever the threads, in ones of their own where there are enough numbers; what one raises is raised."""
+    made, names = np.zeros(1000, np.int64), set()
+
+    def add(at):
+        made[at] += 1
+        names.add(threading.current_thread().name)
+
+    by_portions(add, 1000, 1000, threads)
+    assert (made == 1).all()
+    by_portions(add, 1000, 1, threads)
+    assert (made == 2).all()
+    assert threading.main_thread().name in names
+
+    def fail(at):
+        if at.stop == 1000:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        by_portions(fail, 1000, 1000, threads)
+
+
+def test_what_a_portion_launches_runs_in_its_own_thread():
+    """Where it waited for another one, all threads might wait."""
+    plane = fa.HenonHeiles()
+    z0 = np.array([0.0, 0.1, 0.4, 0.1])[:, None] + 1e-3 * np.arange(400)
+    found, launched = [None] * 4, []
+
+    def run(at):
+        flow = plan(plane, z0[:, at], Options(step=0.05, threads=2)).flow
+        ensemble = flow.ensemble(z0[:, at].copy())
+        states = flow.sampled(ensemble, 4, time=20.0)
+        launched.append(works())
+        found[at.start // 100] = states
+
+    by_portions(run, 400, 1000, 4)
+    assert launched == [True] * 4
+    whole = fa.integrate(plane, z0, time=20.0, step=0.05, samples=4)
+    np.testing.assert_array_equal(np.concatenate(found), whole.samples.transpose(2, 0, 1))

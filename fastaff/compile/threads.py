@@ -171,6 +171,28 @@ def together(calls: Iterable[Callable[[], object]], stop: Callable[[], object], 
             raise
 
 
+def works() -> bool:
+    """Return whether this thread makes what others have begun: what it begins would wait for a free one."""
+    return isinstance(threading.current_thread(), _Worker)
+
+
+FEW = 2**14
+"""Numbers of which a portion has at least what threads are woken for."""
+
+
+def by_portions(call: Callable[[slice], object], count: int, each: int, threads: int) -> None:
+    """Make call(slice) for portions of so many things, of `each` numbers each, in threads: for NumPy, which lets go of
+    the GIL. The calls must change nothing but their own portion, and set what errors NumPy ignores themselves.
+    """
+    portions = max(1, min(threads, count * each // FEW))
+    size = -(-count // portions)
+    calls = [functools.partial(call, slice(first, first + size)) for first in range(0, count, size)]
+    if len(calls) > 1:
+        together(calls, lambda: None, lambda: None)
+    else:
+        call(slice(0, count))
+
+
 def settle(tasks: Iterable[Task]) -> None:
     """Return when none of these tasks runs any more, whatever comes meanwhile: those not begun never will."""
     for task in tasks:

@@ -218,11 +218,11 @@ def halved(
     # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is another.
     again = ((error.max(axis=0) > accuracy) | driven(flow.model) | drifts(fine)) & (not flow.adaptive)
     keep(orbits, fine, np.flatnonzero(~again), error)
+    if not again.any():
+        return
     orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
     worn = None
     for round_ in range(HALVINGS + 1):
-        if not orbits.size or flow.adaptive:
-            break
         if round_ == 0 and wear is not None:
             plain = run(orbits, 2 * plan.step, None)
             worn, coarse = compare(coarse, plain, orbits)[0], plain
@@ -235,6 +235,8 @@ def halved(
         factor = np.where(drifts(fine), 2.0, factor)
         again = (factor > 1) & (round_ < HALVINGS)
         keep(orbits, fine, np.flatnonzero(~again), error)
+        if not again.any():
+            return
         orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
         worn = None if worn is None else worn[..., again]
 
@@ -247,7 +249,7 @@ def shortening(
     """
     with np.errstate(all="ignore"):
         worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
-        curable = (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order) & (not flow.adaptive)
+        curable = (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order)
         goal = np.maximum(accuracy - floor, floor / 4)
         slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * 2.0 ** (plan.order / 2)
     curable &= (floor < accuracy) | (floor < 0.7 * worst)

@@ -16,7 +16,7 @@ from ..compile import damping
 from ..compile.blocks import idle_block, model_block, parameters
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
-from ..compile.threads import together
+from ..compile.threads import together, works
 from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import run_adaptive, run_fixed
@@ -56,14 +56,15 @@ def launch(
     worker thread.
 
     The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised
-    when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here.
+    when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here, and
+    what a thread of `by_portions` begins.
     """
 
     def tell() -> None:
         if report is not None and work > 0:
             report(min(1.0, float(progress.sum()) / work))
 
-    if steps <= BRIEF and not JIT_DISABLED:
+    if (steps <= BRIEF or works()) and not JIT_DISABLED:
         run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
         tell()
         return

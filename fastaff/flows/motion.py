@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.status import Status
 from ..base.sums import length, total
+from ..compile.threads import by_portions
 from ..kernels.averages import scales
 from ..models.contracts import Kind, driven, kind_of
 from ..models.maps import jacobian
@@ -112,10 +113,14 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     n, orbits = z.shape[0] // 2, z.shape[1]
     one, each = np.zeros(orbits), np.zeros((n, orbits))
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
-    for start in range(0, orbits, CHUNK):
-        part = slice(start, start + CHUNK)
-        for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part]), threads), strict=True):
-            whole[..., part] = entry
+
+    def look(at: slice) -> None:
+        for start in range(at.start, min(at.stop, orbits), CHUNK):
+            part = slice(start, min(start + CHUNK, at.stop))
+            for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part])), strict=True):
+                whole[..., part] = entry
+
+    by_portions(look, orbits, 2 * n * LOOKS, threads)
     return found
 
 
@@ -150,7 +155,7 @@ def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
     return Motion(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
 
 
-def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
+def _observed(model: Any, z: np.ndarray) -> Motion:
     """Look at the orbits with steps that are fitted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = inverse_masses(model, z)
@@ -162,7 +167,7 @@ def _observed(model: Any, z: np.ndarray, threads: int) -> Motion:
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
-        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo], threads)
+        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
@@ -215,13 +220,11 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     return np.sqrt(np.where(np.isfinite(growth), growth, 0.0)) + frame_rate(model)
 
 
-def _look(
-    model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int
-) -> tuple[np.ndarray, np.ndarray]:
+def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who
     failed.
     """
-    flow = Flow(model, KAHAN_LI8, step, 1e-12, 1e-12, threads)
+    flow = Flow(model, KAHAN_LI8, step, 1e-12, 1e-12, 1)
     ensemble = flow.ensemble(z.copy(), radius=radius)
     states = flow.sampled(ensemble, LOOKS, time=LOOKS * step).transpose(1, 2, 0)
     return np.concatenate([z[None], states]), ensemble.status != Status.OK

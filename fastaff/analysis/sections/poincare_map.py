@@ -14,6 +14,7 @@ from ...base.recipe import recorded
 from ...base.results import put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
+from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.accuracy import Steps, halved, planned
 from ...flows.checks import EVERY, checked_model, checked_section, energy_drift
@@ -258,24 +259,29 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         return _Crossings(replace(part, step=used), reached)
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        scales = steps.motion.of(orbits)
-        with np.errstate(all="ignore"):
-            late = np.abs(fine.found.times - coarse.found.times) * scales.rate
-            apart = scales.distance((fine.found.points - coarse.found.points).transpose(1, 0, 2))
-            apart = np.maximum(apart, late)
-            slant = slants(body, section, fine.found.points, scales)
-            straight = apart / slant
-        phase = fine.found.times * scales.rate
-        same = np.isfinite(apart) & (apart < SAME)
-        # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing is
-        # known.
-        ended = ~np.isfinite(fine.found.times)
-        known = np.logical_and.accumulate(same | ended, axis=0)
-        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
-        return straight, np.where(ended, 0.0, phase), np.where(ended, 1.0, slant)
+        whole = np.empty((3, *fine.found.times.shape))
+
+        def some(at: slice) -> None:
+            scales, times, points = steps.motion.of(orbits[at]), fine.found.times[:, at], fine.found.points[..., at]
+            with np.errstate(all="ignore"):
+                late = np.abs(times - coarse.found.times[:, at]) * scales.rate
+                apart = scales.distance((points - coarse.found.points[..., at]).transpose(1, 0, 2))
+                apart = np.maximum(apart, late)
+                slant = slants(body, section, points, scales)
+                straight = apart / slant
+            same = np.isfinite(apart) & (apart < SAME)
+            # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing
+            # is known.
+            ended = ~np.isfinite(times)
+            known = np.logical_and.accumulate(same | ended, axis=0)
+            straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+            whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, slant)
+
+        by_portions(some, len(orbits), wanted * rows, flow.threads)
+        return whole[0], whole[1], whole[2]
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
-        where, part = orbits[chosen], fine.of(chosen)
+        where, part = orbits[chosen], fine if len(chosen) == len(orbits) else fine.of(chosen)
         error = error[:, chosen]
         scales = steps.motion.of(where)
         there = np.isfinite(part.found.times)
@@ -355,7 +361,8 @@ def follow_crossings(
             limit = np.broadcast_to(max_time, orbits)[where // slot.size]
             late = ~((records[where, RECORD.time] > 0.0) & (records[where, RECORD.time] <= limit * (1 + START)))
             records[where[late], RECORD.kind] = kernels.NOTHING
-            left = found[~np.isin(records[found, RECORD.kind], (kernels.LOCATED, kernels.NOTHING))] // slot.size
+            kind = records[found, RECORD.kind]
+            left = found[(kind != kernels.LOCATED) & (kind != kernels.NOTHING)] // slot.size
             kernels.compact(rows, out, written)
             ensemble.status[left[written[left] < wanted]] = Status.INTERRUPTED
             memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
@@ -422,11 +429,16 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
     drift = np.full(times.shape, -1.0)
-    some = max(1, PORTION // (8 * COMPARED * wanted * rows))
-    for part in (slice(first, first + some) for first in range(0, orbits, some)):
-        there, count = kept[part], counts[part]
-        start, scale = (np.repeat(entry[part], count) for entry in (ensemble.energy, ensemble.scale))
-        drift[part][there] = energy_drift(flow.model, points[part].transpose(2, 0, 1)[:, there], start, scale)
+    most = max(1, PORTION // (8 * COMPARED * wanted * rows))
+
+    def look(at: slice) -> None:
+        for first in range(at.start, min(at.stop, orbits), most):
+            part = slice(first, min(first + most, at.stop))
+            there, count = kept[part], counts[part]
+            start, scale = (np.repeat(entry[part], count) for entry in (ensemble.energy, ensemble.scale))
+            drift[part][there] = energy_drift(flow.model, points[part].transpose(2, 0, 1)[:, there], start, scale)
+
+    by_portions(look, orbits, wanted * rows, flow.threads)
     beyond = drift > tolerance
     first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
     error = drift.max(axis=1)
