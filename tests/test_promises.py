@@ -258,9 +258,8 @@ class Chain(NamedTuple):
     def kinetic_energy(self, *p):
         return sum(entry * entry for entry in p) / 2
 
-    def potential_energy(self, a, b, c, d, e, f, g, h, i):
-        ends = a * a + (b - a) ** 2 + (c - b) ** 2 + (d - c) ** 2 + (e - d) ** 2
-        return self.k * (ends + (f - e) ** 2 + (g - f) ** 2 + (h - g) ** 2 + (i - h) ** 2 + i * i) / 2
+    def potential_energy(self, *q):
+        return self.k * sum((one - two) ** 2 for one, two in zip((0.0, *q), (*q, 0.0), strict=True)) / 2
 
     def force(self, *q):
         ends = (0.0, *q, 0.0)

@@ -20,7 +20,7 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.compile import packing
-from fastaff.compile.threads import Task, _Worker, available_threads, by_portions, settle, works
+from fastaff.compile.threads import FEW, Task, _Worker, available_threads, by_portions, settle, works
 from fastaff.flows.options import Options, plan
 
 TRIES = 150 * TIMES
@@ -243,7 +243,7 @@ def test_portions_are_all_made_once(threads):
         made[at] += 1
         names.add(threading.current_thread().name)
 
-    by_portions(add, 1000, 1000, threads)
+    by_portions(add, 1000, FEW, threads)
     assert (made == 1).all()
     by_portions(add, 1000, 1, threads)
     assert (made == 2).all()
@@ -254,7 +254,7 @@ def test_portions_are_all_made_once(threads):
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        by_portions(fail, 1000, 1000, threads)
+        by_portions(fail, 1000, FEW, threads)
 
 
 def test_what_a_portion_launches_runs_in_its_own_thread():
@@ -270,7 +270,7 @@ def test_what_a_portion_launches_runs_in_its_own_thread():
         launched.append(works())
         found[at.start // 100] = states
 
-    by_portions(run, 400, 1000, 4)
+    by_portions(run, 400, FEW, 4)
     assert launched == [True] * 4
     whole = fa.integrate(plane, z0, time=20.0, step=0.05, samples=4)
     np.testing.assert_array_equal(np.concatenate(found), whole.samples.transpose(2, 0, 1))

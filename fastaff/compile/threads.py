@@ -176,7 +176,7 @@ def works() -> bool:
     return isinstance(threading.current_thread(), _Worker)
 
 
-FEW = 2**14
+FEW = 2**16
 """Numbers of which a portion has at least what threads are woken for."""
 
 

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ..base.sums import length
 from ..compile.blocks import model_block, parameters
 from ..compile.jit import LANES
 from ..compile.packing import run_units
 from ..kernels import escape
 from ..models.contracts import Kind, driven, kind_of, moving
-from ..models.mechanics import energies, slopes, turning_mass, turns
+from ..models.mechanics import energies, least_energies, slopes, turning_mass, turns
 
 FARTHEST, ESCAPE = 1e150, 1e6
 """Distance whose square is still a number; escape radius in units of the orbit's own size."""
@@ -46,9 +47,11 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     if turns(model):
         centrifugal = 0.5 * turning_mass(model) * float(model.angular_velocity()) ** 2
     reach, turned, q = np.empty(orbits), np.zeros(orbits, np.bool_), np.ascontiguousarray(z[:total])
-    potential = model_block("potential", model, total)
-    arguments = (parameters(model), potential, centrifugal, _distances(), n, q, speeds, limit, reach, turned)
-    run_units(escape.find_reaches, arguments, -(-orbits // LANES), threads=1)
+    if (potential := _potential(model)) is None:
+        reach[:], turned[:] = _found(model, q, speeds, limit)
+    else:
+        arguments = (parameters(model), potential, centrifugal, _distances(), n, q, speeds, limit, reach, turned)
+        run_units(escape.find_reaches, arguments, -(-orbits // LANES), threads=1)
     near = np.flatnonzero(~turned & (reach > 0))
     if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
         centred, own = np.array(z[:, near]), limit[near]
@@ -56,6 +59,54 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
         far = _reaches(model, centred, own + (z[-1, near] if driven(model) else 0.0))
         reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
     return reach
+
+
+_NOT_COMPILED: set[tuple[type, ...]] = set()
+"""Classes of models, with those of their fields, whose potential energy is no formula that Numba compiles."""
+
+
+def _potential(model: Any) -> Any:
+    """Return the compiled potential energy; None where it does not compile, which nothing else asks of it."""
+    classes = (type(model), *map(type, model))
+    if classes not in _NOT_COMPILED:
+        try:
+            return model_block("potential", model, model.degrees_of_freedom)
+        except Exception:  # Numba's own, and whatever else its passes end in
+            _NOT_COMPILED.add(classes)
+    return None
+
+
+def _found(model: Any, q: np.ndarray, speeds: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `escape.find_reaches` sets, by NumPy."""
+    n, distances = moving(model), _distances()
+    size = length(q[:n])
+    own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])
+    along = own / np.abs(own).max(axis=0)
+    along = along / length(along)
+    unit = np.where(size > 0, size, 1.0)
+    along = np.where(np.isfinite(along), along * unit, 0.0)
+    lowest, highest = np.where(size > 0, np.array(escape.OWN)[:, None], np.array(escape.DECADES)[:, None])
+    begin, looks = escape.FINE * (lowest - escape.DECADES[0]), highest - lowest + 1
+    reach, turned = size.copy(), np.zeros(len(size), bool)
+    for way in (1.0, -1.0):
+
+        def below(number: np.ndarray, way: float = way) -> np.ndarray:
+            place = q.copy()
+            place[:n] += distances[np.clip(number, 0, distances.size - 1)] * (way * along)
+            return least_energies(model, place) <= limit
+
+        turn, inside = np.full(len(size), -1), np.zeros(len(size), bool)
+        for k in range(looks.max()):
+            now = below(begin + escape.FINE * k)
+            turn = np.where((k < looks) & inside & ~now, begin + escape.FINE * (k - 1), turn)
+            inside = np.where(k < looks, now, inside)
+        half = escape.FINE // 2
+        while half > 0:
+            turn = np.where((turn >= 0) & below(turn + half), turn + half, turn)
+            half //= 2
+        reach = np.where(turn >= 0, np.maximum(reach, unit * distances[turn]), reach)
+        turned |= turn >= 0
+    return reach, turned
 
 
 @functools.cache

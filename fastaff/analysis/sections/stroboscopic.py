@@ -125,7 +125,20 @@ class _Strobed:
     def _follow(
         self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None
     ) -> _Run:
-        """Run these orbits: to the section, where they do not start a period before it, then from period to period."""
+        """Run these orbits: to the section, where they do not start a period before it, then from period to period; the
+        ones by themselves and the others, as each would run alone.
+        """
+        on = self.lead[orbits] >= self.period
+        if on.any() and not on.all():
+            whole = flow.ensemble(np.ascontiguousarray(self.z[:, orbits]), radius=radius)
+            states = np.empty((self.wanted, *whole.z.shape))
+            steps = np.empty(orbits.size)
+            for some in (np.flatnonzero(on), np.flatnonzero(~on)):
+                worn = None if wear is None else Wear(*(entry[some] for entry in wear))
+                part = self._follow(flow.of(some), orbits[some], radius[some], worn, report)
+                whole.take(some, part.ensemble)
+                states[..., some], steps[some] = part.states, part.step
+            return _Run(states, whole, steps)
         used = np.broadcast_to(np.inf if flow.adaptive else flow.step, orbits.size)
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, orbits]), radius=radius)
         lead, rest = self.lead[orbits], self.wanted
