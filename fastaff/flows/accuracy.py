@@ -158,8 +158,9 @@ def estimated(
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
     do the same.
     """
-    order, part = plan.order, share_of(flow, plan)
-    spans = np.maximum(phase / SPAN, 1.0)
+    order, spans = plan.order, np.maximum(phase / SPAN, 1.0)
+    # The first steps are few: where they lead through a core, errors do not fall by the order yet.
+    part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
     if turns(flow.model):
         angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
