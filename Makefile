@@ -6,17 +6,21 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
-.PHONY: demo wheel test test-ci bounds faults lowest newest docs bench bench-peers bench-compare gate peers lint clean
+.PHONY: demo wheel test test-ci bounds faults lowest newest docs bench bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
-$(VENV)/.dev: pyproject.toml
+$(VENV)/.demo: pyproject.toml
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'fastaff needs Python 3.11 or newer; name one: make PYTHON=python3.12')"
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[demo]"
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.demo
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev,demo]"
 	touch $@
 
-demo: $(VENV)/.dev  ## the main job: a Poincaré map and a frequency map
+demo: $(VENV)/.demo  ## the main job: a Poincaré map and a frequency map
 	$(BIN)/fastaff demo --out demo
 
 wheel: $(VENV)/.dev  ## dist/*.whl with machine code for x86-64-v3 and v4, for this version of Python
@@ -71,6 +75,9 @@ bench-peers: peers  ## the race beside other programs: bench/results, README's t
 
 bench-compare: $(VENV)/.dev  ## this tree beside the commit BASE, in turns
 	$(BIN)/python bench/compare.py $(BASE)
+
+bench-cold: $(VENV)/.dev  ## the first call of each kind in fresh processes
+	$(BIN)/python bench/cold.py
 
 gate: $(VENV)/.dev  ## ratios of processor times within one run, under bounds
 	$(BIN)/python bench/gate.py
