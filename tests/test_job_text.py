@@ -493,6 +493,11 @@ def test_text_and_back(tables, unit):
     assert repr(again) == repr(job)
 
 
+def test_text_keeps_the_sign_of_zero():
+    job = Job(surface=Surface(p_gamma=-0.0), integrate=Motion(time=1.0))
+    assert repr(Job.parsed(job.text())) == repr(job)
+
+
 @pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, np.int8, int])
 def test_numbers_of_numpy(kind):
     job = Job(surface=Surface(energy=kind(2)), integrate=Motion(time=kind(3), samples=int(kind(1))), unit=np.int64(5))

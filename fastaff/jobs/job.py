@@ -158,7 +158,7 @@ class Job:
                 given = {
                     entry.name: getattr(value, entry.name)
                     for entry in fields(kind)
-                    if entry.default is MISSING or getattr(value, entry.name) != entry.default
+                    if entry.default is MISSING or _differs(getattr(value, entry.name), entry.default)
                 }
                 if given or name in ANALYSES:
                     found[name] = given
@@ -386,6 +386,11 @@ def _finite(name: str, value: Any) -> float:
     if not np.isfinite(number):
         raise ValueError(f"{name} must be finite, got {shown(value)}")
     return number
+
+
+def _differs(value: Any, default: Any) -> bool:
+    """Tell whether a value is not the default: -0.0 is not 0.0."""
+    return value != default or (type(value) is type(default) is float and str(value) != str(default))
 
 
 def _toml(value: Any) -> str:
