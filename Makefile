@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
-.PHONY: demo wheel test test-ci bounds faults lowest newest docs bench bench-peers bench-compare bench-cold gate peers lint clean
+.PHONY: demo wheel test test-deep bounds faults lowest newest docs bench bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -26,11 +26,13 @@ demo: $(VENV)/.demo  ## the main job: a Poincaré map and a frequency map
 wheel: $(VENV)/.dev  ## dist/*.whl with machine code for x86-64-v3 and v4, for this version of Python
 	$(BIN)/python .ci/wheel.py dist
 
-test: $(VENV)/.dev  ## the default tests, on WORKERS cores
+test: $(VENV)/.dev  ## the tests of every change, on WORKERS cores
 	$(PYTEST) -m "not slow"
 
-test-ci: $(VENV)/.dev  ## the slow ones too
-	$(PYTEST)
+test-deep: $(VENV)/.dev  ## the deep tier: slow tests, array bounds, ratios, a wheel, other versions; then writes .ci/deep.txt
+	$(PYTEST) -m slow
+	$(MAKE) bounds gate wheel lowest newest
+	$(BIN)/python .ci/deep.py --passed
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work

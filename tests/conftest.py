@@ -2,15 +2,28 @@
 
 import os
 import shutil
+from collections import Counter
 
 # Two test runs on two cores: threads of BLAS that wait for one another made matrices of 500 rows ten times slower.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
+from deep import DEEP
 from hypothesis import settings
 
 settings.register_profile("fastaff", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("fastaff")
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what the deep tier alone runs as slow."""
+    seen = Counter()
+    for item in items:
+        name = item.module.__name__, item.originalname
+        kept = DEEP.get(name[0], {}).get(name[1])
+        seen[name] += 1
+        if kept is not None and seen[name] > kept:
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture

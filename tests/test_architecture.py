@@ -12,6 +12,7 @@ from pathlib import Path
 
 import battery
 import pytest
+from deep import DEEP
 
 import fastaff
 
@@ -357,3 +358,9 @@ def test_every_function_has_a_docstring():
             ):
                 missing.append(f"{module_of(path)}.{node.name}")
     assert not missing
+
+
+def test_the_deep_tier_names_tests_that_exist():
+    for module, tests in DEEP.items():
+        tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text())
+        assert tests.keys() <= {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}

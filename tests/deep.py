@@ -1,0 +1,210 @@
+"""Tests that run in the deep tier alone, beside those marked slow: how many cases of each the fast tier keeps.
+
+They take the longest: a case or two of each shows a fault of the code that it tests, all of them one of its corners.
+"""
+
+DEEP = {
+    "test_architecture": {
+        "test_public_names_are_there_however_they_are_asked_for": 0,
+        "test_what_needs_a_package_that_is_missing_says_which_extra": 1,
+    },
+    "test_auto": {
+        "test_the_default_follows_the_accuracy": 1,
+        "test_a_steep_wall_gets_no_fixed_step": 0,
+        "test_a_body_at_moderate_energy_gets_a_fixed_step": 0,
+        "test_smooth_motion_gets_a_fixed_step": 0,
+    },
+    "test_chaos": {
+        "test_an_indicator_says_the_same_alone_and_in_any_company": 1,
+        "test_threads_neighbours_and_order_change_no_bit": 1,
+        "test_every_indicator_knows_the_orbits_of_the_literature": 0,
+        "test_zero_one_calls_no_chaotic_orbit_regular": 0,
+        "test_integrable_models_have_no_chaotic_orbit": 1,
+    },
+    "test_cli": {
+        "test_ctrl_c_keeps_finished_orbits": 1,
+        "test_wrong_input_is_one_clear_line": 10,
+    },
+    "test_cli_faults": {
+        "test_closed_streams_are_no_error": 1,
+    },
+    "test_cli_jobs": {
+        "test_a_written_job_gives_the_numbers_of_the_command": 1,
+        "test_a_store_of_another_processor": 0,
+        "test_a_stopped_job_is_resumed_by_the_command_that_is_printed": 1,
+    },
+    "test_cli_stops": {
+        "test_a_signal_waits_for_compiled_code_of_others": 1,
+        "test_a_signal_while_python_loads_the_package_is_one_line": 1,
+        "test_signals_in_a_row_are_one": 0,
+    },
+    "test_closing_errors": {
+        "test_errors_cover_closed_forms_whatever_the_multiplier": 1,
+        "test_lyapunov_orbits_that_pass_the_moon_closely_have_the_period_of_a_symmetric_shooting": 1,
+    },
+    "test_cycles": {
+        "test_families_of_hills_problem": 1,
+    },
+    "test_driven": {
+        "test_orbits_against_taylor_series": 1,
+    },
+    "test_elementary": {
+        "test_functions_of_one_number_are_right_to_a_unit_in_the_last_place": 2,
+    },
+    "test_explorer": {
+        "test_typed_formulas_move_as_the_package_moves_them": 0,
+    },
+    "test_flow": {
+        "test_linear_systems_are_matrix_exponentials": 1,
+        "test_exponents_of_linear_systems_are_real_parts": 1,
+    },
+    "test_formula": {
+        "test_energy_and_force_are_those_of_the_formula": 2,
+        "test_divided_differences_are_exact_up_to_the_axis": 1,
+        "test_chains_of_oscillators": 1,
+    },
+    "test_frequency": {
+        "test_ctrl_c_stops_a_frequency_map": 0,
+        "test_frequencies_of_the_reference_points": 1,
+    },
+    "test_friction": {
+        "test_the_sum_of_the_spectrum_is_the_friction": 0,
+    },
+    "test_fundamental": {
+        "test_lines_too_close_to_tell_are_undecided_and_their_errors_know": 0,
+        "test_regular_orbits_have_the_lattice_of_their_torus": 0,
+        "test_all_frequencies_of_a_linear_chain": 1,
+    },
+    "test_fused": {
+        "test_a_processor_without_the_instruction_multiplies_and_adds": 0,
+    },
+    "test_grid": {
+        "test_units_change_nothing": 1,
+    },
+    "test_interruption": {
+        "test_ctrl_c_where_llvm_calls_python": 1,
+        "test_ctrl_c_while_modules_are_loaded": 1,
+    },
+    "test_job_places": {
+        "test_a_store_that_is_moved_while_it_is_written": 1,
+    },
+    "test_jobs": {
+        "test_a_store_has_the_bits_of_a_run_in_memory": 1,
+        "test_any_unit_and_threads": 1,
+    },
+    "test_kills": {
+        "test_whatever_moment_a_command_is_killed_at": 7,
+        "test_results_that_are_computed_are_written_whatever_comes": 0,
+        "test_ctrl_c_at_any_moment": 2,
+    },
+    "test_launch_sets": {
+        "test_wells_without_end_ask_for_ranges": 1,
+        "test_rings_and_wells_far_apart_have_an_end": 1,
+        "test_all_wells_share_the_volume_of_an_energy_surface": 1,
+        "test_jobs_have_the_same_points_in_any_units": 1,
+        "test_points_of_a_section_are_uniform_in_the_ball_of_an_oscillator": 1,
+    },
+    "test_level_table": {
+        "test_levels_without_a_torus_have_a_status_and_no_energy": 0,
+    },
+    "test_maps": {
+        "test_coupled_planes_of_a_map_have_both_tunes_in_both_windows": 0,
+        "test_iterates_of_maps_are_fitted_by_tori": 0,
+        "test_an_orbit_ends_with_the_same_iterate_in_all_analyses": 0,
+        "test_errors_of_doublings_hold": 0,
+        "test_lines_of_maps_have_the_amplitudes_and_phases_of_conjugated_rotations": 0,
+        "test_starts_are_not_touched": 1,
+    },
+    "test_packs": {
+        "test_a_pack_has_the_bits_of_code_compiled_here": 0,
+    },
+    "test_periodic": {
+        "test_harmonic_body_has_unit_multipliers_in_four_degrees_of_freedom": 0,
+        "test_units_origin_and_zero_of_the_potential_change_nothing": 1,
+    },
+    "test_plot": {
+        "test_edge_is_where_the_energy_grid_ends": 1,
+    },
+    "test_poincare": {
+        "test_ctrl_c_stops_a_map_and_hands_over_what_there_is": 1,
+        "test_ctrl_c_stops_integrate": 1,
+        "test_two_crossings_inside_a_step_are_found": 1,
+    },
+    "test_processes": {
+        "test_a_fork_after_use_computes_the_same": 1,
+        "test_the_interpreter_ends_while_daemon_threads_compute": 1,
+    },
+    "test_quantum_few": {
+        "test_bells_that_do_not_separate": 1,
+        "test_bells_of_rho": 2,
+    },
+    "test_quantum_listing": {
+        "test_bodies_that_do_not_separate": 0,
+    },
+    "test_quantum_narrow": {
+        "test_isolated_bumps": 0,
+    },
+    "test_quantum_nonseparable": {
+        "test_errors_where_convergence_is_algebraic": 0,
+        "test_separable_bodies_as_if_they_were_not": 2,
+    },
+    "test_quantum_packets": {
+        "test_bodies_that_do_not_separate_take_the_same_way": 0,
+        "test_a_packet_revives_when_the_actions_say": 1,
+        "test_number_packets_are_where_their_angles_say": 1,
+    },
+    "test_quantum_statistics": {
+        "test_harmonic_count_in_closed_form": 1,
+    },
+    "test_recipe": {
+        "test_a_file_is_enough_to_run_again": 2,
+    },
+    "test_rerun": {
+        "test_a_rerun_that_is_stopped_goes_on": 1,
+    },
+    "test_results": {
+        "test_a_spectrum_keeps_the_levels_of_the_last_basis": 1,
+    },
+    "test_rotating": {
+        "test_the_tangent_map_of_a_linear_system_is_an_exponential": 1,
+        "test_a_halo_orbit_of_the_catalogue_closes": 0,
+        "test_hills_variational_orbit_has_the_motion_of_the_perigee": 0,
+        "test_company_changes_no_bit": 0,
+        "test_a_turning_frame_shows_the_motion_of_a_frame_at_rest": 1,
+        "test_a_magnetic_field_turns_charges_by_the_force_of_lorentz": 1,
+        "test_free_motion_is_exact_whatever_the_step": 1,
+        "test_a_block_has_the_bits_of_its_text": 4,
+        "test_tangent_maps_are_symplectic": 1,
+        "test_a_penning_trap_has_its_three_frequencies": 1,
+    },
+    "test_separable": {
+        "test_constants_are_conserved": 3,
+    },
+    "test_starts": {
+        "test_states_from_special_starts_are_within_their_errors": 1,
+        "test_no_orbit_within_its_accuracy_drifts_and_errors_cover_at_any_accuracy": 1,
+    },
+    "test_tangent": {
+        "test_every_model_is_symplectic_and_follows_the_variational_equations": 1,
+        "test_tangent_maps_of_splittings_are_symplectic": 2,
+        "test_the_orbit_is_that_of_integrate_to_the_bit": 1,
+    },
+    "test_threads": {
+        "test_a_task_needs_no_thread_that_is_busy": 0,
+        "test_threads_hold_what_they_write_to": 1,
+    },
+    "test_tori": {
+        "test_actions_are_constant_and_angles_advance_with_nu": 2,
+    },
+    "test_torus_turns": {
+        "test_four_dimensions_have_two_frequencies_and_actions": 0,
+    },
+    "test_transformed": {
+        "test_bounces_off_an_algebraic_wall_keep_the_closed_form": 0,
+        "test_compiled_steps_are_the_naive_ones": 1,
+    },
+    "test_tunes": {
+        "test_errors_cover_the_truth": 2,
+    },
+}
+"""By module and test: the number of cases, the first ones, that every change runs."""
