@@ -1,7 +1,41 @@
-"""Benchmarks import `common` from this folder and the quadratures of tests/naive.py."""
+"""Benchmarks import from this folder and from tests/. What each measures it puts into `numbers`."""
 
+import json
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
+
+FOUND = pytest.StashKey[dict]()
+
+
+def pytest_addoption(parser):
+    """Add the option."""
+    parser.addoption("--numbers", help="file for all numbers, as JSON: for bench/tables.py")
+
+
+def pytest_configure(config):
+    """Begin with no numbers."""
+    config.stash[FOUND] = {}
+
+
+@pytest.fixture
+def numbers(request):
+    """Give a benchmark the dictionary for what it measures; it is printed (-s), and kept for --numbers."""
+    found = {}
+    yield found
+    plain = {key: value.tolist() if isinstance(value, np.generic) else value for key, value in found.items()}
+    said = (f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}" for key, value in plain.items())
+    print(f"\n{request.node.name}: {'; '.join(said)}")
+    name = f"{request.path.name}::{request.node.originalname}"
+    request.config.stash[FOUND].setdefault(name, []).append(plain)
+
+
+def pytest_sessionfinish(session):
+    """Write the numbers: for each benchmark one dictionary for each of its parameters, in their order."""
+    if session.config.getoption("numbers"):
+        Path(session.config.getoption("numbers")).write_text(json.dumps(session.config.stash[FOUND]))

@@ -14,20 +14,17 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
+from pages import put
 from scipy.special import ellipk
 
 import fastaff as fa
 from fastaff.analysis import FrequencyKind
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "guarantees.md"
-BEGIN, END = "<!-- frequency coverage -->\n", "<!-- end -->"
 RESONANCES = ((1, 1), (2, 1), (3, 1), (4, 1), (3, 2), (4, 3))  # (q, p) with |q nu_1 - p nu_2| T log-uniform in NEAR
 CELLS = ("generic", *(f"{q}:{p}" for q, p in RESONANCES))
 NEAR = (-4.0, 1.0)
@@ -500,15 +497,6 @@ def checked(threads=None) -> str:
     return "\n".join(said)
 
 
-def write(begin: str, text: str, end: str) -> None:
-    """Write a text into the page between two comments."""
-    page = PAGE.read_text()
-    if begin not in page or end not in page:
-        sys.exit(f"{PAGE} has no comments {begin.strip()} and {end}")
-    before, rest = page.split(begin, 1)
-    PAGE.write_text(f"{before}{begin}{text}{end}{rest.split(end, 1)[1]}")
-
-
 def main() -> None:
     """Measure, print, and write the tables where that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
@@ -521,7 +509,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few orbits, steps by default")
     parser.add_argument("--deep", action="store_true", help="T = 10^4 too")
     parser.add_argument("--check", action="store_true", help="only compare the truths with long runs")
-    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}, between its two comments")
+    parser.add_argument("--write", action="store_true", help="into docs/guarantees.md")
     given = parser.parse_args()
     if given.check:
         print(checked(given.threads))
@@ -536,7 +524,7 @@ def main() -> None:
     if given.show:
         print(shown(results, given.show))
     if given.write:
-        write(BEGIN, text, END)
+        put("docs/guarantees.md", "frequency coverage", text)
 
 
 if __name__ == "__main__":

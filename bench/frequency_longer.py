@@ -10,12 +10,12 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from frequency_coverage import ratios, write
+from frequency_coverage import ratios
+from pages import put
 
 import fastaff as fa
 from fastaff.analysis import FrequencyKind
 
-BEGIN, END = "<!-- frequencies of longer times -->\n", "<!-- end of longer times -->"
 LONGER, ORBITS, SEEDS = 8, 100, 10
 
 
@@ -96,4 +96,4 @@ if __name__ == "__main__":
     rows = table()
     print(rows)
     if parser.parse_args().write:
-        write(BEGIN, rows, END)
+        put("docs/guarantees.md", "frequencies of longer times", rows)

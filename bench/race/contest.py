@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 TURNS, PATIENCE = 5, 12.0
 """Alternating runs of those that are compared, and the processor time after which a row takes no further turn."""
-
-
-@cache
-def version(program: str) -> str | None:
-    """Return the version of an installed program, None where there is none."""
-    try:
-        return importlib.metadata.version(program)
-    except importlib.metadata.PackageNotFoundError:
-        return None
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from pages import version
 
 from fastaff import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, YOSHIDA4, integrate
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 
-from .contest import Contestant, Row, version
+from .contest import Contestant, Row
 from .systems import CHECKED, SYSTEMS, System, equations, peer_functions, true_states
 
 ORBITS = 4096

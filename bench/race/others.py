@@ -12,6 +12,7 @@ from functools import partial
 import naive
 import numpy as np
 from common import energy_error, henon_heiles_orbits, hyperelastic_orbits
+from pages import version
 
 import fastaff
 from fastaff import (
@@ -28,7 +29,7 @@ from fastaff import (
 )
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 
-from .contest import Contestant, Row, version
+from .contest import Contestant, Row
 from .systems import SYSTEMS, equations
 
 TIME = 1000.0

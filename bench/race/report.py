@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from collections.abc import Sequence
 from dataclasses import asdict
-from datetime import date
 from pathlib import Path
 from textwrap import fill
 
 import numpy as np
+from pages import put, stamp, version, where
 
-from fastaff.base.machine import machine
+from .contest import Row, Timed, best
 
-from .contest import Row, Timed, best, version
-
-ROOT = Path(__file__).parents[2]
-MARKS = "<!-- race: written by make bench-peers -->", "<!-- end of race -->"
-PROGRAMS = (
-    *("fastaff", "numba", "numpy", "scipy", "heyoka", "pynamicalsys"),
-    *("gala", "nafflib", "rebound", "PyNAFF"),
-)
 COLOURS = {
     "fastaff": "#d1495b",
     "heyoka": "#2e5eaa",
@@ -31,17 +22,6 @@ COLOURS = {
     "gala": "#e09f3e",
 }
 MARKERS = dict(zip(COLOURS, "osv^Dh"))
-
-
-def stamp() -> dict:
-    """Return what the numbers depend on: processor, cores, versions, commit, date."""
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
-    return {
-        **machine(),
-        "versions": {name: version(name) for name in PROGRAMS},
-        "commit": commit.stdout.strip(),
-        "date": date.today().isoformat(),
-    }
 
 
 def seconds(value: float) -> str:
@@ -143,13 +123,6 @@ def brief(results: Sequence[tuple[Row, Sequence[Timed]]]) -> str:
     return "\n".join(lines)
 
 
-def put_between_marks(path: Path, block: str) -> None:
-    """Replace what a file has between the marks."""
-    before, rest = path.read_text().split(MARKS[0])
-    _, after = rest.split(MARKS[1])
-    path.write_text(f"{before}{MARKS[0]}\n\n{block}\n\n{MARKS[1]}{after}")
-
-
 def started(starts: dict[str, dict], grid: dict) -> str:
     """Return the tables of first starts and of the frequency map of a grid."""
     lines = ["## Fresh processes", "", "Processor time (elapsed), import included; cold: nothing compiled before.", ""]
@@ -211,12 +184,10 @@ def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, 
         chosen = [(row, timed) for row, timed in results if row.title.startswith(begin)]
         if chosen:
             figure(chosen, 2 if len(chosen) == 4 else len(chosen), folder / name)
-    versions = ", ".join(f"{name} {number}" for name, number in made_on["versions"].items() if number)
-    where = f"{made_on['cpu']}, {made_on['cores']} cores; Python {made_on['python']}, {versions}"
     text = [
         "# The race",
         "",
-        f"Written by `make bench-peers` on {made_on['date']}, commit {made_on['commit']}: {where}.",
+        f"Written by `make bench-peers`: {where(made_on)}",
         "",
         "Processor time (all threads), the shortest of runs in turns, everything compiled before. For each accuracy",
         "the cheapest run of each program with a measured error at or below it: time, ratio to fastaff's, error, how.",
@@ -229,6 +200,5 @@ def write(results: Sequence[tuple[Row, list[Timed]]], starts: dict, grid: dict, 
         "",
     ]
     (folder / "race.md").write_text("\n".join(text))
-    machine_line = f"{where}; commit {made_on['commit']}, {made_on['date']}."
-    put_between_marks(ROOT / "README.md", f"{brief(results)}\n\n{machine_line}")
-    put_between_marks(ROOT / "docs" / "performance.md", f"{summary(results)}\n\n{machine_line}")
+    put("README.md", "race", f"{brief(results)}\n\n{where(made_on)}")
+    put("docs/performance.md", "race", f"{summary(results)}\n\n{where(made_on)}")

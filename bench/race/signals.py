@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 from common import SAMPLES, signals_of
+from pages import version
 
 from fastaff.analysis.frequencies.naff import naff
 
-from .contest import Contestant, Row, version
+from .contest import Contestant, Row
 
 LA2010A = {
     "g1": 5.59,
