@@ -31,7 +31,7 @@ def numbers(request):
     plain = {key: value.tolist() if isinstance(value, np.generic) else value for key, value in found.items()}
     said = (f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}" for key, value in plain.items())
     print(f"\n{request.node.name}: {'; '.join(said)}")
-    name = f"{request.path.name}::{request.node.originalname}"
+    name = f"bench/{request.path.name}::{request.node.originalname}"
     request.config.stash[FOUND].setdefault(name, []).append(plain)
 
 

@@ -68,22 +68,19 @@ def measured(points, how):
         fa.frequency_map(plan.body, z0, time=60.0)
         seconds, orbits, unit = time.perf_counter() - start, z0.shape[1], 0
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print(json.dumps([orbits, seconds, before / 1024, peak / 1024, unit]))
+    found = {"orbits": orbits, "seconds": seconds, "before_MiB": before / 1024, "peak_MiB": peak / 1024, "unit": unit}
+    print(json.dumps(found))
 
 
-def main(numbers):
-    """Print the table."""
-    print("   points    orbits   way   seconds  orbits/s  peak MiB (before)  unit")
-    for points in map(int, numbers):
-        for how in ("job", "plain")[: 2 if points <= PLAIN else 1]:
-            command = [sys.executable, __file__, "--one", str(points), how]
-            orbits, seconds, before, peak, unit = json.loads(subprocess.check_output(command, text=True))
-            rate = orbits / seconds
-            print(f"{points:9d} {orbits:9d} {how:>5} {seconds:9.1f} {rate:9.0f} {peak:9.0f} ({before:.0f}) {unit:9d}")
+def asked(points, how):
+    """Return these numbers of a process of its own."""
+    return json.loads(subprocess.check_output([sys.executable, __file__, "--one", str(points), how], text=True))
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--one"]:
         measured(int(sys.argv[2]), sys.argv[3])
     else:
-        main(sys.argv[1:] or ["10000", "100000"])
+        for points in map(int, sys.argv[1:] or (10_000, 100_000)):
+            for how in ("job", "plain")[: 2 if points <= PLAIN else 1]:
+                print(f"{points:9d} {how:>5}", asked(points, how), flush=True)

@@ -27,8 +27,8 @@ where that has one degree of freedom; the natural potential."""
 
 
 @pytest.mark.parametrize("name", PAIRS)
-def test_as_fast_as_a_natural_system(benchmark, name):
-    """Million steps/s of both, in turns, and the energy errors after 250 steps: at least 0.8 of the natural one's."""
+def test_as_fast_as_a_natural_system(numbers, name):
+    """Steps/s of both, in turns, and the energy errors after 250 steps: at least 0.8 of the natural one's."""
     text, other, natural = PAIRS[name]
     driven = hamiltonian(text.format(t="t"), coordinates="x", period="2*pi", a=0.05)
     plain = hamiltonian(natural.format(t=other), coordinates="x" if other is None else "x y", a=0.05)
@@ -37,23 +37,18 @@ def test_as_fast_as_a_natural_system(benchmark, name):
     rest = np.zeros(ORBITS)
     rows = z0["driven"] if other is None else np.array([z0["driven"][0], rest, z0["driven"][1], rest + 1.0])
     z0["natural"] = rows
-    models, runs, shortest = {"driven": driven, "natural": plain}, {}, dict.fromkeys(("driven", "natural"), np.inf)
-    for _ in range(25):
-        for key, model in models.items():
-            start = time.perf_counter()
-            runs[key] = integrate(model, z0[key], time=STEP * STEPS, step=STEP, scheme=KAHAN_LI8)
-            shortest[key] = min(shortest[key], time.perf_counter() - start)
-    benchmark.pedantic(
-        lambda: integrate(driven, z0["driven"], time=STEP * STEPS, step=STEP, scheme=KAHAN_LI8), rounds=3
+    run = {"time": STEP * STEPS, "step": STEP, "scheme": KAHAN_LI8}
+    runs = {
+        "driven": lambda: integrate(driven, z0["driven"], **run),
+        "natural": lambda: integrate(plain, z0["natural"], **run),
+    }
+    found, shortest = alternating(runs, repeats=25, clock=time.perf_counter)
+    numbers.update(
+        speed=shortest["natural"] / shortest["driven"],
+        rate=ORBITS * STEPS / shortest["driven"],
+        energy_error=found["driven"].energy_error.max(),
+        natural_error=found["natural"].energy_error.max(),
     )
-    rates = {key: ORBITS * STEPS / least / 1e6 for key, least in shortest.items()}
-    errors = {key: float(run.energy_error.max()) for key, run in runs.items()}
-    ratio = rates["driven"] / rates["natural"]
-    print(
-        f"\n{name}: driven {rates['driven']:.2f} M steps/s (energy error {errors['driven']:.1e}), natural "
-        f"{rates['natural']:.2f} ({errors['natural']:.1e}), ratio {ratio:.2f}"
-    )
-    benchmark.extra_info.update(ratio=ratio, rates=rates, errors=errors)
 
 
 BESIDE = {
@@ -70,7 +65,7 @@ LADDER = {
 
 
 @pytest.mark.parametrize("name", BESIDE)
-def test_beside_heyoka(name):
+def test_beside_heyoka(numbers, name):
     """Processor time of the cheapest run of each program with errors below 1e-13, against 80-bit arithmetic."""
     hy = pytest.importorskip("heyoka")
     text, a, w, time = BESIDE[name]
@@ -109,14 +104,12 @@ def test_beside_heyoka(name):
         runs[f"heyoka tol {tol:.0e}"] = lambda peer=peer: theirs(peer)
     found, cost = alternating(runs, repeats=5)
     errors = {how: float(np.abs(z[:, :CHECKED] - truth).max()) for how, z in found.items()}
-    said = []
+    least = {}
     for program in ("fastaff", "heyoka"):
         good = [how for how in runs if how.startswith(program) and errors[how] <= GOAL]
-        said.append(min(good, key=cost.get))
-    print(f"\n{name}, {ORBITS} orbits, errors below {GOAL:.0e}:")
-    for how in (*said, "fastaff accuracy=1e-13"):
-        print(f"  {how}: {1e3 * cost[how]:.1f} ms of processor time, largest error {errors[how]:.1e}")
-    print(f"  {cost[said[1]] / cost[said[0]]:.2f} times as long in heyoka")
+        how = least[program] = min(good, key=cost.get)
+        numbers.update({program: how, f"{program}_ms": 1e3 * cost[how], f"{program}_error": errors[how]})
+    numbers["ratio"] = cost[least["heyoka"]] / cost[least["fastaff"]]
     run = ours(accuracy=1e-13)
     assert min(errors.values()) <= GOAL
     assert (np.abs(run.z[[0, 2], :CHECKED] - truth) <= run.error[[0, 2], :CHECKED]).mean() >= 0.98

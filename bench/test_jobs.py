@@ -3,14 +3,16 @@
 import time
 import warnings
 
+import job_memory
 import numpy as np
 import pytest
+from job_scaling import measured_overhead
 
 import fastaff as fa
 from fastaff.jobs import Frequencies, Job, Motion, Poincare, Starts, Surface, launch
 
-SIDE = 360
-"""Cells along each axis: some 100,000 orbits."""
+SIDE = 240
+"""Cells along each axis: some 44,000 orbits."""
 
 ANALYSES = {
     "poincare": {"poincare": Poincare(crossings=20)},
@@ -33,7 +35,7 @@ def seconds(call):
 
 
 @pytest.mark.parametrize("name", ANALYSES)
-def test_a_job_beside_the_plain_call(tmp_path, name):
+def test_a_job_beside_the_plain_call(numbers, tmp_path, name):
     """In turns: the plain call with the options that the job settled, and the job into a store."""
     one = job(SIDE if name != "frequency_map" else SIDE // 3, **ANALYSES[name])
     plan = one.plan()
@@ -50,13 +52,24 @@ def test_a_job_beside_the_plain_call(tmp_path, name):
     for field in ("z", "points", "nu"):
         if hasattr(result, field):
             assert np.array_equal(getattr(result, field), getattr(alone, field), equal_nan=True)
-    print(
-        f"\n{name}: {len(result)} orbits in {max(u.number for u in found.units) + 1} units; plain {min(plain):.2f} s, "
-        f"job {min(stored):.2f} s, ratio {min(stored) / min(plain):.3f}"
+    units = max(unit.number for unit in found.units) + 1
+    numbers.update(
+        analysis=name,
+        orbits=len(result),
+        units=units,
+        plain=min(plain),
+        job=min(stored),
+        ratio=min(stored) / min(plain),
     )
 
 
-def test_workers_beside_threads(tmp_path):
+@pytest.mark.parametrize(("points", "how"), [(100_000, "plain"), (100_000, "job"), (4_000_000, "job")])
+def test_memory(numbers, points, how):
+    """The peak of a frequency map, in a process of its own."""
+    numbers.update(points=points, by={"job": "a job", "plain": "the plain call"}[how], **job_memory.asked(points, how))
+
+
+def test_workers_beside_threads(numbers, tmp_path):
     """Two dask workers of one thread each, on this machine, beside one process of two threads."""
     distributed = pytest.importorskip("distributed")
     one = job(SIDE, integrate=Motion(time=2000.0))
@@ -72,4 +85,10 @@ def test_workers_beside_threads(tmp_path):
         for k in range(2):
             alone.append(seconds(lambda k=k: fa.run(one, tmp_path / f"{k}.zarr", threads=2))[0])
             shared.append(seconds(lambda k=k: fa.run(one, tmp_path / f"{k}-dask.zarr", executor=executor))[0])
-    print(f"\ntwo threads {min(alone):.2f} s, two workers {min(shared):.2f} s: {min(alone) / min(shared):.2f}")
+    numbers.update(
+        orbits=launch.whole(one.plan().launch)[0].shape[1],
+        threads=min(alone),
+        workers=min(shared),
+        ratio=min(shared) / min(alone),
+        scheduler_ms=1e3 * measured_overhead(500),
+    )

@@ -1,7 +1,8 @@
-"""What a call on one orbit takes, Python included. Run: pytest bench/test_latency.py -s"""
+"""What a call on one orbit takes, Python included, and what first calls do. Run: pytest bench/test_latency.py -s"""
 
 from __future__ import annotations
 
+import cold
 import numpy as np
 import pytest
 from common import best
@@ -30,30 +31,38 @@ RUNS = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_short_calls(benchmark, name):
+def test_short_calls(numbers, name):
     """One orbit over a time that the kernels are through with in microseconds."""
     run = RUNS[name]
     least, result = best(run, repeats=CALLS), run()
-    benchmark(run)
-    error = result.error.max() if getattr(result, "error", None) is not None else result.energy_error.max()
-    print(f"\n{name}: {1e3 * least:.2f} ms; error {error:.1e}")
+    error = result.error if getattr(result, "error", None) is not None else result.energy_error
+    numbers.update(ms=1e3 * least, error=error.max())
 
 
 @pytest.mark.parametrize(
     ("scheme", "step"), [(KAHAN_LI8, 0.08), (BLANES_CASAS_ESCORIHUELA8, 0.16)], ids=["KL8", "BCE8"]
 )
-def test_crossings_of_one_orbit(benchmark, scheme, step):
+def test_crossings_of_one_orbit(numbers, scheme, step):
     """All crossings of Henon-Heiles until T = 2000, their times against a finer run of higher order."""
 
     def run(scheme=scheme, step=step):
         return poincare_map(HENON_HEILES, START, section=X, crossings=400, max_time=2000.0, step=step, scheme=scheme)
 
     least, found, fine = best(run, repeats=30), run(), run(SOFRONIOU_SPALETTA10, 0.1)
-    benchmark.pedantic(run, rounds=10)
     count = int(found.counts[0])
-    error = np.nanmax(np.abs(found.times - fine.times))
-    benchmark.extra_info.update(crossings=count, time_error=error)
-    print(
-        f"\n{scheme.name}, {count} crossings: {1e6 * least / count:.1f} microseconds each; times {error:.1e}, section "
-        f"{found.section_error.max():.1e}, energy {found.energy_error.max():.1e}"
+    numbers.update(
+        crossings=count,
+        us_each=1e6 * least / count,
+        time_error=np.nanmax(np.abs(found.times - fine.times)),
+        section_error=found.section_error.max(),
+        energy_error=found.energy_error.max(),
     )
+
+
+def test_first_calls(numbers):
+    """The first section and the first frequency map of fresh processes, with the import of the package; seconds of
+    processor time, with an empty cache and with a full one.
+    """
+    for how, seconds in zip(("cold", "warm"), cold.measured()):
+        section = seconds["import"][0] + seconds["section"][0]
+        numbers.update({f"{how}_section": section, f"{how}_map": section + seconds["frequency map"][0]})

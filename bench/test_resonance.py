@@ -42,7 +42,7 @@ def frequencies(case: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("case", "rank"), [("random", 0), ("degenerate", 2), ("periodic", 3)])
-def test_map(benchmark, case, rank):
+def test_map(numbers, case, rank):
     """512 x 512 orbits, n = 4, order 12: time, share with the right rank against the accidents expected."""
     nu, threads = frequencies(case), numba.config.NUMBA_NUM_THREADS
     result = resonances(nu, max_order=ORDER)
@@ -52,24 +52,19 @@ def test_map(benchmark, case, rank):
     width = np.broadcast_to(1e-9 * np.abs(flat).max(axis=0), flat.shape).copy()
     slow = SHARE * best(lambda: naive_count(k, flat, width, count), repeats=1)
     one, all_ = (best(lambda t=t: resonances(nu, max_order=ORDER, threads=t), repeats=3) for t in (1, threads))
-    benchmark.pedantic(resonances, args=(nu,), kwargs={"max_order": ORDER}, rounds=3)
-    wrong = int(np.count_nonzero(result.rank != rank))
     differ = int(np.count_nonzero((count > 0) != (result.rank.ravel()[::SHARE] > 0)))
-    largest = np.nanmax(result.distance / result.width) if np.isfinite(result.distance).any() else 0.0
-    rate = len(k) * SIDE**2 / all_ / 1e9
-    benchmark.extra_info.update(seconds=all_, wrong=wrong, rate=rate, ratio_of_threads=one / all_, naive_seconds=slow)
-    print(
-        f"\n{case}: {SIDE} x {SIDE} orbits, {len(k)} vectors: {all_:.2f} s on {threads} threads ({rate:.1f} thousand "
-        "million tests/s), "
-        f"{one / all_:.2f} x one thread; orbit-at-a-time loop (counting only) {slow:.2f} s; {wrong} of other rank than "
-        f"{rank}, "
-        f"{float(result.accidental.sum()):.1f} accidents expected; {differ} disagreements with the loop; "
-        f"largest distance/width {largest:.1e}"
+    numbers.update(
+        seconds=all_,
+        over_one_thread=one / all_,
+        scalar_loop_seconds=slow,
+        tests_a_second=len(k) * SIDE**2 / all_,
+        other_rank=np.count_nonzero(result.rank != rank),
+        expected=float(result.accidental.sum()),
     )
     assert differ == 0
 
 
-def test_sections(benchmark):
+def test_sections(numbers):
     """1000 orbits of 1000 crossings of the standard map at K = 0.9: time of rotation numbers and of islands."""
     y = np.linspace(0.0, 0.5, 1002)[1:-1]
     path = np.empty((2, 1000, 1000))
@@ -82,11 +77,7 @@ def test_sections(benchmark):
     t = 2 * np.pi * golden * np.arange(1000)
     error = abs(rotation_number(np.array([np.cos(t), 0.5 * np.sin(t)])).rotation[0] - golden)
     turning = best(lambda: rotation_number(path, centre=(0.0, 0.0)), repeats=3)
-    found = benchmark.pedantic(lambda: islands(path, centre=(0.0, 0.0)), rounds=3, warmup_rounds=1)
+    found = islands(path, centre=(0.0, 0.0))
     kinds = {kind.name: int((found.kind == kind).sum()) for kind in Kind}
-    benchmark.extra_info.update(rotation_seconds=turning, rotation_error=error, **kinds)
-    print(
-        f"\n1000 orbits x 1000 crossings: rotation numbers {turning:.2f} s, islands {benchmark.stats['min']:.2f} s; "
-        "golden ellipse off by "
-        f"{error:.1e}; {found.summary()}"
-    )
+    seconds = best(lambda: islands(path, centre=(0.0, 0.0)), repeats=3)
+    numbers.update(rotation_seconds=turning, islands_seconds=seconds, rotation_error=error, **kinds)

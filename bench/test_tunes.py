@@ -1,7 +1,7 @@
 """Speed and error of `tunes` and `TuneAccumulator`: turns of the 4-D Henon map in memory, pushed by 256; lines and
-tunes beside nafflib (make peers), on the same arrays.
+tunes beside nafflib (make peers), on the same arrays: milliseconds an orbit.
 
-Run: python -m pytest bench/test_tunes.py --benchmark-columns=median,ops -s
+Run: pytest bench/test_tunes.py -s
 """
 
 import numpy as np
@@ -39,20 +39,18 @@ def pushed(chunk: int) -> fa.analysis.Tunes:
 
 
 @pytest.mark.parametrize("how", ["stored", "pushed"])
-def test_tunes(benchmark, how):
+def test_tunes(numbers, how):
     """Orbit-turns per second and the error against the record twice as long."""
     call = (lambda: fa.tunes(PATH[:, :, :TURNS])) if how == "stored" else (lambda: pushed(CHUNK))
     found, truth = call(), fa.tunes(PATH)
-    seconds = best(call, repeats=3)
-    benchmark.pedantic(call, rounds=1)
     regular = found.regular & truth.regular
     error = np.abs(found.nu - truth.nu)[:, regular]
-    rate = ORBITS * TURNS / seconds
-    outside = float((error > found.error[:, regular] + truth.error[:, regular]).mean())
-    benchmark.extra_info.update(orbit_turns_per_second=rate, GB_per_second=32e-9 * rate, median_error=np.median(error))
-    print(
-        f"\n{how}: {rate / 1e6:.0f} million orbit-turns/s ({32e-9 * rate:.2f} GB/s), error {np.median(error):.1e}, "
-        f"{np.quantile(error, 0.99):.1e} at 99 %, outside {100 * outside:.2f} %, {regular.mean():.2f} regular"
+    numbers.update(
+        rate=ORBITS * TURNS / best(call, repeats=3),
+        median_error=np.median(error),
+        error_of_99=np.quantile(error, 0.99),
+        outside=(error > found.error[:, regular] + truth.error[:, regular]).mean(),
+        regular=regular.mean(),
     )
 
 
@@ -61,7 +59,7 @@ FEW = 20
 
 
 @pytest.mark.parametrize("turns", [1024, TURNS])
-def test_tunes_beside_nafflib(turns):
+def test_tunes_beside_nafflib(numbers, turns):
     """Processor time of both planes' tunes of an orbit, and errors against a record of eight or two times the turns."""
     nafflib = pytest.importorskip("nafflib")
     truth, samples = fa.tunes(PATH), PATH[:, :, :turns]
@@ -73,18 +71,16 @@ def test_tunes_beside_nafflib(turns):
     runs = {"fastaff": lambda: fa.tunes(samples), "fastaff, lines": lambda: fa.tunes(samples, method="naff")}
     runs |= {f"nafflib, window order {p}": lambda p=p: theirs(p) for p in (1, 2, 4)}
     found, cost = alternating(runs, repeats=3)
-    print(f"\n{turns} turns, both planes:")
     for how, result in found.items():
         ours = how.startswith("fastaff")
         nu, orbits = (result.nu, ORBITS) if ours else (result, FEW)
         regular = truth.regular[:orbits] & (truth.error[:, :orbits] < 1e-12).all(axis=0)
         off = np.abs((nu - truth.nu[:, :orbits] + 0.5) % 1.0 - 0.5)[:, regular]
-        each = 1e6 * cost[how] / orbits
-        print(f"  {how}: {each:.1f} us an orbit, error {np.median(off):.1e}, {np.quantile(off, 0.99):.1e} at 99 %")
+        numbers.update({how: 1e3 * cost[how] / orbits, f"{how}, error": np.quantile(off, 0.99)})
 
 
-@pytest.mark.parametrize("lines", [3, 6])
-def test_lines_beside_nafflib(lines):
+@pytest.mark.parametrize("lines", [6])
+def test_lines_beside_nafflib(numbers, lines):
     """Several lines of a plane: lines that both programs know from a record of twice the turns count."""
     nafflib = pytest.importorskip("nafflib")
     signals = PATH[0] - 1j * PATH[2]
@@ -96,11 +92,6 @@ def test_lines_beside_nafflib(lines):
         )
     found, cost = alternating(runs, repeats=3)
     truth = own(signals[:FEW], 3).nu
-    print(f"\n{lines} lines of {TURNS} turns:")
     for how, nu in found.items():
-        orbits = len(nu)
         gaps = np.abs((nu[:FEW, :, None] - truth[:, None, :] + 0.5) % 1.0 - 0.5).min(axis=1)
-        print(
-            f"  {how}: {1e6 * cost[how] / orbits:.0f} us an orbit, a line {np.median(gaps):.1e}, "
-            f"90 % {np.quantile(gaps, 0.9):.1e}"
-        )
+        numbers.update({how: 1e3 * cost[how] / len(nu), f"{how}, error": np.quantile(gaps, 0.9)})

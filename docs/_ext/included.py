@@ -1,15 +1,17 @@
 """Pages that are files elsewhere in the repository: `<!-- page: ../CHANGELOG.md -->` becomes that file, its links as
-seen from the site.
+seen from the site, and `<!-- history: ../bench/history -->` a table of the files of releases in that folder.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from pathlib import Path
 from typing import Any
 
 MARK = re.compile(r"<!-- page: (\S+) -->")
+HISTORY = re.compile(r"<!-- history: (\S+) -->")
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)(#[^)\s]*)?\)")
 
 
@@ -29,6 +31,20 @@ def relinked(text: str, source: Path, page: Path, pages: dict[Path, Path]) -> st
     return LINK.sub(link, text)
 
 
+def history(files: list[Path]) -> str:
+    """Return the Markdown table of the ratios that releases wrote, the newest first, and on what."""
+    records = {path.stem: json.loads(path.read_text()) for path in files}
+    versions = sorted(records, key=lambda name: [int(part) for part in re.findall(r"\d+", name)], reverse=True)
+    lines = [["", *versions], ["---"] * (1 + len(versions))]
+    for what in dict.fromkeys(what for name in versions for what in records[name]["ratios"]):
+        lines.append([what, *(str(records[name]["ratios"].get(what, "")) for name in versions)])
+    machines = [(name, records[name]["machine"]) for name in versions]
+    made_on = [
+        f"- {name}: {on['cpu']}, {on['cores']} cores; commit {on['commit']}, {on['date']}" for name, on in machines
+    ]
+    return "\n".join([*(f"| {' | '.join(line)} |" for line in lines), "", *made_on])
+
+
 def include(app: Any, docname: str, content: list[str]) -> None:
     """Replace the marks of a page by the files they name."""
     folder = Path(app.srcdir)
@@ -41,7 +57,13 @@ def include(app: Any, docname: str, content: list[str]) -> None:
             app.env.note_dependency(str(source))
             return relinked(source.read_text(), source, page.resolve(), pages)
 
-        content[0] = MARK.sub(text, content[0])
+        def table(found: re.Match[str]) -> str:
+            files = sorted((page.parent / found[1]).glob("*.json"))
+            for path in files:
+                app.env.note_dependency(str(path.resolve()))
+            return history(files)
+
+        content[0] = HISTORY.sub(table, MARK.sub(text, content[0]))
 
 
 def setup(app: Any) -> dict[str, Any]:
