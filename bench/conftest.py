@@ -28,6 +28,8 @@ def numbers(request):
     """Give a benchmark the dictionary for what it measures; it is printed (-s), and kept for --numbers."""
     found = {}
     yield found
+    if not found:  # it was skipped
+        return
     plain = {key: value.tolist() if isinstance(value, np.generic) else value for key, value in found.items()}
     said = (f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}" for key, value in plain.items())
     print(f"\n{request.node.name}: {'; '.join(said)}")

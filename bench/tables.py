@@ -17,10 +17,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-BENCH = Path(__file__).parent
-sys.path.insert(0, str(BENCH))
-from pages import ROOT, put, stamp, where  # noqa: E402
+from pages import ROOT, put, stamp, where
 
+BENCH = ROOT / "bench"
 RECORD = BENCH / "results" / "tables.json"
 PROGRAMS = ("fastaff", "numba", "numpy", "scipy", "heyoka", "nafflib")
 FIELD = re.compile(r"\{(?:(\d)(?:-(\d))? )?([^{}:!]+)(!m)?(?::([^{}]*))?\}")

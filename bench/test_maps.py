@@ -3,10 +3,9 @@
 Errors stand beside times; ratios are of processor time in one process. Run: pytest bench/test_maps.py -s
 """
 
-import time
-
 import numpy as np
 import pytest
+from common import alternating
 
 import fastaff as fa
 from fastaff.analysis import BirkhoffAverages
@@ -16,14 +15,9 @@ ORBITS = 1000
 
 
 def cost(run):
-    """The least processor time of three runs, and what the last gave."""
-    run()
-    least = np.inf
-    for _ in range(3):
-        begun = time.process_time()
-        result = run()
-        least = min(least, time.process_time() - begun)
-    return least, result
+    """The least processor time of three runs, and what they give."""
+    found, seconds = alternating({"run": run}, repeats=3)
+    return seconds["run"], found["run"]
 
 
 def golden(count=ORBITS):
@@ -34,16 +28,16 @@ def golden(count=ORBITS):
 @pytest.mark.parametrize(
     "model", [StandardMap(0.6), HenonMap(), OneTurnMap(octupole=-0.3)], ids=lambda m: type(m).__name__
 )
-def test_bare_iterates(model):
+def test_bare_iterates(numbers, model):
     n = model.degrees_of_freedom
     z = np.random.default_rng(1).uniform(-0.1, 0.1, (2 * n, 10_000))
     taken, found = cost(lambda: fa.integrate(model, z, time=10_000))
     assert (found.status == 0).all()
-    print(f"\n{type(model).__name__}: {taken / 1e8 * 1e9:.2f} ns an iterate of processor time")
+    numbers["ns_an_iterate"] = taken / 1e8 * 1e9
 
 
 @pytest.mark.parametrize("window", [256, 512, 1024])
-def test_tunes_and_diffusion_streamed(window):
+def test_tunes_and_diffusion_streamed(numbers, window):
     """10,000 particles, 100,000 turns of the 4-D Henon map: bare iteration over tunes and diffusion of both ends."""
     rng = np.random.default_rng(0)
     r, angle = 0.25 * np.sqrt(rng.uniform(0, 1, 10_000)), rng.uniform(0, 2 * np.pi, 10_000)
@@ -51,9 +45,11 @@ def test_tunes_and_diffusion_streamed(window):
     bare, _ = cost(lambda: fa.integrate(model, z, time=100_000))
     method = BirkhoffAverages(fallback=np.inf)
     taken, found = cost(lambda: fa.frequency_map(model, z, time=100_000, window=window, method=method))
-    print(
-        f"\nwindow {window}: {1e9 / taken:.3g} orbit-turns a second of processor time, {bare / taken:.2f} of bare "
-        f"iteration; median error {np.median(found.error):.1e}, largest diffusion {found.diffusion.max():.1f}"
+    numbers.update(
+        rate=1e9 / taken,
+        of_bare_iteration=bare / taken,
+        median_error=np.median(found.error),
+        largest_diffusion=found.diffusion.max(),
     )
 
 
@@ -65,41 +61,31 @@ def peer(K):
     return system
 
 
-def test_rotation_numbers_beside_pynamicalsys():
+def test_rotation_numbers_beside_pynamicalsys(numbers):
     turns, z, some = 5000, golden(), 50
     exact = fa.frequency_map(StandardMap(0.3), z, time=100_000)
     known = exact.error[0] < 1e-12
-    taken, found = cost(lambda: fa.frequency_map(StandardMap(0.3), z, time=turns))
-    off = np.abs(found.nu - exact.nu)[0, known]
-    print(f"\n{taken / ORBITS * 1e6:.1f} us an orbit of {turns} turns, median error {np.median(off):.1e}")
     system = peer(0.3)
     points = z.T[:: ORBITS // some] / (2 * np.pi)
-    theirs, numbers = cost(lambda: [system.rotation_number(point, turns) for point in points])
-    off = np.abs((np.array(numbers) - exact.nu[0, :: ORBITS // some] + 0.5) % 1.0 - 0.5)
-    print(
-        f"pynamicalsys {theirs / some * 1e6:.1f} us, median error {np.median(off):.1e}: "
-        f"{theirs / some / (taken / ORBITS):.1f} times as long"
-    )
-    for fewer in (100, 200, 400):
-        taken, found = cost(lambda turns=fewer: fa.frequency_map(StandardMap(0.3), z, time=turns))
-        ours = np.median(np.abs(found.nu - exact.nu)[0, known])
-        print(
-            f"{fewer} turns: {taken / ORBITS * 1e6:.2f} us, median error {ours:.1e}; pynamicalsys "
-            f"{theirs / some / (taken / ORBITS):.0f} times as long with {np.median(off):.1e}"
-        )
+    theirs, found = cost(lambda: [system.rotation_number(point, turns) for point in points])
+    off = np.abs((np.array(found) - exact.nu[0, :: ORBITS // some] + 0.5) % 1.0 - 0.5)
+    numbers.update(pynamicalsys_us=theirs / some * 1e6, pynamicalsys_error=np.median(off))
+    for count in (100, 200, 400, turns):
+        taken, ours = cost(lambda count=count: fa.frequency_map(StandardMap(0.3), z, time=count))
+        numbers[f"{count}_turns_us"] = taken / ORBITS * 1e6
+        numbers[f"{count}_turns_error"] = np.median(np.abs(ours.nu - exact.nu)[0, known])
 
 
 @pytest.mark.parametrize("what", ["SALI", "spectrum"])
-def test_indicators_beside_pynamicalsys(what):
+def test_indicators_beside_pynamicalsys(numbers, what):
     turns, some = 5000, 20
     z = np.random.default_rng(2).uniform(-np.pi, np.pi, (2, ORBITS))
     indicator = fa.SALI() if what == "SALI" else fa.LyapunovSpectrum()
     taken, found = cost(lambda: fa.chaos_map(StandardMap(1.5), z, time=turns, indicators=indicator))
-    print(f"\n{what}: {taken / ORBITS * 1e6:.1f} us an orbit of {turns} turns; {found.summary()}")
     system = peer(1.5)
     points = z.T[:some] / (2 * np.pi)
     run = (lambda p: system.SALI(p, turns, tol=0.0)) if what == "SALI" else (lambda p: system.lyapunov(p, turns))
-    theirs, numbers = cost(lambda: [run(point) for point in points])
-    print(f"pynamicalsys {theirs / some * 1e6:.1f} us: {theirs / some / (taken / ORBITS):.1f} times as long")
+    theirs, exponents = cost(lambda: [run(point) for point in points])
+    numbers.update(us=taken / ORBITS * 1e6, pynamicalsys_us=theirs / some * 1e6, said=found.summary())
     if what == "spectrum":
-        print(f"largest exponents differ by {np.abs(np.array(numbers)[:, 0] - found.spectrum[0, :some]).max():.1e}")
+        numbers["difference"] = np.abs(np.array(exponents)[:, 0] - found.spectrum[0, :some]).max()
