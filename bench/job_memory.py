@@ -7,7 +7,7 @@ of a unit has been taken many times; what a job holds of all its points, it has 
 
 import json
 import math
-import resource
+import re
 import subprocess
 import sys
 import tempfile
@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import fastaff as fa
-from fastaff.jobs import Frequencies, Job, Starts, Surface
+from fastaff.jobs import Frequencies, Job, Starts, Surface, launch
 
 PLAIN = 100_000
 """Points up to which the plain call is made too."""
@@ -50,11 +50,18 @@ def some_units(one, path):
         return stopped.partial
 
 
+def peak():
+    """Return the largest memory of this process so far, in MiB: without that of the process that began it, which the
+    system's own account has.
+    """
+    return int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+
+
 def measured(points, how):
     """Print seconds, peak memory in MiB before and after, and orbits, of a job in a store or of the plain call."""
     one = job(points)
     fa.run(job(64))  # compiles
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = peak()
     start = time.perf_counter()
     if how == "job":
         with tempfile.TemporaryDirectory() as folder:
@@ -64,11 +71,10 @@ def measured(points, how):
             unit = max(entry.orbits for entry in found.units)
     else:
         plan = one.plan()
-        z0 = plan.launch.all().z0
+        z0 = launch.whole(plan.launch)[0]
         fa.frequency_map(plan.body, z0, time=60.0)
         seconds, orbits, unit = time.perf_counter() - start, z0.shape[1], 0
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    found = {"orbits": orbits, "seconds": seconds, "before_MiB": before / 1024, "peak_MiB": peak / 1024, "unit": unit}
+    found = {"orbits": orbits, "seconds": seconds, "before_MiB": before, "peak_MiB": peak(), "unit": unit}
     print(json.dumps(found))
 
 

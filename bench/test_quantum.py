@@ -1,6 +1,5 @@
 """Spectra: time with the error beside it. Run: pytest bench/test_quantum.py -s"""
 
-import resource
 import time
 
 import numpy as np
@@ -42,7 +41,6 @@ def test_neo_hookean(numbers, hbar):
     found = spectrum(Body(NeoHookean(1.0, 2.0)), m=0, l=0, count=500, hbar=hbar, tolerance=1e-8)
     numbers.update(
         seconds=time.perf_counter() - start,
-        peak_GiB=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
         functions=found.functions,
         error=(found.error / found.E).max(),
     )
