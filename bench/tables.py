@@ -50,7 +50,8 @@ def filled(field: re.Match[str], found: list[dict]) -> str:
     """Return what stands for a field: a number of all parameters, or of some."""
     first, last, name, millions, kind = field.groups()
     some = found if first is None else found[int(first) : int(last or first) + 1]
-    return "; ".join(format(entry[name] / 1e6 if millions else entry[name], kind or "") for entry in some)
+    said = "; ".join(format(entry[name] / 1e6 if millions else entry[name], kind or "") for entry in some)
+    return said.replace("%", " %")
 
 
 class Table(NamedTuple):
