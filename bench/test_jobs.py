@@ -16,7 +16,7 @@ SIDE = 240
 
 ANALYSES = {
     "poincare": {"poincare": Poincare(crossings=20)},
-    "integrate": {"integrate": Motion(time=2000.0)},
+    "integrate": {"integrate": Motion(time=1000.0)},
     "frequency_map": {"frequency_map": Frequencies(time=200.0)},
 }
 
@@ -63,7 +63,7 @@ def test_a_job_beside_the_plain_call(numbers, tmp_path, name):
     )
 
 
-@pytest.mark.parametrize(("points", "how"), [(100_000, "plain"), (100_000, "job"), (4_000_000, "job")])
+@pytest.mark.parametrize(("points", "how"), [(30_000, "plain"), (100_000, "job"), (4_000_000, "job")])
 def test_memory(numbers, points, how):
     """The peak of a frequency map, in a process of its own."""
     numbers.update(points=points, by={"job": "a job", "plain": "the plain call"}[how], **job_memory.asked(points, how))
@@ -72,13 +72,13 @@ def test_memory(numbers, points, how):
 def test_workers_beside_threads(numbers, tmp_path):
     """Two dask workers of one thread each, on this machine, beside one process of two threads."""
     distributed = pytest.importorskip("distributed")
-    one = job(SIDE, integrate=Motion(time=2000.0))
+    one = job(SIDE, integrate=Motion(time=1000.0))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of ports that are taken
         cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
     with cluster, distributed.Client(cluster) as client:
         executor = client.get_executor()
-        warm = job(24, integrate=Motion(time=2000.0))
+        warm = job(24, integrate=Motion(time=1000.0))
         fa.run(warm, tmp_path / "warm.zarr")
         fa.run(warm, tmp_path / "warm-dask.zarr", executor=executor)
         alone, shared = [], []

@@ -13,7 +13,6 @@ from common import best
 from fastaff import Anharmonic, Body
 from fastaff.charts import ALPHA_BETA, R_VARTHETA
 from fastaff.quantum.exact.wavefunction import wavefunction
-from fastaff.quantum.packets.packet import Packet
 
 POINTS = 2_000_000
 
@@ -46,16 +45,3 @@ def test_product_states(numbers, n, chart):
     numbers["rate"] = POINTS / best(lambda: state.planes(planes), repeats=3)
     if chart is ALPHA_BETA:
         numbers["error"] = max(factor_error(factor) for factor in state.shape.factors)
-
-
-def test_autocorrelation(numbers):
-    """A packet of 200 states at 10^6 times, beside mpmath at some of them."""
-    states = [wavefunction(Body(Anharmonic()), m=0, l=0, n=(k, 0)) for k in range(200)]
-    rng = np.random.default_rng(1)
-    packet = Packet(states, np.sort(rng.uniform(0, 100, 200)), rng.normal(size=200) / math.sqrt(200), 1.0)
-    times = np.linspace(0, 1e4, 1_000_000)
-    seconds, A = best(lambda: packet.autocorrelation(times), repeats=3), packet.autocorrelation(times)
-    some = rng.integers(0, times.size, 20)
-    levels = [(w, mpmath.mpf(E)) for w, E in zip(packet.weights, packet.energies)]
-    exact = [complex(sum(w * mpmath.expj(-E * mpmath.mpf(times[i])) for w, E in levels)) for i in some]
-    numbers.update(seconds=seconds, error=np.abs(A[some] - exact).max())
