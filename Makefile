@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
-PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=10
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark --durations=10
 
 DOCS_JOBS ?= 2
 
@@ -46,7 +46,7 @@ faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, dama
 # What these versions depend on may warn of their use of it.
 OTHERS := tests/test_cli_jobs.py tests/test_job_store.py tests/test_plot.py tests/test_formula.py
 
-ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -m "not slow" \
+ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow" \
 	-W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning $(OTHERS)
 
 lowest: $(VENV)/.lowest  ## some tests with the lowest versions that pyproject.toml allows
@@ -70,7 +70,7 @@ docs: $(VENV)/.dev  ## the site, all its code run: docs/_build/html/index.html; 
 	$(BIN)/python -m sphinx -b html -E -W --keep-going -q -j $(DOCS_JOBS) docs docs/_build/html
 
 bench: $(VENV)/.dev  ## benchmarks with their errors
-	$(BIN)/python -m pytest bench -s
+	$(BIN)/python -m pytest bench -s --benchmark-columns=min,median,rounds
 
 tables: peers  ## measure the tables of the site anew, all of one commit: bench/results, bench/history, docs
 	$(BIN)/python bench/tables.py
@@ -96,4 +96,4 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 
 clean:
-	rm -rf $(VENV) demo build docs/_build docs/_generated *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf $(VENV) demo build docs/_build docs/_generated *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .benchmarks

@@ -24,15 +24,28 @@ def pytest_configure(config):
 
 
 @pytest.fixture
+def timed(benchmark):
+    """Return the shortest run time of a function by pytest-benchmark, the first run left out: for one of each test."""
+
+    def shortest(function, *, repeats=5):
+        benchmark.pedantic(function, rounds=repeats, warmup_rounds=1)
+        return benchmark.stats.stats.min
+
+    return shortest
+
+
+@pytest.fixture
 def numbers(request):
     """Give a benchmark the dictionary for what it measures; it is printed (-s), and kept for --numbers."""
     found = {}
+    extra = request.getfixturevalue("benchmark").extra_info if "benchmark" in request.fixturenames else {}
     yield found
     if not found:  # it was skipped
         return
     plain = {key: value.tolist() if isinstance(value, np.generic) else value for key, value in found.items()}
     said = (f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}" for key, value in plain.items())
     print(f"\n{request.node.name}: {'; '.join(said)}")
+    extra.update(plain)
     name = f"bench/{request.path.name}::{request.node.originalname}"
     request.config.stash[FOUND].setdefault(name, []).append(plain)
 

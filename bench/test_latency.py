@@ -5,7 +5,6 @@ from __future__ import annotations
 import cold
 import numpy as np
 import pytest
-from common import best
 
 from fastaff import KAHAN_LI8, SOFRONIOU_SPALETTA10, Body, HenonHeiles, Hyperelastic, Linear, integrate, poincare_map
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
@@ -31,10 +30,10 @@ RUNS = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_short_calls(numbers, name):
+def test_short_calls(numbers, timed, name):
     """One orbit over a time that the kernels are through with in microseconds."""
     run = RUNS[name]
-    least, result = best(run, repeats=CALLS), run()
+    least, result = timed(run, repeats=CALLS), run()
     error = result.error if getattr(result, "error", None) is not None else result.energy_error
     numbers.update(ms=1e3 * least, error=error.max())
 
@@ -42,13 +41,13 @@ def test_short_calls(numbers, name):
 @pytest.mark.parametrize(
     ("scheme", "step"), [(KAHAN_LI8, 0.08), (BLANES_CASAS_ESCORIHUELA8, 0.16)], ids=["KL8", "BCE8"]
 )
-def test_crossings_of_one_orbit(numbers, scheme, step):
+def test_crossings_of_one_orbit(numbers, timed, scheme, step):
     """All crossings of Henon-Heiles until T = 2000, their times against a finer run of higher order."""
 
     def run(scheme=scheme, step=step):
         return poincare_map(HENON_HEILES, START, section=X, crossings=400, max_time=2000.0, step=step, scheme=scheme)
 
-    least, found, fine = best(run, repeats=30), run(), run(SOFRONIOU_SPALETTA10, 0.1)
+    least, found, fine = timed(run, repeats=30), run(), run(SOFRONIOU_SPALETTA10, 0.1)
     count = int(found.counts[0])
     numbers.update(
         crossings=count,

@@ -28,7 +28,7 @@ SCHEMES = [(YOSHIDA4, 0.01, 2000), (KAHAN_LI8, 0.05, 500)]
 
 
 @pytest.mark.parametrize(("scheme", "step", "steps"), SCHEMES, ids=[s.name for s, _, _ in SCHEMES])
-def test_against_scalar_loop(numbers, scheme, step, steps):
+def test_against_scalar_loop(numbers, timed, scheme, step, steps):
     """4096 orbits of EQ2.2h: lane blocks against the scalar loop on the same threads, and two threads against one."""
     z0 = hyperelastic_orbits()
     threads = numba.config.NUMBA_NUM_THREADS
@@ -43,7 +43,7 @@ def test_against_scalar_loop(numbers, scheme, step, steps):
 
     result = ours(threads)
     difference = np.abs(result.z - naive()).max()
-    slow, one, all_ = best(naive, repeats=3), best(lambda: ours(1)), best(lambda: ours(threads))
+    slow, one, all_ = best(naive, repeats=3), best(lambda: ours(1)), timed(lambda: ours(threads))
     numbers.update(
         rate=ORBITS * steps / all_,
         over_scalar_loop=slow / all_,
@@ -69,7 +69,7 @@ def test_memory_is_flat(numbers):
     assert max(peaks) < 1.05 * min(peaks)
 
 
-def test_henon_heiles(numbers):
+def test_henon_heiles(numbers, timed):
     """One orbit against a scalar loop of the same scheme, and a grid of 1000."""
     model, steps, step, scheme = HenonHeiles(), 200_000, 0.05, KAHAN_LI8
     one = np.array([[0.0], [0.1], [0.4], [0.2]])
@@ -87,7 +87,7 @@ def test_henon_heiles(numbers):
         return integrate(model, many, time=2000 * step, step=step, scheme=scheme)
 
     result = single()
-    slow, fast, wide = best(naive, repeats=3), best(single, repeats=3), best(grid)
+    slow, fast, wide = best(naive, repeats=3), best(single, repeats=3), timed(grid)
     numbers.update(
         over_scalar_loop=fast / slow,
         rate=2e6 / wide,
@@ -96,14 +96,14 @@ def test_henon_heiles(numbers):
     )
 
 
-def test_henon_heiles_section(numbers):
+def test_henon_heiles_section(numbers, timed):
     """Crossings per second of x = 0 by 1000 orbits."""
     many = np.array([[0.0], [0.1], [0.4], [0.2]]) + 0.01 * np.random.default_rng(2).standard_normal((4, 1000))
 
     def run():
         return poincare_map(HenonHeiles(), many, section=Linear((1, 0, 0, 0)), crossings=100, max_time=2000.0, step=0.1)
 
-    time, result = best(run, repeats=3), run()
+    time, result = timed(run, repeats=3), run()
     numbers.update(
         rate=result.counts.sum() / time,
         section_error=result.section_error.max(),

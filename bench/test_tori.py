@@ -28,7 +28,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("potential", "chart"), CASES, ids=[f"{type(p).__name__}-{c.name}" for p, c in CASES])
-def test_tori(numbers, potential, chart):
+def test_tori(numbers, timed, potential, chart):
     """Random states around the undeformed body, both ways, and E(J) alone."""
     body = Body(potential)
     z = naive.states(body, STATES)
@@ -40,7 +40,7 @@ def test_tori(numbers, potential, chart):
     arrays = [value for value in vars(found).values() if isinstance(value, np.ndarray)]
     energy = energy_of_actions(body, some[0], chart=chart).energy
     numbers.update(
-        rate=STATES / best(lambda: action_angles(body, z, chart=chart), repeats=2),
+        rate=STATES / timed(lambda: action_angles(body, z, chart=chart), repeats=2),
         median_error=np.nanmedian(error),
         error_of_99=np.nanquantile(error, 0.99),
         worst_error=np.nanmax(error),

@@ -6,7 +6,7 @@ Run: pytest bench/test_tunes.py -s
 
 import numpy as np
 import pytest
-from common import alternating, best
+from common import alternating
 
 import fastaff as fa
 
@@ -39,14 +39,14 @@ def pushed(chunk: int) -> fa.analysis.Tunes:
 
 
 @pytest.mark.parametrize("how", ["stored", "pushed"])
-def test_tunes(numbers, how):
+def test_tunes(numbers, timed, how):
     """Orbit-turns per second and the error against the record twice as long."""
     call = (lambda: fa.tunes(PATH[:, :, :TURNS])) if how == "stored" else (lambda: pushed(CHUNK))
     found, truth = call(), fa.tunes(PATH)
     regular = found.regular & truth.regular
     error = np.abs(found.nu - truth.nu)[:, regular]
     numbers.update(
-        rate=ORBITS * TURNS / best(call, repeats=3),
+        rate=ORBITS * TURNS / timed(call, repeats=3),
         median_error=np.median(error),
         error_of_99=np.quantile(error, 0.99),
         outside=(error > found.error[:, regular] + truth.error[:, regular]).mean(),
