@@ -288,12 +288,12 @@ def stopping(monkeypatch, at):
     """
     own, count = flow.launch, [0]
 
-    def launch(kernel, arguments, stop, progress, *rest):
+    def launch(kernel, arguments, progress, *rest):
         count[0] += 1
         if count[0] == at:
-            own(kernel, arguments, stop, progress[: progress.size // 2], *rest)
+            own(kernel, arguments, progress[: progress.size // 2], *rest)
             raise KeyboardInterrupt
-        own(kernel, arguments, stop, progress, *rest)
+        own(kernel, arguments, progress, *rest)
 
     for module in MODULES:
         if getattr(module, "launch", None) is own:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..kernels.drive import Orbits
 from .reaches import FARTHEST
 
 
@@ -41,6 +42,11 @@ class Ensemble:
         for name in ("status", "count", "time", "ahead", "ticks", "radius"):
             setattr(part, name, getattr(self, name)[orbits])
         return part
+
+    def orbits(self, memory: np.ndarray, out: np.ndarray) -> Orbits:
+        """Return what kernels see of the orbits, with what an observer keeps of them."""
+        places = self.z, self.time, self.count, self.ahead, self.ticks, self.kinetic, self.radius, self.status
+        return Orbits(*places, memory, out)
 
     def take(self, orbits: Any, part: Ensemble) -> None:
         """Take over the state of `part` for the orbits of that index array or mask."""

@@ -19,8 +19,9 @@ from ..compile.packing import run_units
 from ..compile.threads import together, works
 from ..compile.turning import spare_rows
 from ..kernels import crossings
-from ..kernels.drive import run_adaptive, run_fixed
+from ..kernels.drive import AdaptiveSteps, FixedSteps, run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
+from ..kernels.stepping import Blocks, Tables
 from ..models.contracts import Kind, damped, dimension, driven, kind_of, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
@@ -45,7 +46,6 @@ Report = Callable[[float], None]
 def launch(
     kernel: Callable,
     arguments: tuple,
-    stop: np.ndarray,
     progress: np.ndarray,
     work: float,
     threads: int,
@@ -60,6 +60,8 @@ def launch(
     what a thread of `by_portions` begins.
     """
 
+    stop = np.zeros(1, np.int64)
+
     def tell() -> None:
         if report is not None and work > 0:
             report(min(1.0, float(progress.sum()) / work))
@@ -70,6 +72,19 @@ def launch(
         return
     run = partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
     together([run], partial(stop.fill, 1), tell)
+
+
+def units(orbits: int, size: int = LANES) -> np.ndarray:
+    """Return the progress of as many units of that size as so many orbits make, at their beginning."""
+    return np.zeros(math.ceil(orbits / size), np.int64)
+
+
+def blocks_of(model: Any, vectors: int = 0, **kinds: str) -> Blocks:
+    """Return what kernels see of a model: block functions of these kinds, idle ones in the other places."""
+    n = model.degrees_of_freedom
+    found = {place: model_block(kind, model, n, vectors) for place, kind in kinds.items()}
+    idle = {place: idle_block(place) for place in Blocks._fields[1:] if place not in kinds}
+    return Blocks(parameters(model), **found, **idle)
 
 
 class Wear(NamedTuple):
@@ -159,21 +174,18 @@ class Flow:
             guess = np.full_like(guess, 1e-3 * self.model.period)
         return np.where(np.isfinite(self.step), self.step, guess)
 
-    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        if isinstance(self.scheme, Splitting):
-            return self.scheme.drift_array, self.scheme.kick_array, np.zeros((0, 0)), np.zeros(0)
-        return np.zeros(1), np.zeros(0), self.scheme.a_array, self.scheme.b_array
+    def _tables(self) -> Tables:
+        scheme = self.scheme
+        if isinstance(scheme, Splitting):
+            return Tables(scheme.drift_array, scheme.kick_array, precise=self.precise, spare=self.spare)
+        return Tables(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
 
-    def _stepping(self) -> tuple[Callable, Callable]:
-        """Return the blocks that splittings and that Runge-Kutta tableaux step by, splitting and derivative; one is
-        idle.
-        """
+    def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
+        """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
+        by = {"derivative": "derivative"}
         if isinstance(self.scheme, Splitting):
-            return self._block("precise_splitting" if self.precise else "splitting"), idle_block("derivative")
-        return idle_block("splitting"), self._block("derivative")
-
-    def _block(self, kind: str) -> Callable:
-        return model_block(kind, self.model, self.model.degrees_of_freedom, self.vectors)
+            by = {"march": "march"} if solo else {"splitting": "precise_splitting" if self.precise else "splitting"}
+        return blocks_of(self.model, self.vectors, **by, **{kind: kind for kind in kinds})
 
     def steps(self, time: float | np.ndarray) -> np.ndarray:
         """Return the number of steps that reach `time`, for each orbit where steps or times differ."""
@@ -332,50 +344,23 @@ class Flow:
 
     def _advance_adaptive(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance with step control; lanes are always refilled, so `refill` changes nothing."""
-        stop, derivative, check = np.zeros(1, np.int64), self._block("derivative"), self._block("check")
-        _, _, a, b = self._tables()
-        watcher, numbers, calls = observer.bound
         orbits = ensemble.z.shape[1]
         unit = self._unit(orbits)
-        progress = np.zeros(math.ceil(orbits / unit), np.int64)
-        errors, dense = self.scheme.error_array, self.scheme.dense_array  # type: ignore[union-attr]
-        arguments = (
-            derivative,
-            check,
-            watcher,
-            parameters(self.model),
-            numbers,
-            calls,
-            a,
-            b,
-            errors,
-            dense,
-            self.model.degrees_of_freedom,
-            kind_of(self.model) is Kind.FLOW,
-            self.rtol,
-            self.atol,
-            np.array(np.broadcast_to(time, orbits), dtype=np.float64),
-            float(time / observations) if observations else 0.0,
-            self.vectors > 0,
-            ensemble.radius,
-            unit,
-            ensemble.z,
-            ensemble.time,
-            ensemble.ahead,
-            ensemble.ticks,
-            ensemble.kinetic,
-            memory,
-            out,
-            ensemble.status,
-            ensemble.count,
+        steps = AdaptiveSteps(
+            until=np.array(np.broadcast_to(time, orbits), dtype=np.float64),
+            rtol=self.rtol,
+            atol=self.atol,
+            own=self.model.degrees_of_freedom,
+            mixed=kind_of(self.model) is Kind.FLOW,
+            cadence=float(time / observations) if observations else 0.0,
+            renew=self.vectors > 0,
         )
-        launch(run_adaptive, arguments, stop, progress, float(orbits), self.threads, report)
+        blocks, under_way = self._blocks("check"), ensemble.orbits(memory, out)
+        arguments = blocks, self._tables(), observer.bound, steps, unit, under_way
+        launch(run_adaptive, arguments, units(orbits, unit), float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance each orbit with equal steps; `count` of the ensemble is the number of steps done."""
-        stop, check = np.zeros(1, np.int64), self._block("check")
-        drift, kick, a, b = self._tables()
-        watcher, numbers, calls = observer.bound
         orbits = ensemble.z.shape[1]
         every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
         if np.any(observations):
@@ -388,44 +373,12 @@ class Flow:
         order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
-        march = self._block("march") if solo else idle_block("march")
-        splitting, derivative = (idle_block("splitting"), idle_block("derivative")) if solo else self._stepping()
-        progress = np.zeros(math.ceil(orbits / unit), np.int64)
-        arguments = (
-            splitting,
-            march,
-            derivative,
-            self._block("inside"),
-            check,
-            watcher,
-            parameters(self.model),
-            numbers,
-            calls,
-            drift,
-            kick,
-            a,
-            b,
-            h,
-            total,
-            every,
-            order,
-            ensemble.radius,
-            self.precise,
-            self.spare,
-            self.vectors > 0,
-            refill,
-            solo,
-            unit,
-            ensemble.z,
-            ensemble.count,
-            ensemble.kinetic,
-            memory,
-            out,
-            ensemble.status,
-        )
+        steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill, solo=solo)
+        blocks = self._blocks("inside", "check", solo=solo)
+        arguments = blocks, self._tables(), observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:
-            steps = float((total - ensemble.count).sum())
-            launch(run_fixed, arguments, stop, progress, steps, self.threads, report, steps)
+            work = float((total - ensemble.count).sum())
+            launch(run_fixed, arguments, units(orbits, unit), work, self.threads, report, work)
         finally:
             ensemble.time[:] = ensemble.count * h
 
@@ -435,41 +388,16 @@ class Flow:
             return
         certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
         where = np.concatenate([where[certain], where[~certain]])  # whose search takes longer
-        stop, (splitting, derivative) = np.zeros(1, np.int64), self._stepping()
-        progress = np.zeros(math.ceil(where.size / LANES), np.int64)
-        value = model_block("value", section, self.model.degrees_of_freedom, self.vectors)
-        arguments = (
-            splitting,
-            derivative,
-            value,
-            parameters(self.model),
-            parameters(section),
-            *self._tables(),
-            float(section.direction),
-            self.precise,
-            self.spare,
-            2 * self.model.degrees_of_freedom * (1 + self.vectors),
-            records,
-            where,
-        )
+        function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
+        arguments = self._blocks(), self._tables(), function, float(section.direction), records, where
         steps = float(crossings.USUAL * where.size)
-        launch(crossings.locate, arguments, stop, progress, float(where.size), self.threads, report, steps)
+        launch(crossings.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
-        table, stop, (splitting, derivative) = np.array(z, order="C"), np.zeros(1, np.int64), self._stepping()
-        progress = np.zeros(math.ceil(z.shape[1] / LANES), np.int64)
-        arguments = (
-            splitting,
-            derivative,
-            parameters(self.model),
-            *self._tables(),
-            self.precise,
-            self.spare,
-            steps,
-            table,
-        )
-        launch(crossings.shift, arguments, stop, progress, 0.0, self.threads, None, z.shape[1])
+        table = np.array(z, order="C")
+        arguments = self._blocks(), self._tables(), steps, table
+        launch(crossings.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
 
 

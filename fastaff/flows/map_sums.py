@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from ..compile.blocks import idle_block, model_block, parameters
-from ..kernels.drive import run_fixed
+from ..kernels.drive import FixedSteps, run_fixed
+from ..kernels.stepping import Tables
 from . import observers
 from .ensemble import Ensemble
-from .flow import Flow, launch, no_memory
+from .flow import Flow, blocks_of, launch, no_memory, units
 
 
 def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:
@@ -30,41 +28,15 @@ def summed(flow: Flow, kind: str, ensemble: Ensemble, weights: np.ndarray) -> No
     if not going.size or not iterates:
         return
     ensemble.z[2 * n] = 0.0  # weights are counted from here
-    watcher, numbers, calls = observers.nothing().bound
-    total = np.full(orbits, going[0] + iterates)
-    unit = flow.unit(orbits)
-    stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(orbits / unit), np.int64)
+    total, unit = np.full(orbits, going[0] + iterates), flow.unit(orbits)
     arguments = (
-        model_block(kind, flow.model, n),
-        idle_block("march"),
-        idle_block("derivative"),
-        model_block("inside", flow.model, n),
-        model_block("check", flow.model, n),
-        watcher,
-        parameters(flow.model),
-        numbers,
-        calls,
-        np.ascontiguousarray(weights).ravel(),
-        np.zeros(1),
-        np.zeros((0, 0)),
-        np.zeros(0),
-        np.ones(orbits),
-        total,
-        total,
-        np.arange(orbits),
-        ensemble.radius,
-        False,
-        0,
-        False,
-        False,
-        False,
+        blocks_of(flow.model, splitting=kind, inside="inside", check="check"),
+        Tables(np.ascontiguousarray(weights).ravel(), np.zeros(1)),
+        observers.nothing().bound,
+        FixedSteps(np.ones(orbits), total, total, np.arange(orbits)),
         unit,
-        ensemble.z,
-        ensemble.count,
-        ensemble.kinetic,
-        *no_memory(ensemble),
-        ensemble.status,
+        ensemble.orbits(*no_memory(ensemble)),
     )
     steps = float(orbits * iterates)
-    launch(run_fixed, arguments, stop, progress, steps, flow.threads, None, steps)
+    launch(run_fixed, arguments, units(orbits, unit), steps, flow.threads, None, steps)
     ensemble.time[:] = ensemble.count

@@ -62,7 +62,7 @@ class Observer:
         return Bound(block, *call_table(parameters(self.value), self.calls))
 
 
-def _bound(kind: str, value: Any, degrees_of_freedom: int, vectors: int) -> Bound:
+def bound(kind: str, value: Any, degrees_of_freedom: int, vectors: int) -> Bound:
     """Return the block function of a model or section with its parameters."""
     return Bound(model_block(kind, value, degrees_of_freedom, vectors), *call_table(parameters(value), ()))
 
@@ -110,7 +110,7 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int =
         crossing_kernels.ROWS.state + rows,
         _Crossings(float(wanted), float(section.direction)),
         (rows,),
-        (_bound("value", section, degrees_of_freedom, vectors),),
+        (bound("value", section, degrees_of_freedom, vectors),),
     )
 
 
@@ -157,7 +157,7 @@ def deviations(
         calls.append(Bound(block, *call_table(own, ())))
     function = deviation_kernels.deviations
     if any(entry.across_flow for entry in indicators):
-        calls.append(_bound("along", model, n, vectors))
+        calls.append(bound("along", model, n, vectors))
         function = deviation_kernels.deviations_across
     value = _Deviations(time, float(early_stop), float(slots), float(m), float(sums))
     rows = deviation_kernels.layout(n, vectors, m).end
@@ -170,13 +170,13 @@ class _Average(NamedTuple):
 
 def averages(model: Any, vectors: int, time: float) -> Observer:
     """Keep weighted sums of the square of the kinetic energy over both halves of `time`."""
-    kinetic = _bound("kinetic", model, model.degrees_of_freedom, vectors)
+    kinetic = bound("kinetic", model, model.degrees_of_freedom, vectors)
     return Observer(birkhoff.average, birkhoff.ROWS.end, _Average(time), calls=(kinetic,))
 
 
 def kinetic_samples(model: Any, vectors: int) -> Observer:
     """Keep the kinetic energy at every n-th observation of an orbit; the caller sets n, see `kernels.samples.ROWS`."""
-    kinetic = _bound("kinetic", model, model.degrees_of_freedom, vectors)
+    kinetic = bound("kinetic", model, model.degrees_of_freedom, vectors)
     return Observer(sample_kernels.thinned, sample_kernels.ROWS.end, calls=(kinetic,))
 
 

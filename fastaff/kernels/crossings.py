@@ -213,16 +213,15 @@ def narrowed(i, x1, f1, x2, f2, x3, f3, tau, f, whole, last, sweeps):
 def fractional(flow, lanes, start, tau, z, k, work, f):
     """Set z to the state a fractional step tau[i] after start, and f to the section function there.
 
-    flow: the parameters of the model and of the section, the tables of the scheme (drift, kick, a, b), the rows of a
-    state, and then, as Numba warns of tuples that begin with functions, splitting, derivative and section function.
+    flow: the blocks of the model, the tables of the scheme, the bound section, the rows of a state.
     """
-    params, section_params, drift, kick, a, b, rows, splitting, derivative, section = flow
+    blocks, tables, section, rows = flow
     for j in range(rows * LANES):
         z[j] = start[j]
     for j in range(rows * LANES, z.size):
         z[j] = 0.0
-    advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, tau, 1, z, k, work)
-    section(section_params, lanes, z, f)
+    advance(blocks, tables, rows, lanes, tau, 1, z, k, work)
+    section.function(section.parameters, lanes, z, f)
 
 
 @jit
@@ -312,53 +311,34 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     return returns
 
 
-def shift(block, stop, progress, splitting, derivative, params, drift, kick, a, b, precise, spare, tau, table):
+def shift(unit, stop, progress, blocks, tables, tau, table):
     """Advance the columns of table (rows, orbits) of a block by one step of tau[orbit] each."""
     rows, orbits = table.shape
-    first = block * LANES
+    first = unit * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z, k = room((3 if precise else 1) * rows + spare), room(b.size * rows)
+    z, k = room((3 if tables.precise else 1) * rows + tables.spare), room(tables.b.size * rows)
     step, work = room(1), room(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
         step[i] = tau[first + i]
-    advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, step, 1, z, k, work)
+    advance(blocks, tables, rows, lanes, step, 1, z, k, work)
     for i in range(lanes):
         store_lane(z, i, table, first + i)
-    write_now(progress, block, lanes)
+    write_now(progress, unit, lanes)
 
 
-def locate(
-    block,
-    stop,
-    progress,
-    splitting,
-    derivative,
-    section,
-    params,
-    section_params,
-    drift,
-    kick,
-    a,
-    b,
-    direction,
-    precise,
-    spare,
-    rows,
-    records,
-    where,
-):
+def locate(unit, stop, progress, blocks, tables, section, direction, records, where):
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
     Every lane has a bracket of its own, and lanes that have converged make room. A suspected pair is first split at the
     extremum of the section function, a return to the section left by a step off it; where there is no other sign, or
     the wrong direction, the record becomes empty. Afterwards a record holds time, kind, section function and state.
     """
-    count = where.size
+    count, rows = where.size, records.shape[1] - RECORD.state
     size = rows * LANES
-    first = block * LANES
+    first = unit * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = room((3 * rows if precise else rows) + spare), room(rows), room(b.size * rows)
+    z, work, k = room((3 if tables.precise else 1) * rows + tables.spare), room(rows), room(tables.b.size * rows)
     own = room(rows + BRACKET)
     start = own[:size]
     x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)
@@ -372,8 +352,8 @@ def locate(
         f2[i] = records[o, RECORD.beyond]
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
-    flow = params, section_params, drift, kick, a, b, rows, splitting, derivative, section
-    section(section_params, lanes, start, f1)
+    flow = blocks, tables, section, rows
+    section.function(section.parameters, lanes, start, f1)
     pairs = split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
     if pairs + leave_section(flow, lanes, start, kind, x1, x2, z, k, work) > 0:
         fractional(flow, lanes, start, x1, z, k, work, f1)
@@ -412,7 +392,7 @@ def locate(
             move_lane(rows + BRACKET, lanes, i, own)
             number[i], kind[i], f[i] = number[lanes], kind[lanes], f[lanes]
             move_lane(rows, lanes, i, z)
-    write_now(progress, block, min(LANES, count - first))
+    write_now(progress, unit, min(LANES, count - first))
 
 
 @jit

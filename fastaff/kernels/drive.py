@@ -7,6 +7,8 @@ where it was.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..base.status import STEP_TOO_SMALL_CODE
@@ -40,55 +42,57 @@ def next_look(n):
     return n - rest + (BETWEEN if rest < BETWEEN else BURST)
 
 
-def run_fixed(
-    u,
-    stop,
-    progress,
-    splitting,
-    march,
-    derivative,
-    inside,
-    check,
-    observe,
-    params,
-    observer,
-    calls,
-    drift,
-    kick,
-    a,
-    b,
-    step,
-    total,
-    every,
-    order,
-    radius,
-    precise,
-    spare,
-    strict,
-    refill,
-    solo,
-    unit,
-    z0,
-    count,
-    kinetic0,
-    memory0,
-    out,
-    status,
-):
-    """Advance unit u of the orbits (columns of z0), taken in that order, to total[orbit] steps of step[orbit].
-
-    Each is observed every every[orbit] steps. With `refill` a lane takes the next orbit as soon as it is free; else the
-    lanes of a block keep the same step number. That orbits are in the domain is checked at every step; their escape
-    radii and kinetic energies are looked at at `next_look` (at every step with `refill`, before every observation where
-    `strict`); splittings take all steps to the next look or observation at once. `precise` is for splittings that work
-    on increments, `spare` the rows behind the state that they take, `solo` for units of one orbit, which `march` steps.
-    kinetic0 keeps the largest kinetic energy that was seen.
+class Orbits(NamedTuple):
+    """Orbits under way, as `flows.Ensemble` has them, with the rows of memory and the numbers that an observer keeps of
+    each: z and memory (rows, orbits), out (orbits, columns), the others, steps `taken` among them, (orbits,).
     """
-    rows, orbits = z0.shape
-    memory_rows = memory0.shape[0]
-    following, end = u * unit, min((u + 1) * unit, orbits)
-    state_rows = 3 * rows if precise else rows
-    block, work, k, memory = room(state_rows + spare), room(rows), room(b.size * rows), room(memory_rows)
+
+    z: np.ndarray
+    time: np.ndarray
+    taken: np.ndarray
+    ahead: np.ndarray
+    ticks: np.ndarray
+    kinetic: np.ndarray
+    radius: np.ndarray
+    status: np.ndarray
+    memory: np.ndarray
+    out: np.ndarray
+
+
+class FixedSteps(NamedTuple):
+    """Steps of an orbit's own size, up to `total` of them, observed every every[orbit] steps; arrays (orbits,).
+
+    Orbits are taken in that `order`. With `refill` a lane takes the next orbit as soon as it is free; else the lanes of
+    a block keep the same step number. `strict`: what is observed was looked at before; `solo`: units are of one orbit,
+    which `march` steps.
+    """
+
+    size: np.ndarray
+    total: np.ndarray
+    every: np.ndarray
+    order: np.ndarray
+    strict: bool = False
+    refill: bool = False
+    solo: bool = False
+
+
+def run_fixed(u, stop, progress, blocks, tables, observer, steps, unit, orbits):
+    """Advance unit u of the orbits by fixed steps.
+
+    That orbits are in the domain is checked at every step; their escape radii and kinetic energies are looked at at
+    `next_look` (at every step with `refill`, before every observation where `strict`); splittings take all steps to the
+    next look or observation at once. orbits.kinetic keeps the largest kinetic energy that was seen.
+    """
+    params, inside, check = blocks.params, blocks.inside, blocks.check
+    observe, numbers, calls = observer
+    step, total, every, order, strict, refill, solo = steps
+    z0, count, kinetic0, status = orbits.z, orbits.taken, orbits.kinetic, orbits.status
+    radius, memory0, out = orbits.radius, orbits.memory, orbits.out
+    rows, memory_rows = z0.shape[0], memory0.shape[0]
+    state_rows = 3 * rows if tables.precise else rows
+    following, end = u * unit, min((u + 1) * unit, z0.shape[1])
+    block, work, memory = room(state_rows + tables.spare), room(rows), room(memory_rows)
+    k = room(tables.b.size * rows)
     z = block[: state_rows * LANES]
     t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
     kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
@@ -120,9 +124,9 @@ def run_fixed(
             for i in range(lanes):
                 quiet = min(quiet, left[i])
             if solo:
-                taken = march(params, drift, kick, h[0], quiet, block)
+                taken = blocks.march(params, tables.drift, tables.kick, h[0], quiet, block)
             else:
-                taken = advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, h, quiet, block, k, work)
+                taken = advance(blocks, tables, rows, lanes, h, quiet, block, k, work)
             ran += taken
             due = 0
             for i in range(lanes):
@@ -148,7 +152,7 @@ def run_fixed(
                 for i in range(lanes):
                     seen[i] = fresh[i] if left[i] == 0 else 0.0
                     left[i] = every[orbit[i]] if left[i] == 0 else left[i]
-                ended += observe(observer, calls, lanes, orbit, seen, t, z, memory, out, done)
+                ended += observe(numbers, calls, lanes, orbit, seen, t, z, memory, out, done)
         write_now(progress, u, progress[u] + ran * lanes)
         i = 0
         while i < lanes:
@@ -184,15 +188,47 @@ STATE_NOISE = 1e-15
 TINY = 1e-290
 
 
-@jit
-def error_norm(rows, lanes, own, mixed, errors, rtol, atol, step, z, new, k, work, work2, norm):
-    """Set norm (LANES) to the scaled RMS error estimate; two rows of errors give DOP853's blend of orders 5 and 3.
+class AdaptiveSteps(NamedTuple):
+    """Steps controlled by their errors, of each orbit to its time `until` (orbits,).
 
     The first `own` rows of both halves are the state: whatever its units, atol counts by a row's value or, where that
     is larger, by what its slope makes of the step, and rounding by the largest row of its half, of both if they are
-    `mixed`. The other rows are tangent vectors, whose lengths are near 1.
+    `mixed`. The other rows are tangent vectors, whose lengths are near 1. The observer sees every accepted step
+    (cadence = 0), of which it may change the state with `renew`, or multiples of `cadence` by the interpolant.
+    """
+
+    until: np.ndarray
+    rtol: float
+    atol: float
+    own: int
+    mixed: bool
+    cadence: float
+    renew: bool
+
+
+class Lanes(NamedTuple):
+    """A block of orbits under way: their numbers, whether their step is accepted, samples so far, whether the observer
+    is done with them; the step from t to t + h from the state z with the slopes k; the observer's memory.
+    """
+
+    orbit: np.ndarray
+    fresh: np.ndarray
+    ticks: np.ndarray
+    done: np.ndarray
+    t: np.ndarray
+    h: np.ndarray
+    z: np.ndarray
+    k: np.ndarray
+    memory: np.ndarray
+
+
+@jit
+def error_norm(rows, lanes, steps, errors, step, z, new, k, work, work2, norm):
+    """Set norm (LANES) to the scaled RMS error estimate; two rows of errors give DOP853's blend of orders 5 and 3.
+
     Source: Hairer, Norsett & Wanner II.4 and II.10.
     """
+    own, rtol, atol = steps.own, steps.rtol, steps.atol
     stages, share, other = errors.shape[1], 0.0, work
     combine(rows, lanes, 0, stages, errors[0], k, work)
     if errors.shape[0] > 1:
@@ -204,7 +240,7 @@ def error_norm(rows, lanes, own, mixed, errors, rtol, atol, step, z, new, k, wor
         for r in range(own):
             upper = max(upper, abs(z[r * LANES + i]))
             lower = max(lower, abs(z[(half + r) * LANES + i]))
-        if mixed:
+        if steps.mixed:
             upper = max(upper, lower)
             lower = upper
         first, second = 0.0, 0.0
@@ -239,33 +275,17 @@ def dense_state(rows, i, x, z, step, k, dense, target):
 
 
 @jit
-def observe_dense(
-    observe,
-    observer,
-    calls,
-    rows,
-    lanes,
-    cadence,
-    orbit,
-    fresh,
-    ticks,
-    z,
-    t,
-    h,
-    k,
-    dense,
-    at,
-    sample,
-    memory,
-    out,
-    done,
-):
-    """Call the observer at all multiples of `cadence` inside the accepted steps from t to t + h; return lanes done."""
+def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
+    """Call the observer at all multiples of `cadence` inside the accepted steps of so many lanes; return how many are
+    done. sample: scratch for a state.
+    """
+    observe, numbers, calls = observer
+    orbit, fresh, ticks, done, t, h, z, k, memory = lanes
     ended, pending = 0, 1
-    seen = room(1)
+    seen, at = room(1), room(1)
     while pending > 0:
         pending = 0
-        for i in range(lanes):
+        for i in range(count):
             tick = (ticks[i] + 1) * cadence
             seen[i] = 0.0
             if fresh[i] > 0.0 and done[i] == 0.0 and tick <= (t[i] + h[i]) * (1.0 + 4e-16):
@@ -274,64 +294,36 @@ def observe_dense(
                 ticks[i] += 1
                 pending += 1
         if pending > 0:
-            ended += observe(observer, calls, lanes, orbit, seen, at, sample, memory, out, done)
+            ended += observe(numbers, calls, count, orbit, seen, at, sample, memory, out, done)
     return ended
 
 
-def run_adaptive(
-    u,
-    stop,
-    progress,
-    derivative,
-    check,
-    observe,
-    params,
-    observer,
-    calls,
-    a,
-    b,
-    errors,
-    dense,
-    own,
-    mixed,
-    rtol,
-    atol,
-    end_time,
-    cadence,
-    renew,
-    radius,
-    unit,
-    z0,
-    time0,
-    step0,
-    ticks0,
-    kinetic0,
-    memory0,
-    out,
-    status,
-    steps,
-):
-    """Advance the orbits of unit u from time0 to end_time (orbits,) with step control of each orbit's own, the lanes
+def run_adaptive(u, stop, progress, blocks, tables, observer, steps, unit, orbits):
+    """Advance the orbits of unit u from their times to steps.until with step control of each orbit's own, the lanes
     always refilled.
 
-    The observer sees every accepted step (cadence = 0) or multiples of `cadence` by the interpolant; with `renew` it
-    may change the state in the former case. Each attempted step of a block costs stages - 1 slopes (the last slope is
-    the first of the next step), 3 or 4 more where the interpolant is used.
+    Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 or 4 more
+    where the interpolant is used.
     """
-    rows, orbits = z0.shape
+    params, derivative, check = blocks.params, blocks.derivative, blocks.check
+    observe, numbers, calls = observer
+    a, b, cadence = tables.a, tables.b, steps.cadence
+    z0, time0, attempts, step0, ticks0, kinetic0, radius, status, memory0, out = orbits
+    rows = z0.shape[0]
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
-    following, end = u * unit, min((u + 1) * unit, orbits)
+    following, end = u * unit, min((u + 1) * unit, z0.shape[1])
     z, new, work, work2 = room(rows), room(rows), room(rows), room(rows)
     k, memory = room(max(stages, a.shape[0]) * rows), room(memory_rows)
-    t, h, norm, at, bound, until = room(1), room(1), room(1), room(1), room(1), room(1)
+    t, h, norm, bound, until = room(1), room(1), room(1), room(1), room(1)
     ahead, ceiling, kinetic, reached, longest = room(1), room(1), room(1), room(1), room(1)
     code, done, fresh = room(1), room(1), room(1)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    block = Lanes(orbit, fresh, ticks, done, t, h, z, k, memory)
     lanes = 0
     while read_now(stop, 0) == 0:
         loaded = 0
         while lanes < LANES and following < end:
-            if status[following] == 0 and time0[following] < end_time[following]:
+            if status[following] == 0 and time0[following] < steps.until[following]:
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
@@ -341,7 +333,7 @@ def run_adaptive(
                     kinetic0[following],
                     0.0,
                 )
-                bound[lanes], until[lanes] = radius[following], end_time[following]
+                bound[lanes], until[lanes] = radius[following], steps.until[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
                 loaded += 1
@@ -352,12 +344,12 @@ def run_adaptive(
             derivative(params, lanes, z, k[:size])
         for i in range(lanes):
             h[i] = min(ahead[i], until[i] - t[i])
-        runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
+        runge_kutta_stages(blocks, a, 1, stages, rows, lanes, h, z, k, work)
         combine(rows, lanes, 0, stages, b, k, new)
         for r in range(rows):
             for i in range(lanes):
                 new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
-        error_norm(rows, lanes, own, mixed, errors, rtol, atol, h, z, new, k, work, work2, norm)
+        error_norm(rows, lanes, steps, tables.errors, h, z, new, k, work, work2, norm)
         for i in range(lanes):
             reached[i] = kinetic[i]
         check(params, lanes, bound, new, code, reached)
@@ -373,7 +365,7 @@ def run_adaptive(
             # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
             ahead[i] = h[i] * (factor if code[i] == 0.0 else min(factor, 0.2))
             if fresh[i] > 0.0:
-                count, longest[i] = steps[orbit[i]], max(longest[i], h[i])
+                count, longest[i] = attempts[orbit[i]], max(longest[i], h[i])
                 runs = count > PATIENCE and t[i] < RUNAWAY * longest[i] * count
                 code[i] = STEP_TOO_SMALL_CODE if runs else 0.0
                 ended += 1 if runs else 0
@@ -388,37 +380,17 @@ def run_adaptive(
                 if fresh[i] > 0.0 and (ticks[i] + 1) * cadence <= (t[i] + h[i]) * (1.0 + 4e-16):
                     inside += 1
             if inside > 0:
-                runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
-                ended += observe_dense(
-                    observe,
-                    observer,
-                    calls,
-                    rows,
-                    lanes,
-                    cadence,
-                    orbit,
-                    fresh,
-                    ticks,
-                    z,
-                    t,
-                    h,
-                    k,
-                    dense,
-                    at,
-                    work2,
-                    memory,
-                    out,
-                    done,
-                )
+                runge_kutta_stages(blocks, a, stages, a.shape[0], rows, lanes, h, z, k, work)
+                ended += observe_dense(observer, tables.dense, rows, lanes, cadence, block, work2, out)
         for i in range(lanes):
             if fresh[i] > 0.0:
                 kinetic[i] = reached[i]
                 t[i] = until[i] if h[i] == until[i] - t[i] else t[i] + h[i]
                 move_step(rows, i, size, stages, new, z, k)
-            steps[orbit[i]] += 1
+            attempts[orbit[i]] += 1
         if cadence == 0.0:
-            ended += observe(observer, calls, lanes, orbit, fresh, t, z, memory, out, done)
-            if renew:
+            ended += observe(numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
+            if steps.renew:
                 derivative(params, lanes, z, k[:size])
         write_now(progress, u, following - u * unit - lanes)
         i = 0

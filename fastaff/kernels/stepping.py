@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..compile.jit import LANES, jit
 
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
+
+
+class Blocks(NamedTuple):
+    """A model as kernels see it: its parameters and its block functions, idle ones where a run has no use for them."""
+
+    params: np.ndarray
+    splitting: Any
+    march: Any
+    derivative: Any
+    inside: Any
+    check: Any
+
+
+class Tables(NamedTuple):
+    """A scheme as kernels see it: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
+    estimates and its interpolant; `precise`: a splitting works on increments; `spare`: rows behind the state that it
+    takes.
+    """
+
+    drift: np.ndarray = np.zeros(1)
+    kick: np.ndarray = np.zeros(0)
+    a: np.ndarray = np.zeros((0, 0))
+    b: np.ndarray = np.zeros(0)
+    errors: np.ndarray = np.zeros((0, 0))
+    dense: np.ndarray = np.zeros((0, 0))
+    precise: bool = False
+    spare: int = 0
 
 
 @jit
@@ -39,7 +68,7 @@ def combine(rows, lanes, first, last, coefficients, k, total):
 
 
 @jit
-def runge_kutta_stages(derivative, params, a, first, last, rows, lanes, step, z, k, work):
+def runge_kutta_stages(blocks, a, first, last, rows, lanes, step, z, k, work):
     """Fill the slopes k[first:last] (stages, rows*LANES) of an explicit tableau a at the state z."""
     size = rows * LANES
     for s in range(first, last):
@@ -47,29 +76,24 @@ def runge_kutta_stages(derivative, params, a, first, last, rows, lanes, step, z,
         for r in range(rows):
             for i in range(lanes):
                 work[r * LANES + i] = z[r * LANES + i] + step[i] * work[r * LANES + i]
-        derivative(params, lanes, work, k[s * size : (s + 1) * size])
+        blocks.derivative(blocks.params, lanes, work, k[s * size : (s + 1) * size])
 
 
 @jit
-def runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work):
-    """Advance z by step[i] in lane i with an explicit Runge-Kutta tableau (a, b)."""
-    runge_kutta_stages(derivative, params, a, 0, b.size, rows, lanes, step, z, k, work)
-    combine(rows, lanes, 0, b.size, b, k, work)
-    for r in range(rows):
-        for i in range(lanes):
-            z[r * LANES + i] += step[i] * work[r * LANES + i]
-
-
-@jit
-def advance(splitting, derivative, params, drift, kick, a, b, rows, lanes, step, steps, z, k, work):
+def advance(blocks, tables, rows, lanes, step, steps, z, k, work):
     """Advance z by steps of the scheme, step[i] in lane i: a splitting where it has kicks, else a Runge-Kutta tableau.
 
     Returns how many were taken: a splitting stops at one with which a lane leaves the domain, a tableau after each.
     Where z has room for increments and carried errors, the splitting works on increments.
     """
-    if kick.size > 0:
-        return splitting(params, lanes, drift, kick, step, steps, z)
-    runge_kutta_step(derivative, params, a, b, rows, lanes, step, z, k, work)
+    if tables.kick.size > 0:
+        return blocks.splitting(blocks.params, lanes, tables.drift, tables.kick, step, steps, z)
+    stages = tables.b.size
+    runge_kutta_stages(blocks, tables.a, 0, stages, rows, lanes, step, z, k, work)
+    combine(rows, lanes, 0, stages, tables.b, k, work)
+    for r in range(rows):
+        for i in range(lanes):
+            z[r * LANES + i] += step[i] * work[r * LANES + i]
     return 1
 
 

@@ -67,6 +67,8 @@ def median_correlation(samples: np.ndarray, counts: np.ndarray, threads: int, re
     orbits = len(samples)
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
     cosine = np.cos(np.arange(counts.max() // 10)[:, None] * angles)
-    stop, progress, result = np.zeros(1, np.int64), np.zeros(orbits, np.int64), np.full(orbits, np.nan)
-    launch(kernels.zero_one, (samples, counts, cosine, result), stop, progress, float(orbits), threads, report)
+    result = np.full(orbits, np.nan)
+    launch(
+        kernels.zero_one, (samples, counts, cosine, result), np.zeros(orbits, np.int64), float(orbits), threads, report
+    )
     return result

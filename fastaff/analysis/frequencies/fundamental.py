@@ -157,7 +157,7 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
     """Run a kernel of one orbit after another; for FEW the caller's own thread does it."""
     if orbits:
         steps = 0.0 if orbits <= FEW else math.inf
-        launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(orbits), float(orbits), threads, None, steps)
+        launch(kernel, arguments, np.zeros(orbits), float(orbits), threads, None, steps)
 
 
 def modes(signals: Signals, m: int, threads: int) -> tuple[Modes, Spectra]:

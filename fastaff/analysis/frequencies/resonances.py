@@ -186,7 +186,7 @@ def resonances(
     rank, basis = np.zeros(status.size, np.int64), np.zeros((status.size, 4, 4), np.int64)
     table = np.zeros((len(vectors(n, max_order)), 4), np.int64)
     table[:, :n] = vectors(n, max_order)
-    stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(status.size / LANES))
+    progress = np.zeros(math.ceil(status.size / LANES))
 
     def found() -> Resonances:
         done = np.repeat(progress > 0, LANES)[: status.size]
@@ -213,7 +213,7 @@ def resonances(
     with keeping("resonances", found):
         if status.size:
             arguments = (n, table, flat, spread, rank, basis)
-            launch(relations, arguments, stop, progress, float(progress.size), count, report)
+            launch(relations, arguments, progress, float(progress.size), count, report)
     return found()
 
 

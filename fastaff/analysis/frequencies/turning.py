@@ -76,7 +76,7 @@ def run_orbits(kernel: object, orbits: int, arguments: tuple, threads: int) -> N
     """Run a kernel of units of orbits to its end."""
     if orbits:
         units = -(-orbits // kernels.ORBITS)
-        launch(kernel, arguments, np.zeros(1, np.int64), np.zeros(units), float(units), threads, None)  # type: ignore[arg-type]
+        launch(kernel, arguments, np.zeros(units), float(units), threads, None)  # type: ignore[arg-type]
 
 
 class Turning:

@@ -167,8 +167,8 @@ def _momenta(z: np.ndarray) -> np.ndarray:
 
 
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
-    stop, progress = np.zeros(1, np.int64), np.zeros(math.ceil(n / unit), np.int64)
-    launch(kernel, arguments, stop, progress, float(progress.size), checked_threads(threads), report)
+    progress = np.zeros(math.ceil(n / unit), np.int64)
+    launch(kernel, arguments, progress, float(progress.size), checked_threads(threads), report)
 
 
 def _closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:
