@@ -3,7 +3,7 @@
 No time is compared with a number of another machine or day. Each bound is two to two and a half times the ratio it was
 set for (the number before it), 1.4 times for frequency maps, defaults, short calls and two threads, 1.3 times for first
 calls, so it stays silent under noise and speaks when something becomes three times, or half as much, slower. A row
-above its bound is measured once more before it counts. Two threads are beside one in wall time, where there are two
+above its bound is measured twice more before it counts. Two threads are beside one in wall time, where there are two
 cores. Run: make gate.
 """
 
@@ -46,6 +46,7 @@ from fastaff.compile.threads import available_threads
 BODY, NEO, PLANE = Body(Hyperelastic(1.0), 1.0), Body(NeoHookean(G=1.0, K=2.0)), HenonHeiles()
 AXIS = Linear((1, 0, 0, 0))
 TIME, STEP = 100.0, 0.05
+ATTEMPTS = 3
 
 
 def naive(kernel, z0, scheme, *parameters):
@@ -241,8 +242,9 @@ def measured() -> tuple[dict[str, float], int]:
     start, found, failed = time.perf_counter(), {}, 0
     for what, usual, bound, measure in all_rows():
         found[what] = measure(0)
-        if found[what] > bound:
-            found[what] = min(found[what], measure(1))
+        for attempt in range(1, ATTEMPTS):
+            if found[what] > bound:
+                found[what] = min(found[what], measure(attempt))
         failed += found[what] > bound
         said = f"ABOVE {bound}" if found[what] > bound else f"bound {bound}"
         print(f"{what:52s} {found[what]:6.2f}   (was {usual}, {said})", flush=True)
