@@ -7,6 +7,8 @@ pole,
     psi = atan2(sqrt(s2) sin(chi/2), sqrt(s1) cos(chi/2)).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..base.status import ACTION_ZERO_CODE, OK_CODE, SEPARATRIX_CODE, UNBOUND_CODE
@@ -18,6 +20,19 @@ UNIT = 1024
 TURN = 2 * np.pi
 NOISE = 4e-16
 """Amplitudes below this portion of the middle are 0: rounding."""
+
+
+class Tori(NamedTuple):
+    """States z (8, n) and their tori: J, nu, theta, constants (4, n), turning (2, 3, n), error and status (n,)."""
+
+    z: np.ndarray
+    J: np.ndarray
+    nu: np.ndarray
+    theta: np.ndarray
+    turning: np.ndarray
+    constants: np.ndarray
+    error: np.ndarray
+    status: np.ndarray
 
 
 @jit
@@ -91,15 +106,13 @@ def _plane(mu, k, wall, x, y, px, py, out):
     return code
 
 
-def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, turning, constants, error, status):
-    """z (8, n) -> rows alpha, beta, eta, gamma of J, nu, theta (4, n), H_alpha, H_beta, c_eta, c_gamma, turning (2, 3,
-    n).
-    """
-    n = z.shape[1]
+def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, tori):
+    """Fill the tori: rows alpha, beta, eta, gamma of J, nu, theta; constants H_alpha, H_beta, c_eta, c_gamma."""
+    z, J, nu, theta, turning, constants, error, status = tori
     if stop[0] != 0:
         return
     a, b = np.empty(10), np.empty(10)
-    for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+    for i in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
         code = _plane(mu, k_a, wall_a, z[0, i], z[1, i], z[4, i], z[5, i], a)
         other = _plane(mu, k_b, wall_b, z[2, i], z[3, i], z[6, i], z[7, i], b)
         J[0, i], J[1, i], J[2, i], J[3, i] = a[0], b[0], a[1], b[1]
@@ -115,10 +128,11 @@ def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, z, J, nu, theta, 
 
 
 @jit
-def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants):
+def _shell(mu, k, wall_r, wall_a, wall_b, tori, i):
     """One state of V = k r/2 + wall_r/r + (wall_a/cos^2(vartheta/2) + wall_b/sin^2(vartheta/2))/r; returns its
     status.
     """
+    z, J, nu, theta, turning, constants, _, _ = tori
     A, B = z[0, i] * z[0, i] + z[1, i] * z[1, i], z[2, i] * z[2, i] + z[3, i] * z[3, i]
     pA, pB = z[0, i] * z[4, i] + z[1, i] * z[5, i], z[2, i] * z[6, i] + z[3, i] * z[7, i]
     p_eta, p_gamma = z[0, i] * z[5, i] - z[1, i] * z[4, i], z[2, i] * z[7, i] - z[3, i] * z[6, i]
@@ -188,15 +202,13 @@ def _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants
     return code
 
 
-def shells(unit, stop, progress, mu, k, wall_r, wall_a, wall_b, z, J, nu, theta, turning, constants, error, status):
-    """z (8, n) -> rows r, vartheta, eta, gamma of J, nu, theta (4, n), E, h_vartheta, c_eta, c_gamma, turning (2, 3,
-    n).
-    """
-    n = z.shape[1]
+def shells(unit, stop, progress, mu, k, wall_r, wall_a, wall_b, tori):
+    """Fill the tori: rows r, vartheta, eta, gamma of J, nu, theta; constants E, h_vartheta, c_eta, c_gamma."""
+    _, J, nu, theta, turning, _, error, status = tori
     if stop[0] != 0:
         return
-    for i in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-        status[i] = _shell(mu, k, wall_r, wall_a, wall_b, z, i, J, nu, theta, turning, constants)
+    for i in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
+        status[i] = _shell(mu, k, wall_r, wall_a, wall_b, tori, i)
         error[i] = 1e-16
         if status[i] == UNBOUND_CODE:
             error[i] = np.inf

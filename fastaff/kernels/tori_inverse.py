@@ -5,6 +5,8 @@ once the others are known: two one-dimensional Newton searches from the bottom o
 follow in the order in which the partial integrals depend on the phases.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..base.status import NOT_CONVERGED_CODE, OK_CODE, UNBOUND_CODE
@@ -31,6 +33,7 @@ from .tori_wells import (
     W2,
     W3,
     WIDTH,
+    Coordinate,
     axis_ends,
     complement,
     powers,
@@ -47,20 +50,22 @@ MINUTE = 1e-20
 
 
 @jit
-def _effective(potential, params, u, kind, n, work):
+def _effective(coordinate, n, work):
     """v = U - u2/t - u3/s at the first n places, to work[2]: the own constant u0 of a body at rest there."""
-    potential(params, n, work[0], work[2])
+    term, u = coordinate.term, coordinate.u
+    term.function(term.params, n, work[0], work[2])
     for k in range(n):
         s, t = work[0, k], work[1, k]
         work[2, k] -= u[1] * t + (u[2] / t if u[2] != 0.0 else 0.0) + (u[3] / s if u[3] != 0.0 else 0.0)
 
 
 @jit
-def _bottom(potential, params, u, kind, start, work):
+def _bottom(coordinate, start, work):
     """Lowest point of v, or the bottom downhill of the ratio `start` > 0: (rho, v there, number of wells)."""
+    kind = coordinate.kind
     for k in range(GRID):
         set_place(kind, STEP ** (k - GRID // 2), k, work)
-    _effective(potential, params, u, kind, GRID, work)
+    _effective(coordinate, GRID, work)
     v, wells, best = work[2], 0, 0
     for k in range(GRID):
         if not np.isfinite(v[k]):
@@ -96,7 +101,7 @@ def _bottom(potential, params, u, kind, start, work):
     for _ in range(12):
         for k in range(16):
             set_place(kind, low + (high - low) * (k + 0.5) / 16, k, work)
-        _effective(potential, params, u, kind, 16, work)
+        _effective(coordinate, 16, work)
         best = 0
         for k in range(16):
             if work[2, k] < work[2, best]:
@@ -106,26 +111,27 @@ def _bottom(potential, params, u, kind, start, work):
         if step < 1e-8 * middle:
             break
     set_place(kind, middle, 0, work)
-    _effective(potential, params, u, kind, 1, work)
+    _effective(coordinate, 1, work)
     return middle, work[2, 0], wells
 
 
 @jit
-def _loop(potential, params, mu, u, kind, ends, knots, rho, goal, work, out):
+def _loop(coordinate, rho, goal, work, out):
     """Turning points and loop integrals of the motion through the ratio rho; returns a status."""
-    set_place(kind, rho, 0, work)
+    set_place(coordinate.kind, rho, 0, work)
     s, t = work[0, 0], work[1, 0]
-    radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
+    radicands(coordinate, 1, work[0], work[1], work[2])
     root = np.sqrt(max(0.0, work[2, 0]))
-    code = turning_points(potential, params, mu, u, kind, ends, knots, s, t, root, 0.0, work, out)
-    return integrals(potential, params, mu, u, kind, ends, knots, goal, work, out) if code == OK_CODE else code
+    code = turning_points(coordinate, s, t, root, 0.0, work, out)
+    return integrals(coordinate, goal, work, out) if code == OK_CODE else code
 
 
 @jit
-def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, bottom, work, out):
+def _match_at_axis(coordinate, side, J, room, bottom, work, out):
     """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True
     where it is one.
     """
+    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
     u[0], edge = bottom, -1.0 if side == 0 else 1.0
     out[RADIUS] = 0.0
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
@@ -136,24 +142,21 @@ def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, b
             width = np.sqrt(max(0.0, middle * middle - Lambda2 / G))
         elif Lambda2 > 0.0:
             middle = 1e-3 * min(SMALL, room)  # anywhere in the well: only G is wanted
-        if (
-            not axis_ends(potential, params, mu, u, kind, ends, side, middle, np.sqrt(G) * width, 0.0, work, out)
-            and step > 0
-        ):
+        if not axis_ends(coordinate, side, middle, np.sqrt(G) * width, 0.0, work, out) and step > 0:
             return False
         G = -powers(work[3], edge, 0) / (out[RADIUS] * out[RADIUS]) if out[RADIUS] > 0.0 else 0.0
         if not G > 0.0:
             return False
         error = J
         if step > 0:
-            if integrals(potential, params, mu, u, kind, ends, knots, 1e-8, work, out) != OK_CODE:
+            if integrals(coordinate, 1e-8, work, out) != OK_CODE:
                 return False
             error -= out[ACTION]
         else:
             middle = np.sqrt(Lambda2 / G)
         middle += error / (np.pi * np.sqrt(G))
         work[0, 0], work[1, 0] = (middle, complement(kind, middle)) if side == 0 else (1 - middle, middle)
-        _effective(potential, params, u, kind, 1, work)
+        _effective(coordinate, 1, work)
         u[0] = (
             work[2, 0] + (G * middle * middle - Lambda2) / (2 * mu * work[0, 0] * work[1, 0])
             if middle > 0.0
@@ -161,37 +164,28 @@ def _match_at_axis(potential, params, mu, u, kind, ends, knots, side, J, room, b
         )
         if step > 0 and abs(error) <= 1e-15 * J:
             break
-    return integrals(potential, params, mu, u, kind, ends, knots, 1e-14, work, out) == OK_CODE
+    return integrals(coordinate, 1e-14, work, out) == OK_CODE
 
 
 @jit
-def _match(potential, params, mu, u, kind, ends, knots, J, start, work, out):
+def _match(coordinate, J, start, work, out):
     """Find u0 of the action J >= 0 by Newton's method between bounds: (status, wells)."""
-    rho, lowest, wells = _bottom(potential, params, u, kind, start, work)
+    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
+    rho, lowest, wells = _bottom(coordinate, start, work)
     if not np.isfinite(lowest):
         return UNBOUND_CODE, wells
     set_place(kind, rho, 0, work)
     s, t = work[0, 0], work[1, 0]
-    smooth = knots.size == 0
-    if (
-        smooth
-        and s < SMALL
-        and np.isfinite(ends[0])
-        and _match_at_axis(potential, params, mu, u, kind, ends, knots, 0, J, s, lowest, work, out)
-    ):
+    smooth = coordinate.term.knots.size == 0
+    if smooth and s < SMALL and np.isfinite(ends[0]) and _match_at_axis(coordinate, 0, J, s, lowest, work, out):
         return OK_CODE, wells
-    if (
-        smooth
-        and kind == SINE
-        and t < SMALL
-        and _match_at_axis(potential, params, mu, u, kind, ends, knots, 1, J, t, lowest, work, out)
-    ):
+    if smooth and kind == SINE and t < SMALL and _match_at_axis(coordinate, 1, J, t, lowest, work, out):
         return OK_CODE, wells
     rise, factor = 0.0, 1.15
     while rise <= 1e-6 * abs(lowest) and factor < 1e12:
         set_place(kind, rho * factor, 0, work)
         set_place(kind, rho / factor, 1, work)
-        _effective(potential, params, u, kind, 2, work)
+        _effective(coordinate, 2, work)
         for k in range(2):
             if np.isfinite(work[2, k]):
                 rise = max(rise, work[2, k] - lowest)
@@ -200,7 +194,7 @@ def _match(potential, params, mu, u, kind, ends, knots, J, start, work, out):
     u[0] = lowest + (0.1 * rise if J > 0.0 else 0.0)
     code, tries, rim = OK_CODE, 0, 0.0
     for _ in range(200):
-        code = _loop(potential, params, mu, u, kind, ends, knots, rho, 1e-8, work, out)
+        code = _loop(coordinate, rho, 1e-8, work, out)
         if code == UNBOUND_CODE:
             high = u[0]
             u[0] = 0.5 * (low + high)
@@ -229,7 +223,7 @@ def _match(potential, params, mu, u, kind, ends, knots, J, start, work, out):
         u[0] = following if low < following < high else (0.5 * (low + high) if high < np.inf else following)
         if high - low <= 2e-16 * abs(low):
             break
-    code = _loop(potential, params, mu, u, kind, ends, knots, rho, 1e-14, work, out)
+    code = _loop(coordinate, rho, 1e-14, work, out)
     if code == OK_CODE and J == 0.0 and out[RADIUS] > 0.0:
         out[S1] = out[S2] = 0.5 * (out[S1] + out[S2])
         out[WIDTH], out[ACTION] = 0.0, 0.0
@@ -327,57 +321,40 @@ def _write_plane(z, row, k, square, radial, spin, angle):
     z[row + 4, k], z[row + 5, k] = along * cosine - across * sine, along * sine + across * cosine
 
 
+class Sought(NamedTuple):
+    """Tori of given actions: J (4, n), theta (4, n or 0) of points on them, start (2, n), ratios in the wells that are
+    meant, or 0; to be found are the points z (8, n or 0), nu (4, n), energy, the number of wells, and status (n,).
+    """
+
+    J: np.ndarray
+    theta: np.ndarray
+    start: np.ndarray
+    z: np.ndarray
+    nu: np.ndarray
+    energy: np.ndarray
+    wells: np.ndarray
+    status: np.ndarray
+
+
 @jit
-def _point(
-    chart,
-    first,
-    first_p,
-    second,
-    second_p,
-    mu,
-    knots,
-    J,
-    theta,
-    start,
-    ends,
-    k,
-    work,
-    other,
-    results,
-    small,
-    z,
-    nu,
-    energy,
-    wells,
-):
+def _point(chart, first, second, tori, k, work, other, results, small):
     """One torus and, where theta has columns, the point on it; returns a status."""
-    c, u, v, momenta, answer, M, N, at = (
-        small[0],
-        small[1],
-        small[2],
-        small[3],
-        small[4],
-        small[5:7],
-        small[7:9],
-        small[9:11],
-    )
+    J, theta, start, z, nu, energy, wells, _ = tori
+    mu, c, u, v = first.mu, small[0], first.u, second.u
+    momenta, answer, M, N, at = small[3], small[4], small[5:7], small[7:9], small[9:11]
     for a in range(2):
         p = J[2 + a, k] / (2 * np.pi)
         momenta[a] = p if p != 0.0 else MINUTE
         c[2 + a] = momenta[a] * momenta[a] / (2 * mu)
     c[0], c[1] = 0.0, 0.0
     coefficients(chart, 1, c, v)
-    code, count = _match(
-        second, second_p, mu, v, KINDS[chart, 1], ends[1], knots[1], J[1, k], start[1, k], other, results[1]
-    )
+    code, count = _match(second, J[1, k], start[1, k], other, results[1])
     wells[k] = count
     if code != OK_CODE:
         return code
     c[1] = v[0]
     coefficients(chart, 0, c, u)
-    code, count = _match(
-        first, first_p, mu, u, KINDS[chart, 0], ends[0], knots[0], J[0, k], start[0, k], work, results[0]
-    )
+    code, count = _match(first, J[0, k], start[0, k], work, results[0])
     wells[k] = max(wells[k], count)
     if code != OK_CODE:
         return code
@@ -392,14 +369,14 @@ def _point(
         return code
     turns = np.zeros(2)
     turns[0] = _find_phase(mu, M[0, 0] * theta[0, k], work, results[0])
-    _coordinate(KINDS[chart, 0], work, results[0], at[0])
-    partials(mu, u, KINDS[chart, 0], ends[0], work, results[0])
+    _coordinate(first.kind, work, results[0], at[0])
+    partials(first, work, results[0])
     target = M[1, 1] * theta[1, k]
     if chart != ALPHA_BETA:
         target += M[0, 1] * theta[0, k] + results[0, W3] + turns[0] * results[0, D3]
     turns[1] = _find_phase(mu, target, other, results[1])
-    _coordinate(KINDS[chart, 1], other, results[1], at[1])
-    partials(mu, v, KINDS[chart, 1], ends[1], other, results[1])
+    _coordinate(second.kind, other, results[1], at[1])
+    partials(second, other, results[1])
     phases = small[11]
     for a in range(2):
         i, entry, partial = (a, D3, W3) if chart == ALPHA_BETA else (1, D2 if a == 0 else D3, W2 if a == 0 else W3)
@@ -418,61 +395,21 @@ def _point(
     return OK_CODE if results[0, ERROR] < 1e-7 and results[1, ERROR] < 1e-7 else NOT_CONVERGED_CODE
 
 
-def torus_points(
-    unit,
-    stop,
-    progress,
-    chart,
-    first,
-    first_p,
-    second,
-    second_p,
-    mu,
-    knots_1,
-    knots_2,
-    J,
-    theta,
-    start,
-    z,
-    nu,
-    energy,
-    wells,
-    status,
-):
-    """J (4, n), theta (4, n or 0), start (2, n) ratios or 0 -> z (8, n or 0), nu (4, n), energy, wells, status (n,)."""
-    n = J.shape[1]
+def torus_points(unit, stop, progress, chart, first, second, mu, tori):
+    """Find tori, from the terms of the potential in both coordinates."""
+    _, theta, _, z, nu, energy, _, status = tori
     if stop[0] != 0:
         return
     work, other = np.zeros((ROWS, MOST)), np.zeros((ROWS, MOST))
     results, small, ends = np.zeros((2, RESULTS)), np.zeros((12, 4)), np.zeros((2, 2))
-    knots = knots_1, knots_2
     points = min(1, theta.shape[1])  # for each torus
-    limits(first, first_p, KINDS[chart, 0], work, ends[0])
-    limits(second, second_p, KINDS[chart, 1], work, ends[1])
-    for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
+    inner = Coordinate(first, mu, KINDS[chart, 0], small[1], ends[0])
+    outer = Coordinate(second, mu, KINDS[chart, 1], small[2], ends[1])
+    limits(inner, work)
+    limits(outer, work)
+    for k in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
         results[:], small[:] = 0.0, 0.0  # nothing of the torus before it
-        status[k] = _point(
-            chart,
-            first,
-            first_p,
-            second,
-            second_p,
-            mu,
-            knots,
-            J,
-            theta,
-            start,
-            ends,
-            k,
-            work,
-            other,
-            results,
-            small,
-            z,
-            nu,
-            energy,
-            wells,
-        )
+        status[k] = _point(chart, inner, outer, tori, k, work, other, results, small)
         if status[k] == OK_CODE and not np.isfinite(energy[k] + nu[:, k].sum() + z[:, k : k + points].sum()):
             status[k] = NOT_CONVERGED_CODE
         if status[k] != OK_CODE:

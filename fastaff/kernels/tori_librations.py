@@ -90,10 +90,11 @@ TABLES = _tables()
 
 
 @jit
-def _poles(mu, u, kind, ends, out):
+def _poles(coordinate, out):
     """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or its pole is not
     there.
     """
+    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
     at_0, at_1 = 0.0, 0.0
     if kind != LINE and out[S1] < APART * out[S2] and np.isfinite(ends[0]):
         at_0 = np.sqrt(max(0.0, 2 * mu * (ends[0] - u[3])))
@@ -107,10 +108,11 @@ def _poles(mu, u, kind, ends, out):
 
 
 @jit
-def _integrands(potential, params, mu, u, kind, first, nodes, at_0, at_1, work, out):
+def _integrands(coordinate, first, nodes, at_0, at_1, work, out):
     """Fill the rows J, D0...D3 of the integrands at `nodes` phases from number `first` on; False where F is not
     positive there.
     """
+    kind = coordinate.kind
     s1, t2, width, end = out[S1], out[T2], out[WIDTH], first + nodes
     s, t, F, low, high = (
         work[0, first:end],
@@ -128,7 +130,7 @@ def _integrands(potential, params, mu, u, kind, first, nodes, at_0, at_1, work, 
         for k in range(nodes):
             F[k] = scale * powers(p, (s[k] - out[CENTRE]) / out[RADIUS], 0)
     else:
-        radicands(potential, params, mu, u, kind, nodes, s, t, F)
+        radicands(coordinate, nodes, s, t, F)
         for k in range(nodes):
             F[k] /= 4 * width * width * low[k] * high[k]
     good = True
@@ -186,10 +188,11 @@ def _tail(kind, nodes, at_0, at_1, work):
 
 
 @jit
-def _noise(mu, u, kind, first, nodes, work, out):
+def _noise(coordinate, first, nodes, work, out):
     """Errors of 1/sqrt(G) from the rounding of F, a difference of large terms, summed over nodes, and its own sum
     there.
     """
+    mu, kind, u = coordinate.mu, coordinate.kind, coordinate.u
     total, sum_f = 0.0, 0.0
     size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
     for k in range(first, first + nodes):
@@ -200,8 +203,9 @@ def _noise(mu, u, kind, first, nodes, work, out):
 
 
 @jit
-def _finish(mu, u, kind, at_0, at_1, out):
+def _finish(coordinate, at_0, at_1, out):
     """Give back to the integrals what was taken off."""
+    mu, kind = coordinate.mu, coordinate.kind
     if at_0 > 0.0:
         out[ACTION] -= np.pi * at_0
         out[D3] += mu * np.pi / at_0
@@ -215,14 +219,15 @@ def _finish(mu, u, kind, at_0, at_1, out):
 
 
 @jit
-def _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, most, work, out):
+def _by_midpoints(coordinate, at_0, at_1, goal, most, work, out):
     """Loop integrals by sums over midpoints of the phase; returns a status, or -1 where panels do better."""
+    mu, kind = coordinate.mu, coordinate.kind
     nodes, before = LEAST, np.inf
     while True:
         off = nodes - LEAST
         for k in range(nodes):
             work[LOW, k], work[HIGH, k] = TABLES[0, off + k], TABLES[0, off + nodes - 1 - k]
-        if not _integrands(potential, params, mu, u, kind, 0, nodes, at_0, at_1, work, out):
+        if not _integrands(coordinate, 0, nodes, at_0, at_1, work, out):
             return NOT_CONVERGED_CODE
         tail = _tail(kind, nodes, at_0, at_1, work)
         # Coefficients that stop falling are rounding; more nodes would only add to it.
@@ -236,22 +241,23 @@ def _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, most, work, 
     for j in range(5):
         out[ACTION + j] = scale * (1.0 if j == 0 else mu) * work[_FIRST + j, :nodes].sum()
     if out[RADIUS] == 0.0:
-        total, sum_f = _noise(mu, u, kind, 0, nodes, work, out)
+        total, sum_f = _noise(coordinate, 0, nodes, work, out)
         out[ERROR] = 1e-15 + total / sum_f
     out[NODES], out[ERROR] = nodes, max(10 * tail, out[ERROR])
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
 
 
 @jit
-def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out):
+def _by_panels(coordinate, at_0, at_1, goal, work, out):
     """Loop integrals over panels of the phase, halved until all integrands are resolved; returns a status."""
+    mu, kind = coordinate.mu, coordinate.kind
     most, rows = MOST // ORDER, 2 if kind == LINE else 5
-    count, done = first_panels(kind, knots, most, work, out), 0
+    count, done = first_panels(kind, coordinate.term.knots, most, work, out), 0
     sizes = np.zeros(5)
     while True:
         for panel in range(done, count):
             place_panel(panel, work)
-            if not _integrands(potential, params, mu, u, kind, panel * ORDER, ORDER, at_0, at_1, work, out):
+            if not _integrands(coordinate, panel * ORDER, ORDER, at_0, at_1, work, out):
                 return NOT_CONVERGED_CODE
         sizes[:] = 0.0
         for panel in range(count):
@@ -265,7 +271,7 @@ def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, ou
             for j in range(rows):
                 if sizes[j] > 0.0:
                     rest = max(rest, size_and_rest(_FIRST + j, panel, work)[1] / sizes[j])
-            total, sum_f = _noise(mu, u, kind, panel * ORDER, ORDER, work, out)
+            total, sum_f = _noise(coordinate, panel * ORDER, ORDER, work, out)
             for k in range(
                 panel * ORDER, (panel + 1) * ORDER
             ):  # s itself is rounded: next to a wall F has a large slope
@@ -280,7 +286,7 @@ def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, ou
             break
         for panel in range(done):  # those that were cut have new nodes
             place_panel(panel, work)
-            if not _integrands(potential, params, mu, u, kind, panel * ORDER, ORDER, at_0, at_1, work, out):
+            if not _integrands(coordinate, panel * ORDER, ORDER, at_0, at_1, work, out):
                 return NOT_CONVERGED_CODE
     scale = 2 if kind == LINE else 1
     for j in range(5):
@@ -294,25 +300,26 @@ def _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, ou
 
 
 @jit
-def integrals(potential, params, mu, u, kind, ends, knots, goal, work, out):
+def integrals(coordinate, goal, work, out):
     """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
-    at_0, at_1 = _poles(mu, u, kind, ends, out)
+    kind, knots = coordinate.kind, coordinate.term.knots
+    at_0, at_1 = _poles(coordinate, out)
     code, low, high = -1, out[S1], out[S2]
     if kind == SINE:
         low, high = low / max(out[T1], 1e-300), high / max(out[T2], 1e-300)
     smooth = out[RADIUS] > 0.0 or out[WIDTH] <= 0.0 or np.searchsorted(knots, low) == np.searchsorted(knots, high)
     out[PANELS] = 0.0
     if smooth:
-        code = _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, ENOUGH, work, out)
+        code = _by_midpoints(coordinate, at_0, at_1, goal, ENOUGH, work, out)
     if code < 0:
-        code = _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out)
+        code = _by_panels(coordinate, at_0, at_1, goal, work, out)
         error = out[ERROR] if code == OK_CODE else np.inf
         if smooth and error > 1e-12:  # more midpoints may suffer less from rounding
             out[PANELS] = 0.0
-            code = _by_midpoints(potential, params, mu, u, kind, at_0, at_1, goal, MOST, work, out)
+            code = _by_midpoints(coordinate, at_0, at_1, goal, MOST, work, out)
             if error < np.inf and not (code == OK_CODE and out[ERROR] < error):
-                code = _by_panels(potential, params, mu, u, kind, knots, at_0, at_1, goal, work, out)
-    _finish(mu, u, kind, at_0, at_1, out)
+                code = _by_panels(coordinate, at_0, at_1, goal, work, out)
+    _finish(coordinate, at_0, at_1, out)
     return code
 
 
@@ -384,15 +391,16 @@ def _partial_sums(chi, scale, work, out):
 
 
 @jit
-def partials(mu, u, kind, ends, work, out):
+def partials(coordinate, work, out):
     """Set W0...W3, the integrals of dJ/du0...dJ/du3 from chi = 0 to the state's chi (a whole turn gives dJ/du)."""
+    mu, kind = coordinate.mu, coordinate.kind
     chi, scale = out[CHI], (1.0 if kind == LINE else 0.5) * mu
     if out[PANELS] > 0.0:
         for j in range(4):
             out[W0 + j] = scale * turned_integral(_FIRST + 1 + j, chi, work, out)
     else:
         _partial_sums(chi, scale, work, out)
-    at_0, at_1 = _poles(mu, u, kind, ends, out)
+    at_0, at_1 = _poles(coordinate, out)
     half_sine, half_cosine = np.sin(chi / 2), np.cos(chi / 2)
     if at_0 > 0.0:
         out[W3] += mu / at_0 * np.arctan2(np.sqrt(out[S2]) * half_sine, np.sqrt(out[S1]) * half_cosine)
@@ -401,8 +409,9 @@ def partials(mu, u, kind, ends, work, out):
 
 
 @jit
-def limits(potential, params, kind, work, ends):
-    """Write the limits of U s t at s = 0 and at t = 0 to ends (2,): the potential's own walls there."""
+def limits(coordinate, work):
+    """Set the limits of U s t at s = 0 and at t = 0: the potential's own walls there."""
+    term, kind, ends = coordinate.term, coordinate.kind, coordinate.ends
     s, U = work[0], work[2]
     ends[0], ends[1] = 0.0, 0.0
     if kind == LINE:
@@ -410,7 +419,7 @@ def limits(potential, params, kind, work, ends):
     s[0] = 1e-200
     for k in range(1, 3):  # s = 1 or, beyond the end of the motion, s = -1
         s[k] = 1 - 10.0 ** (-2 * k - 4) if kind == SINE else 10.0 ** (-2 * k - 4) - 1
-    potential(params, 3, s, U)
+    term.function(term.params, 3, s, U)
     ends[0] = U[0] * 1e-200 if abs(U[0]) > 1e110 or not np.isfinite(U[0]) else 0.0
     if kind != RADIAL:
         far, near = U[1] * s[1] * complement(kind, s[1]), U[2] * s[2] * complement(kind, s[2])
@@ -422,12 +431,12 @@ def limits(potential, params, kind, work, ends):
 
 
 @jit
-def librate(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, goal, work, out):
+def librate(coordinate, s0, t0, root0, speed2, goal, work, out):
     """Turning points, loop integrals, phase and integrals up to it of one state; returns a status."""
-    code = turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, work, out)
+    code = turning_points(coordinate, s0, t0, root0, speed2, work, out)
     if code == OK_CODE:
-        code = integrals(potential, params, mu, u, kind, ends, knots, goal, work, out)
+        code = integrals(coordinate, goal, work, out)
     if code == OK_CODE:
-        phase(kind, s0, t0, root0, work, out)
-        partials(mu, u, kind, ends, work, out)
+        phase(coordinate.kind, s0, t0, root0, work, out)
+        partials(coordinate, work, out)
     return code

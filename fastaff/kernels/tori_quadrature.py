@@ -6,12 +6,14 @@ angular potentials, c_eta = p_eta^2/(2 mu) + V_eta. Coordinate i has the coeffic
 (dJ/dc)^-T (partial integrals).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..base.status import ACTION_ZERO_CODE, NOT_CONVERGED_CODE, OK_CODE, SEPARATRIX_CODE
 from ..compile.jit import jit
 from .tori_librations import MOST, ROWS, librate, limits
-from .tori_wells import ACTION, D0, ERROR, LINE, RADIAL, RESULTS, S1, S2, SINE, SINH, T2, W0, WIDTH
+from .tori_wells import ACTION, D0, ERROR, LINE, RADIAL, RESULTS, S1, S2, SINE, SINH, T2, W0, WIDTH, Coordinate
 
 ALPHA_BETA, R_VARTHETA, ELLIPTIC = 0, 1, 2
 KINDS = np.array([[RADIAL, RADIAL], [RADIAL, SINE], [SINH, SINE]])
@@ -133,9 +135,9 @@ def _harmonics(nodes, work):
 
 
 @jit
-def _turn(potential, params, mu, c, at, momentum, knots, work, out):
+def _turn(angle, c, at, momentum, work, out):
     """An angle that turns over and over: J, D0 = dJ/dc and W0 to the state; a status, or -1 where it does not turn."""
-    nodes = LEAST_TURN
+    (potential, params, knots), mu, nodes = angle.term, angle.mu, LEAST_TURN
     for k in range(knots.size):
         work[0, 0], nodes = knots[k], MOST  # narrow features: all that there are
         potential(params, 1, work[0], work[1])
@@ -171,13 +173,13 @@ def _turn(potential, params, mu, c, at, momentum, knots, work, out):
 
 
 @jit
-def _angle(potential, params, mu, c, at, momentum, u, knots, work, out):
+def _angle(angle, c, at, momentum, work, out):
     """An angle that turns over or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
-    code = _turn(potential, params, mu, c, at, momentum, knots, work, out)
+    code = _turn(angle, c, at, momentum, work, out)
     if code >= 0:
         return code
-    u[0] = c
-    return librate(potential, params, mu, u, LINE, u, knots, at, 1.0, momentum, 0.0, 1e-14, work, out)
+    angle.u[0] = c
+    return librate(angle, at, 1.0, momentum, 0.0, 1e-14, work, out)
 
 
 @jit
@@ -209,96 +211,49 @@ def derivatives(chart, mu, momenta, angular, results, M, N):
                 N[i, j - 2] = p / mu * total if np.isfinite(total) else np.nan
 
 
+class Scratch(NamedTuple):
+    """Memory for one state after another: rows of work; s, t, root and slope of both coordinates; vectors of four
+    numbers, the constants c and the coefficients u first; results of both coordinates and of an angle.
+    """
+
+    work: np.ndarray
+    where: np.ndarray
+    small: np.ndarray
+    results: np.ndarray
+
+
 @jit
-def _state(
-    chart,
-    first,
-    first_p,
-    second,
-    second_p,
-    eta_V,
-    eta_p,
-    gamma_V,
-    gamma_p,
-    mu,
-    angular,
-    ends,
-    knots,
-    z,
-    k,
-    work,
-    where,
-    small,
-    results,
-    J,
-    nu,
-    theta,
-    turning,
-    constants,
-    error,
-):
+def _state(chart, coordinates, angles, angular, tori, k, scratch):
     """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
+    work, where, small, results = scratch
+    z, J, nu, theta, turning, constants, error, _ = tori
+    mu = coordinates[0].mu
     place(chart, z, k, where)
     c, u, U, V, at, momenta, pair = small[0], small[1], small[2], small[3], small[4], small[5], small[6]
     answer, turn, partial, M, N, still = small[7], small[8], small[9], small[10:12], small[12:14], small[14]
     V[0], V[1] = 0.0, 0.0
-    first(first_p, 1, where[0, :1], work[2])
-    U[0] = work[2, 0]
-    second(second_p, 1, where[1, :1], work[2])
-    U[1] = work[2, 0]
+    for i in range(2):
+        term = coordinates[i].term
+        term.function(term.params, 1, where[i, :1], work[2])
+        U[i] = work[2, 0]
     for a in range(2):
         i, j = 2 * a, 2 * a + 1
         at[a] = (
             np.arctan2(z[j, k], z[i, k]) if z[j, k] != 0.0 or z[i, k] != 0.0 else np.arctan2(z[4 + j, k], z[4 + i, k])
         )
         momenta[a] = z[i, k] * z[4 + j, k] - z[j, k] * z[4 + i, k]
-    if angular[0]:
-        eta_V(eta_p, 1, at, work[2])
-        V[0] = work[2, 0]
-    if angular[1]:
-        gamma_V(gamma_p, 1, at[1:], work[2])
-        V[1] = work[2, 0]
+        if angular[a]:
+            term = angles[a].term
+            term.function(term.params, 1, at[a:], work[2])
+            V[a] = work[2, 0]
     separate(chart, mu, z, k, where, U, V, c)
     for j in range(4):
         constants[j, k] = c[j]
-    coefficients(chart, 0, c, u)
-    code = librate(
-        first,
-        first_p,
-        mu,
-        u,
-        KINDS[chart, 0],
-        ends[0],
-        knots[0],
-        where[0, 0],
-        where[0, 1],
-        where[0, 2],
-        where[0, 3],
-        1e-14,
-        work,
-        results[0],
-    )
-    if code != OK_CODE:
-        return code
-    coefficients(chart, 1, c, u)
-    code = librate(
-        second,
-        second_p,
-        mu,
-        u,
-        KINDS[chart, 1],
-        ends[1],
-        knots[1],
-        where[1, 0],
-        where[1, 1],
-        where[1, 2],
-        where[1, 3],
-        1e-14,
-        work,
-        results[1],
-    )
-    if code != OK_CODE:
-        return code
+    for i in range(2):
+        coefficients(chart, i, c, u)
+        code = librate(coordinates[i], where[i, 0], where[i, 1], where[i, 2], where[i, 3], 1e-14, work, results[i])
+        if code != OK_CODE:
+            return code
     for i in range(2):
         turning[i, 0, k], turning[i, 1, k], turning[i, 2, k] = results[i, S1], results[i, S2], results[i, T2]
     error[k] = max(results[0, ERROR], results[1, ERROR])
@@ -308,10 +263,7 @@ def _state(
         if not angular[a]:
             J[2 + a, k], turn[a], partial[a] = 2 * np.pi * momenta[a], 2 * np.pi, at[a]
             continue
-        if a == 0:
-            code = _angle(eta_V, eta_p, mu, c[2], at[0], momenta[0], u, knots[2], work, results[2])
-        else:
-            code = _angle(gamma_V, gamma_p, mu, c[3], at[1], momenta[1], u, knots[3], work, results[2])
+        code = _angle(angles[a], c[2 + a], at[a], momenta[a], work, results[2])
         if code != OK_CODE:
             return code
         J[2 + a, k], turn[a], partial[a] = results[2, ACTION], results[2, D0], results[2, W0]
@@ -357,72 +309,23 @@ def _state(
     return code
 
 
-def tori_by_quadrature(
-    unit,
-    stop,
-    progress,
-    chart,
-    first,
-    first_p,
-    second,
-    second_p,
-    eta_V,
-    eta_p,
-    gamma_V,
-    gamma_p,
-    mu,
-    angular,
-    knots_1,
-    knots_2,
-    knots_eta,
-    knots_gamma,
-    z,
-    J,
-    nu,
-    theta,
-    turning,
-    constants,
-    error,
-    status,
-):
-    """z (8, n), knots of the four functions ->
-    J, nu, theta, constants (4, n), turning (2, 3, n), error, status (n,); stop (1,), progress (units,)."""
-    n = z.shape[1]
+def tori_by_quadrature(unit, stop, progress, chart, first, second, eta, gamma, mu, angular, tori):
+    """Fill the tori of the states z, from the terms of the potential in both coordinates, eta and gamma."""
+    _, J, nu, theta, turning, _, error, status = tori
     if stop[0] != 0:
         return
-    work, results, where = np.zeros((ROWS, MOST)), np.zeros((3, RESULTS)), np.zeros((2, 4))
-    small, ends, knots = np.zeros((15, 4)), np.zeros((2, 2)), (knots_1, knots_2, knots_eta, knots_gamma)
-    limits(first, first_p, KINDS[chart, 0], work, ends[0])
-    limits(second, second_p, KINDS[chart, 1], work, ends[1])
-    for k in range(unit * UNIT, min(n, (unit + 1) * UNIT)):
-        results[:], small[:] = 0.0, 0.0  # nothing of the state before it
-        status[k] = _state(
-            chart,
-            first,
-            first_p,
-            second,
-            second_p,
-            eta_V,
-            eta_p,
-            gamma_V,
-            gamma_p,
-            mu,
-            angular,
-            ends,
-            knots,
-            z,
-            k,
-            work,
-            where,
-            small,
-            results,
-            J,
-            nu,
-            theta,
-            turning,
-            constants,
-            error,
-        )
+    scratch = Scratch(np.zeros((ROWS, MOST)), np.zeros((2, 4)), np.zeros((15, 4)), np.zeros((3, RESULTS)))
+    ends, u = np.zeros((2, 2)), scratch.small[1]
+    coordinates = (
+        Coordinate(first, mu, KINDS[chart, 0], u, ends[0]),
+        Coordinate(second, mu, KINDS[chart, 1], u, ends[1]),
+    )
+    angles = Coordinate(eta, mu, LINE, u, u), Coordinate(gamma, mu, LINE, u, u)
+    limits(coordinates[0], scratch.work)
+    limits(coordinates[1], scratch.work)
+    for k in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
+        scratch.results[:], scratch.small[:] = 0.0, 0.0  # nothing of the state before it
+        status[k] = _state(chart, coordinates, angles, angular, tori, k, scratch)
         if status[k] == OK_CODE and not np.isfinite(J[:, k].sum() + nu[:, k].sum() + theta[:, k].sum()):
             status[k] = NOT_CONVERGED_CODE
         if status[k] not in (OK_CODE, ACTION_ZERO_CODE, SEPARATRIX_CODE):

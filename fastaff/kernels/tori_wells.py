@@ -10,6 +10,8 @@ its distances from both ends have all their digits. Narrow wells and small ones 
 difference of large numbers, get F = (s - s1)(s2 - s) G with G from a polynomial and s1, s2 from the state itself.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..base.status import OK_CODE, UNBOUND_CODE
@@ -42,6 +44,28 @@ S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR
 (radius 0: none), panels (0: none)."""
 
 
+class Term(NamedTuple):
+    """A term of a separated potential: its block function with its parameters, and the increasing ratios (places on a
+    line) at which it has narrow features.
+    """
+
+    function: Any
+    params: np.ndarray
+    knots: np.ndarray
+
+
+class Coordinate(NamedTuple):
+    """A separated coordinate: its potential, the mass, its kind, the coefficients u (4,) of its motion, and the limits
+    of U s t at s = 0 and at t = 0 (2,).
+    """
+
+    term: Term
+    mu: float
+    kind: int
+    u: np.ndarray
+    ends: np.ndarray
+
+
 def _fit_tables():
     """Return Chebyshev nodes, the matrix from values there to coefficients, and the one from these to coefficients of
     powers.
@@ -70,9 +94,10 @@ def complement(kind, s):
 
 
 @jit
-def radicands(potential, params, mu, u, kind, n, s, t, F):
+def radicands(coordinate, n, s, t, F):
     """F (n,) at s, t (n,)."""
-    potential(params, n, s, F)
+    term, mu, kind, u = coordinate.term, coordinate.mu, coordinate.kind, coordinate.u
+    term.function(term.params, n, s, F)
     if kind == LINE:
         for k in range(n):
             F[k] = 2 * mu * (u[0] - F[k])
@@ -92,21 +117,22 @@ def set_place(kind, rho, k, work):
 
 
 @jit
-def _radicand(potential, params, mu, u, kind, rho, work):
+def _radicand(coordinate, rho, work):
     """F at one ratio."""
-    set_place(kind, rho, 0, work)
-    radicands(potential, params, mu, u, kind, 1, work[0], work[1], work[2])
+    set_place(coordinate.kind, rho, 0, work)
+    radicands(coordinate, 1, work[0], work[1], work[2])
     return work[2, 0]
 
 
 @jit
-def _scan(potential, params, mu, u, kind, rho, direction, work):
+def _scan(coordinate, rho, direction, work):
     """Step away from rho to negative F: (last point before, that point, steps); steps < 0 where there is none."""
+    kind = coordinate.kind
     inside, steps, factors = rho, 0, FACTORS[0 if direction > 0 else 1]
     while True:
         for k in range(CHUNK):
             set_place(kind, rho + direction * (k + 1) * LINE_STEP if kind == LINE else rho * factors[k], k, work)
-        radicands(potential, params, mu, u, kind, CHUNK, work[0], work[1], work[2])
+        radicands(coordinate, CHUNK, work[0], work[1], work[2])
         for k in range(CHUNK):
             at = rho + direction * (k + 1) * LINE_STEP if kind == LINE else rho * factors[k]
             if not work[2, k] >= 0.0:
@@ -122,16 +148,16 @@ def _scan(potential, params, mu, u, kind, rho, direction, work):
 
 
 @jit
-def _refine(potential, params, mu, u, kind, inside, outside, F_inside, work):
+def _refine(coordinate, inside, outside, F_inside, work):
     """Root of F between a point of F >= 0 and one of F < 0 (or no number), by Chandrupatla's method."""
     if not F_inside > 0.0:
         return inside
-    a, Fa = outside, _radicand(potential, params, mu, u, kind, outside, work)
+    a, Fa = outside, _radicand(coordinate, outside, work)
     b, Fb = inside, F_inside
     portion = 0.5
     for _ in range(120):
         x = a + portion * (b - a)
-        F = _radicand(potential, params, mu, u, kind, x, work)
+        F = _radicand(coordinate, x, work)
         if (F >= 0.0) == (Fa >= 0.0):
             c, Fc = a, Fa
         else:
@@ -160,7 +186,7 @@ def powers(p, x, order):
 
 
 @jit
-def _fit(potential, params, mu, u, kind, side, centre, radius, least, work):
+def _fit(coordinate, side, centre, radius, least, work):
     """Fit powers of x = (s - centre)/radius to F, into work[3], on an interval halved until the fit is exact to
     rounding.
 
@@ -168,6 +194,7 @@ def _fit(potential, params, mu, u, kind, side, centre, radius, least, work):
     left out: second derivatives at the edge would multiply them by the fourth power of their number. Returns the
     radius, 0 where it fell below `least`.
     """
+    mu, kind, u = coordinate.mu, coordinate.kind, coordinate.u
     rounding = 2e-16 * 2 * mu * (abs(u[0]) + abs(u[1]))
     c, p = work[4], work[3]
     while radius > least:
@@ -176,7 +203,7 @@ def _fit(potential, params, mu, u, kind, side, centre, radius, least, work):
         for k in range(FIT):
             work[0, k] = middle + radius * FIT_NODES[k]
             work[1, k] = complement(kind, work[0, k])
-        radicands(potential, params, mu, u, kind, FIT, work[0], work[1], work[2])
+        radicands(coordinate, FIT, work[0], work[1], work[2])
         for k in range(FIT):
             scale += abs(work[2, k])
         if np.isfinite(scale):
@@ -211,15 +238,16 @@ def _divide(p, root):
 
 
 @jit
-def _narrow(potential, params, mu, u, kind, s0, root0, work, out):
+def _narrow(coordinate, s0, root0, work, out):
     """Turning points of a narrow well around s0: True where it is one.
 
     There F is a small difference of large numbers. A polynomial through F on a wider interval is divided by (s - s1)(s2
     - s), which leaves G smooth and exact to rounding however narrow the well is. Its middle m is the root of F', its
     half-width hypot(s0 - m, root0/sqrt(G)): no difference of energies; an equilibrium is the limit.
     """
+    kind = coordinate.kind
     wide = 0.5 * LINE_STEP if kind == LINE else 0.2 * (min(s0, 1 - s0) if kind == SINE else s0)
-    radius = _fit(potential, params, mu, u, kind, -1, s0, wide, 0.02 * wide, work)
+    radius = _fit(coordinate, -1, s0, wide, 0.02 * wide, work)
     if radius == 0.0:
         return False
     p, x = work[3], 0.0
@@ -257,17 +285,18 @@ def _narrow(potential, params, mu, u, kind, s0, root0, work, out):
 
 
 @jit
-def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, speed2, work, out):
+def axis_ends(coordinate, side, x0, root0, speed2, work, out):
     """Turning points of a small well at the axis s = 0 (side 0) or t = 0 (side 1): True where it is one.
 
     Its energy is a small difference too, but with G from a polynomial as in `_narrow` the ends x1, x2 follow without it
     from F(0) = -x1 x2 G(0), which is the angular momentum's, and F(x0) = root0^2: sums of positive terms, exact for any
     amplitude. speed2 is dF/ds of a state on the axis itself, x0 = 0.
     """
+    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
     wide = 0.07 if kind == SINE else (1e6 * x0 if x0 > 0.0 else 1e3)
     least, p, edge = 20 * x0 + 1e-12 * wide, work[3], -1.0 if side == 0 else 1.0
     while True:
-        radius = _fit(potential, params, mu, u, kind, side, 0.0, wide, least, work)
+        radius = _fit(coordinate, side, 0.0, wide, least, work)
         if radius == 0.0:
             return False
         size = 0.0
@@ -313,14 +342,15 @@ def axis_ends(potential, params, mu, u, kind, ends, side, x0, root0, speed2, wor
 
 
 @jit
-def _cancels(mu, u, s, t, root0):
+def _cancels(coordinate, s, t, root0):
     """Whether the energy of the motion is a small difference: F of the state far below the terms it is made of."""
-    return root0 * root0 <= 1e-3 * 2 * mu * (abs(u[0]) + abs(u[1])) * s * t
+    return root0 * root0 <= 1e-3 * 2 * coordinate.mu * (abs(coordinate.u[0]) + abs(coordinate.u[1])) * s * t
 
 
 @jit
-def _nearest(potential, params, mu, u, kind, knots, rho, direction, inside, outside, steps, work):
+def _nearest(coordinate, rho, direction, inside, outside, steps, work):
     """Look for a turning point at the knots on the way to the one of `_scan`, which is returned where there is none."""
+    knots = coordinate.term.knots
     last, first = rho, int(np.searchsorted(knots, rho))
     for i in range(knots.size):
         k = first + i if direction > 0 else first - 1 - i
@@ -328,7 +358,7 @@ def _nearest(potential, params, mu, u, kind, knots, rho, direction, inside, outs
             break
         if knots[k] == rho:
             continue
-        if not _radicand(potential, params, mu, u, kind, knots[k], work) >= 0.0:
+        if not _radicand(coordinate, knots[k], work) >= 0.0:
             return last, knots[k], 1 if last == rho else 2
         last = knots[k]
     # The point inside that is nearest to the turning point.
@@ -340,11 +370,9 @@ def _nearest(potential, params, mu, u, kind, knots, rho, direction, inside, outs
 
 
 @jit
-def turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, speed2, work, out):
-    """Find the turning points around s0, t0, where F = root0^2 (root0 < 0 or > 0 for the direction); returns a status.
-
-    knots: increasing ratios (places on a line) at which the potential has narrow features.
-    """
+def turning_points(coordinate, s0, t0, root0, speed2, work, out):
+    """Find the turning points around s0, t0, where F = root0^2, root0 < 0 or > 0 by the direction; returns a status."""
+    kind, u, ends, knots = coordinate.kind, coordinate.u, coordinate.ends, coordinate.term.knots
     out[RADIUS], out[PANELS] = 0.0, 0.0
     falls = kind != LINE and u[3] > ends[0]
     rare = knots.size == 0
@@ -354,37 +382,37 @@ def turning_points(potential, params, mu, u, kind, ends, knots, s0, t0, root0, s
         and not falls
         and np.isfinite(ends[0])
         and (kind != SINE or s0 < SMALL)
-        and _cancels(mu, u, s0, t0, root0)
+        and _cancels(coordinate, s0, t0, root0)
     ):
-        if axis_ends(potential, params, mu, u, kind, ends, 0, s0, root0, speed2, work, out):
+        if axis_ends(coordinate, 0, s0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
-    if rare and kind == SINE and t0 < SMALL and np.isfinite(ends[1]) and _cancels(mu, u, s0, t0, root0):
-        if axis_ends(potential, params, mu, u, kind, ends, 1, t0, root0, speed2, work, out):
+    if rare and kind == SINE and t0 < SMALL and np.isfinite(ends[1]) and _cancels(coordinate, s0, t0, root0):
+        if axis_ends(coordinate, 1, t0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
     if kind != LINE:
         s0, t0 = max(s0, 1e-59), max(t0, 1e-59)
     rho = s0 / t0 if kind == SINE else s0
-    below, under, down = _scan(potential, params, mu, u, kind, rho, -1, work)
-    above, over, up = _scan(potential, params, mu, u, kind, rho, +1, work)
+    below, under, down = _scan(coordinate, rho, -1, work)
+    above, over, up = _scan(coordinate, rho, +1, work)
     if knots.size > 0:
-        below, under, down = _nearest(potential, params, mu, u, kind, knots, rho, -1, below, under, down, work)
-        above, over, up = _nearest(potential, params, mu, u, kind, knots, rho, +1, above, over, up, work)
+        below, under, down = _nearest(coordinate, rho, -1, below, under, down, work)
+        above, over, up = _nearest(coordinate, rho, +1, above, over, up, work)
     smooth = knots.size == 0 or np.searchsorted(knots, rho / WIDER) == np.searchsorted(knots, rho * WIDER)
     if kind == LINE:
         smooth = np.searchsorted(knots, rho - LINE_STEP) == np.searchsorted(knots, rho + LINE_STEP)
-    if smooth and down == 1 and up == 1 and _narrow(potential, params, mu, u, kind, s0, root0, work, out):
+    if smooth and down == 1 and up == 1 and _narrow(coordinate, s0, root0, work, out):
         return OK_CODE
     if (up < 0 and kind != SINE) or (down < 0 and (kind == LINE or falls)):
         return UNBOUND_CODE
     low, high = 0.0, np.inf
     if down > 0:
-        F = root0 * root0 if down == 1 else _radicand(potential, params, mu, u, kind, below, work)
-        low = _refine(potential, params, mu, u, kind, below, under, F, work)
+        F = root0 * root0 if down == 1 else _radicand(coordinate, below, work)
+        low = _refine(coordinate, below, under, F, work)
     if up > 0:
-        F = root0 * root0 if up == 1 else _radicand(potential, params, mu, u, kind, above, work)
-        high = _refine(potential, params, mu, u, kind, above, over, F, work)
+        F = root0 * root0 if up == 1 else _radicand(coordinate, above, work)
+        high = _refine(coordinate, above, over, F, work)
     set_place(kind, low, 0, work)
     out[S1], out[T1] = work[0, 0], work[1, 0]
     set_place(kind, high if high < np.inf else 1.0, 0, work)

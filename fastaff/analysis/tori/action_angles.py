@@ -20,6 +20,7 @@ from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...flows.flow import Report, launch
 from ...kernels import tori_closed, tori_inverse, tori_quadrature
+from ...kernels.tori_closed import Tori
 from ...models import Barriers, Oscillator, Spring, Zero
 from ...models.contracts import Model
 from .separation import Separated, separate
@@ -118,21 +119,21 @@ def action_angles(
     J, nu, theta, constants = np.full((4, 4, n), np.nan)
     turning, error = np.full((2, 3, n), np.nan), np.full(n, np.nan)
     status = np.full(n, int(Status.INTERRUPTED))
-    out = (z, J, nu, theta, turning, constants, error, status)
+    out = Tori(z, J, nu, theta, turning, constants, error, status)
     with keeping("action_angles", lambda: _assembled(separated, out)):
         closed = _closed_form(separated)
         if closed is not None:
             kernel, parameters = closed
-            _run(kernel, (separated.mu, *parameters, *out), n, tori_closed.UNIT, threads, report)
+            _run(kernel, (separated.mu, *parameters, out), n, tori_closed.UNIT, threads, report)
         else:
             angular = np.array([not isinstance(V, Zero) for V in separated.angular], np.int64)
-            functions = (*separated.blocks(), *separated.angular_blocks())
-            arguments = (*functions, separated.mu, angular, *separated.knots(), *out)
+            terms = *separated.terms(), *separated.angular_terms()
+            arguments = separated.family.number, *terms, separated.mu, angular, out
             _run(tori_quadrature.tori_by_quadrature, arguments, n, tori_quadrature.UNIT, threads, report)
     return _assembled(separated, out)
 
 
-def _assembled(separated: Separated, out: tuple[np.ndarray, ...]) -> ActionAngles:
+def _assembled(separated: Separated, out: Tori) -> ActionAngles:
     """Return the tori of what a kernel has written; the angles of planes become those of spin and vorticity."""
     z, J, nu, theta, turning, constants, error, status = out
     primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
@@ -436,20 +437,8 @@ def _invert(
     if near is not None:
         start[:] = _start(separated, near)
     wells, (nu, energy, status) = np.ones(n, np.int64), out
-    known = separated.knots()[:2]
-    arguments = (
-        *separated.blocks(),
-        separated.mu,
-        *known,
-        spins,
-        theta,
-        start,
-        z,
-        nu,
-        energy,
-        wells,
-        status,
-    )
+    sought = tori_inverse.Sought(spins, theta, start, z, nu, energy, wells, status)
+    arguments = separated.family.number, *separated.terms(), separated.mu, sought
     _run(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
     several = np.flatnonzero(wells > 1)
     if several.size and near is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from ...base.numbers import shown
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import NATURAL, checked_function, checked_model, phase_points
+from ...kernels.tori_wells import Term
 from ...models import Zero
 from ...models.contracts import isotropic, planar
 from ...models.regular_variables import in_regular_variable
@@ -43,23 +43,14 @@ class Separated:
         """Names of the four constants of motion in involution."""
         return (*self.family.constants, *(("p_phi", "p_psi") if self.isotropic else ("c_eta", "c_gamma")))
 
-    def blocks(self) -> tuple[Any, ...]:
-        """Return what kernels need of the chart: its number, block function and parameters of both coordinates'
-        potentials.
-        """
+    def terms(self) -> list[Term]:
+        """Return the terms of the potential in both coordinates, as kernels see them."""
         pairs = zip(self.functions, self.family.variables, strict=True)
-        return self.family.number, *_blocks(in_regular_variable(V, variable) for V, variable in pairs)
+        return [_term(in_regular_variable(V, variable), knots(V, variable)) for V, variable in pairs]
 
-    def angular_blocks(self) -> tuple[Any, ...]:
-        """Return block function and parameters of the angles' potentials."""
-        return _blocks(self.angular)
-
-    def knots(self) -> tuple[np.ndarray, ...]:
-        """Return the knots of the potentials of both coordinates, and of those of eta and gamma: where they have narrow
-        features.
-        """
-        own = [knots(V, variable) for V, variable in zip(self.functions, self.family.variables, strict=True)]
-        return (*own, *map(knots_around, self.angular))
+    def angular_terms(self) -> list[Term]:
+        """Return those in eta and gamma."""
+        return [_term(V, knots_around(V)) for V in self.angular]
 
     def turning_points(self, s: np.ndarray) -> np.ndarray:
         """Return both coordinates (2, ...) of their regular variables."""
@@ -67,8 +58,8 @@ class Separated:
         return np.array([variable.value(at) for variable, at in zip(variables, s, strict=True)])
 
 
-def _blocks(functions: Iterable[Any]) -> tuple[Any, ...]:
-    return tuple(part for V in functions for part in (function_block(V), parameters(V)))
+def _term(V: Any, places: np.ndarray) -> Term:
+    return Term(function_block(V), parameters(V), places)
 
 
 def separate(body: Any, chart: Any = None) -> Separated:
