@@ -81,7 +81,7 @@ def test_spectra_are_fourier_transforms_of_weighted_loops():
     for orbit, n in ((0, 60), (1, 96), (2, 60)):  # a row that grows
         first = s.start[orbit]
         s.numbers[first : first + n] = 0.7 * np.arange(n) + 0.1 * np.sin(np.arange(n))
-    spectra, start, _, moving, drift, centre, size = fundamental._spectra(s, 2, 2)
+    spectra, start, _, (drift, centre, size, moving) = fundamental._spectra(s, 2, 2)
     assert moving.all()
     np.testing.assert_allclose(drift[:, 0], 0.7, rtol=1e-2)
     for orbit, n in ((0, 60), (1, 96), (2, 60)):
@@ -125,7 +125,7 @@ def test_demodulated_sums_are_sums():
     nu = rng.uniform(0.1, 0.4, (3, 2)) / s.interval[:, None]
     sums = np.zeros((3, 2, 18), complex)
     weights, places = (tables_for(make, s.samples) for make in (demodulated._weights, demodulated._places))
-    arguments = s.ragged, s.samples, *loops, nu, s.interval, *weights, *places, sums
+    arguments = s.ragged, s.samples, loops, nu, s.interval, weights, places, sums
     fundamental.run(demodulated.demodulation.demodulate, 3, arguments, 2)
     for orbit in range(3):
         n = int(s.samples[orbit])
@@ -186,7 +186,8 @@ def test_moments_of_lines_are_weighted_sums():
     drift, centre, units = rng.normal(size=(3, 3, 4))
     rank, nu = np.array([2, 1, 0]), rng.uniform(0.05, 0.3, (3, 2)) / interval[:, None]
     moments, gram = np.zeros((3, 4, 2), complex), np.zeros((3, 4, 4))
-    arguments = s.ragged, n, *tables_for(cosine_window, n), interval, drift, centre, units, rank, nu, moments, gram
+    scaling = drift, centre, units
+    arguments = s.ragged, n, tables_for(cosine_window, n), interval, scaling, rank, nu, moments, gram
     fundamental.run(kernels.project, 3, arguments, 2)
     for orbit in range(3):
         j, r = np.arange(n[orbit]), rank[orbit]
@@ -202,12 +203,11 @@ def test_moments_of_lines_are_weighted_sums():
 
 def test_aliased_harmonics_are_no_generators():
     """A line at 5 nu - rate, nu = 23: with the rate it is a harmonic, without it a frequency."""
-    tables, sizes = tables_of(2)
     value, bar = np.array([23.0, 5 * 23.0 - 96.0, 7.3]), np.full(3, 1e-6)
 
     def found(rate):
         basis, spread, source = np.zeros(2), np.zeros(2), np.full(2, -1)
-        rank = kernels.generate(value, bar, 3, 2, tables, sizes, rate, basis, spread, source)
+        rank = kernels.generate(value, bar, 3, 2, tables_of(2), rate, basis, spread, source)
         return list(basis[:rank])
 
     assert found(96.0) == [23.0, 7.3]

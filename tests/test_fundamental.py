@@ -33,7 +33,7 @@ from fastaff import (
 )
 from fastaff.analysis import Character, NaffLines
 from fastaff.analysis.frequencies.frequencies import FrequencyKind
-from fastaff.kernels.fundamental import angle_of
+from fastaff.compile.plane_loops import angle_of
 
 LETTERS = "abcdef"
 

@@ -21,7 +21,7 @@ from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import AdaptiveSteps, FixedSteps, run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
-from ..kernels.stepping import Blocks, Tables
+from ..kernels.stepping import Blocks, Coefficients
 from ..models.contracts import Kind, damped, dimension, driven, kind_of, moving
 from ..models.mechanics import energies, kinetic_energies, slopes, turns
 from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
@@ -174,11 +174,11 @@ class Flow:
             guess = np.full_like(guess, 1e-3 * self.model.period)
         return np.where(np.isfinite(self.step), self.step, guess)
 
-    def _tables(self) -> Tables:
+    def _coefficients(self) -> Coefficients:
         scheme = self.scheme
         if isinstance(scheme, Splitting):
-            return Tables(scheme.drift_array, scheme.kick_array, precise=self.precise, spare=self.spare)
-        return Tables(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
+            return Coefficients(scheme.drift_array, scheme.kick_array, precise=self.precise, spare=self.spare)
+        return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
 
     def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
         """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
@@ -356,7 +356,7 @@ class Flow:
             renew=self.vectors > 0,
         )
         blocks, under_way = self._blocks("check"), ensemble.orbits(memory, out)
-        arguments = blocks, self._tables(), observer.bound, steps, unit, under_way
+        arguments = blocks, self._coefficients(), observer.bound, steps, unit, under_way
         launch(run_adaptive, arguments, units(orbits, unit), float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
@@ -375,7 +375,7 @@ class Flow:
         solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill, solo=solo)
         blocks = self._blocks("inside", "check", solo=solo)
-        arguments = blocks, self._tables(), observer.bound, steps, unit, ensemble.orbits(memory, out)
+        arguments = blocks, self._coefficients(), observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:
             work = float((total - ensemble.count).sum())
             launch(run_fixed, arguments, units(orbits, unit), work, self.threads, report, work)
@@ -389,14 +389,14 @@ class Flow:
         certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
         where = np.concatenate([where[certain], where[~certain]])  # whose search takes longer
         function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
-        arguments = self._blocks(), self._tables(), function, float(section.direction), records, where
+        arguments = self._blocks(), self._coefficients(), function, float(section.direction), records, where
         steps = float(crossings.USUAL * where.size)
         launch(crossings.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
         table = np.array(z, order="C")
-        arguments = self._blocks(), self._tables(), steps, table
+        arguments = self._blocks(), self._coefficients(), steps, table
         launch(crossings.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels.drive import FixedSteps, run_fixed
-from ..kernels.stepping import Tables
+from ..kernels.stepping import Coefficients
 from . import observers
 from .ensemble import Ensemble
 from .flow import Flow, blocks_of, launch, no_memory, units
@@ -31,7 +31,7 @@ def summed(flow: Flow, kind: str, ensemble: Ensemble, weights: np.ndarray) -> No
     total, unit = np.full(orbits, going[0] + iterates), flow.unit(orbits)
     arguments = (
         blocks_of(flow.model, splitting=kind, inside="inside", check="check"),
-        Tables(np.ascontiguousarray(weights).ravel(), np.zeros(1)),
+        Coefficients(np.ascontiguousarray(weights).ravel(), np.zeros(1)),
         observers.nothing().bound,
         FixedSteps(np.ones(orbits), total, total, np.arange(orbits)),
         unit,

@@ -213,14 +213,14 @@ def narrowed(i, x1, f1, x2, f2, x3, f3, tau, f, whole, last, sweeps):
 def fractional(flow, lanes, start, tau, z, k, work, f):
     """Set z to the state a fractional step tau[i] after start, and f to the section function there.
 
-    flow: the blocks of the model, the tables of the scheme, the bound section, the rows of a state.
+    flow: the blocks of the model, the coefficients of the scheme, the bound section, the rows of a state.
     """
-    blocks, tables, section, rows = flow
+    blocks, scheme, section, rows = flow
     for j in range(rows * LANES):
         z[j] = start[j]
     for j in range(rows * LANES, z.size):
         z[j] = 0.0
-    advance(blocks, tables, rows, lanes, tau, 1, z, k, work)
+    advance(blocks, scheme, rows, lanes, tau, 1, z, k, work)
     section.function(section.parameters, lanes, z, f)
 
 
@@ -311,23 +311,23 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     return returns
 
 
-def shift(unit, stop, progress, blocks, tables, tau, table):
+def shift(unit, stop, progress, blocks, scheme, tau, table):
     """Advance the columns of table (rows, orbits) of a block by one step of tau[orbit] each."""
     rows, orbits = table.shape
     first = unit * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z, k = room((3 if tables.precise else 1) * rows + tables.spare), room(tables.b.size * rows)
+    z, k = room((3 if scheme.precise else 1) * rows + scheme.spare), room(scheme.b.size * rows)
     step, work = room(1), room(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
         step[i] = tau[first + i]
-    advance(blocks, tables, rows, lanes, step, 1, z, k, work)
+    advance(blocks, scheme, rows, lanes, step, 1, z, k, work)
     for i in range(lanes):
         store_lane(z, i, table, first + i)
     write_now(progress, unit, lanes)
 
 
-def locate(unit, stop, progress, blocks, tables, section, direction, records, where):
+def locate(unit, stop, progress, blocks, scheme, section, direction, records, where):
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
     Every lane has a bracket of its own, and lanes that have converged make room. A suspected pair is first split at the
@@ -338,7 +338,7 @@ def locate(unit, stop, progress, blocks, tables, section, direction, records, wh
     size = rows * LANES
     first = unit * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = room((3 if tables.precise else 1) * rows + tables.spare), room(rows), room(tables.b.size * rows)
+    z, work, k = room((3 if scheme.precise else 1) * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
     own = room(rows + BRACKET)
     start = own[:size]
     x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)
@@ -352,7 +352,7 @@ def locate(unit, stop, progress, blocks, tables, section, direction, records, wh
         f2[i] = records[o, RECORD.beyond]
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
-    flow = blocks, tables, section, rows
+    flow = blocks, scheme, section, rows
     section.function(section.parameters, lanes, start, f1)
     pairs = split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
     if pairs + leave_section(flow, lanes, start, kind, x1, x2, z, k, work) > 0:

@@ -1,18 +1,38 @@
-"""Kernels of demodulated loops: weighted sums of a loop times exp(-2 pi i nu t), whose ratios say by how much its line
-is off nu.
+"""Kernels of loops: their values, their mean rates, and demodulated, weighted sums of a loop times exp(-2 pi i nu t),
+whose ratios say by how much its line is off nu.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, fill_turns, rows_of
+from ..compile.plane_loops import angle_of
+from .fundamental import BLOCK, fill_turns, rows_of, weighted_sum
 
 CHUNK, PARTS = 512, BLOCK // 4
 """Samples of a loop that are demodulated at once, and partial sums."""
+
+
+class Loops(NamedTuple):
+    """Loops c . s - offset - drift j of signals s at sample j: c (orbits, loops, rows), offset, drift (orbits,
+    loops).
+    """
+
+    c: np.ndarray
+    offset: np.ndarray
+    drift: np.ndarray
+
+    def of(self, loops: slice) -> Loops:
+        """Return some of the loops."""
+        return Loops(*(entry[:, loops] for entry in self))
+
+    def complexes(self) -> Loops:
+        """Return them as kernels take them."""
+        return Loops(*(np.ascontiguousarray(entry, dtype=np.complex128) for entry in self))
 
 
 @jit
@@ -54,41 +74,24 @@ def add_rows(c, s, begin, end, re, im):
         r = other + 1
 
 
-def demodulate(
-    unit,
-    stop,
-    progress,
-    signals,
-    samples,
-    loops,
-    offset,
-    drift,
-    nu,
-    interval,
-    tables,
-    table_start,
-    places,
-    place_start,
-    sums,
-):
-    """Fill sums (orbits, loops, sums) with sum_j w_j f_j exp(-2 pi i nu t_j) of the loops f = c . s - offset - drift j
-    of an orbit.
+def demodulate(unit, stop, progress, signals, samples, loops, nu, interval, windows, places, sums):
+    """Fill sums (orbits, loops, sums) with sum_j w_j f_j exp(-2 pi i nu t_j) of the loops f of an orbit.
 
-    signals: the s of all, see `rows_of`, of which the first samples (orbits,) are taken; loops
-    (orbits, loops, rows); nu (orbits, loops) in cycles per unit time, interval (orbits,); places, from an orbit's
-    place_start on (sums, 3): where in tables, from its table_start on, the weights w of a sum are, at which sample they
-    begin and how many they are; time counts from the first sample. A loop with nu = 0 has sums of 0.
+    signals: the s of all, see `rows_of`, of which the first samples (orbits,) are taken; nu (orbits, loops) in cycles
+    per unit time, interval (orbits,); places, tables (sums, 3): where among the windows of an orbit the weights w of a
+    sum are, at which sample they begin and how many they are; time counts from the first sample. A loop with nu = 0 has
+    sums of 0.
     """
     if read_now(stop, 0) > 0:
         return
     s, length, used = rows_of(signals, unit), samples[unit], sums.shape[2]
-    weights, place = tables[table_start[unit] :], places[place_start[unit] :]
+    weights, place = windows.numbers[windows.start[unit] :], places.numbers[places.start[unit] :]
     re, im, partial = np.empty(CHUNK), np.empty(CHUNK), np.empty((used, 2, PARTS))
     u, v, p, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    for k in range(loops.shape[1]):
+    for k in range(loops.c.shape[1]):
         if nu[unit, k] == 0.0:
             continue
-        c, a, b = loops[unit, k], offset[unit, k], drift[unit, k]
+        c, a, b = loops.c[unit, k], loops.offset[unit, k], loops.drift[unit, k]
         turn = 2.0 * math.pi * nu[unit, k] * interval[unit]
         partial[:] = 0.0
         fill_turns(-turn, u, v)
@@ -118,4 +121,61 @@ def demodulate(
                     add_products(weights[own + begin : own + end], re[begin:end], im[begin:end], partial[w])
         for w in range(used):
             sums[unit, k, w] = complex(partial[w, 0].sum(), partial[w, 1].sum())
+    progress[unit] = 1.0
+
+
+@jit
+def loop_angles(s, c, offset, drift, samples, re, im, angles):
+    """Fill angles (samples - 1,) with the angle from each value of the loop  c . s - offset - drift j  to the next.
+
+    re, im (samples,): scratch for the values.
+    """
+    for i in range(samples):
+        re[i] = -offset.real - drift.real * i
+        im[i] = -offset.imag - drift.imag * i
+    for r in range(c.size):
+        a, b, row = c[r].real, c[r].imag, s[r]
+        if a != 0.0 or b != 0.0:
+            for i in range(samples):
+                re[i] += a * row[i]
+                im[i] += b * row[i]
+    for i in range(samples - 1):
+        x = re[i + 1] * re[i] + im[i + 1] * im[i]
+        y = im[i + 1] * re[i] - re[i + 1] * im[i]
+        angles[i] = angle_of(x, y)
+
+
+def turn(unit, stop, progress, signals, samples, loops, windows, rates):
+    """Fill rates (orbits, loops, windows) with weighted mean angles per sample of the loops of an orbit.
+
+    signals (orbits, rows, >= samples); windows (1 or orbits, windows, samples - 1), each
+    of sum 1.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    table = windows[unit % windows.shape[0]]
+    angles, re, im, sums = np.empty(samples - 1), np.empty(samples), np.empty(samples), np.empty(BLOCK)
+    for k in range(loops.c.shape[1]):
+        offset, drift = loops.offset[unit, k], loops.drift[unit, k]
+        loop_angles(signals[unit], loops.c[unit, k], offset, drift, samples, re, im, angles)
+        for w in range(table.shape[0]):
+            rates[unit, k, w] = weighted_sum(table[w], angles, sums)
+    progress[unit] = 1.0
+
+
+def loop_values(unit, stop, progress, signals, orbits, number, loops, values):
+    """Fill values (values, samples) with those of loops given by their orbits (values,) and numbers (values,) in these;
+    signals: the s of all, see `rows_of`.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    o, k, value = orbits[unit], number[unit], values[unit]
+    s, samples = rows_of(signals, o), value.size
+    for i in range(samples):
+        value[i] = -loops.offset[o, k] - loops.drift[o, k] * i
+    for r in range(s.shape[0]):
+        c, row = loops.c[o, k, r], s[r]
+        if c != 0.0:
+            for i in range(samples):
+                value[i] += c * row[i]
     progress[unit] = 1.0

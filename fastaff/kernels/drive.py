@@ -76,7 +76,7 @@ class FixedSteps(NamedTuple):
     solo: bool = False
 
 
-def run_fixed(u, stop, progress, blocks, tables, observer, steps, unit, orbits):
+def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     """Advance unit u of the orbits by fixed steps.
 
     That orbits are in the domain is checked at every step; their escape radii and kinetic energies are looked at at
@@ -89,10 +89,10 @@ def run_fixed(u, stop, progress, blocks, tables, observer, steps, unit, orbits):
     z0, count, kinetic0, status = orbits.z, orbits.taken, orbits.kinetic, orbits.status
     radius, memory0, out = orbits.radius, orbits.memory, orbits.out
     rows, memory_rows = z0.shape[0], memory0.shape[0]
-    state_rows = 3 * rows if tables.precise else rows
+    state_rows = 3 * rows if scheme.precise else rows
     following, end = u * unit, min((u + 1) * unit, z0.shape[1])
-    block, work, memory = room(state_rows + tables.spare), room(rows), room(memory_rows)
-    k = room(tables.b.size * rows)
+    block, work, memory = room(state_rows + scheme.spare), room(rows), room(memory_rows)
+    k = room(scheme.b.size * rows)
     z = block[: state_rows * LANES]
     t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
     kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
@@ -124,9 +124,9 @@ def run_fixed(u, stop, progress, blocks, tables, observer, steps, unit, orbits):
             for i in range(lanes):
                 quiet = min(quiet, left[i])
             if solo:
-                taken = blocks.march(params, tables.drift, tables.kick, h[0], quiet, block)
+                taken = blocks.march(params, scheme.drift, scheme.kick, h[0], quiet, block)
             else:
-                taken = advance(blocks, tables, rows, lanes, h, quiet, block, k, work)
+                taken = advance(blocks, scheme, rows, lanes, h, quiet, block, k, work)
             ran += taken
             due = 0
             for i in range(lanes):
@@ -298,7 +298,7 @@ def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
     return ended
 
 
-def run_adaptive(u, stop, progress, blocks, tables, observer, steps, unit, orbits):
+def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     """Advance the orbits of unit u from their times to steps.until with step control of each orbit's own, the lanes
     always refilled.
 
@@ -307,7 +307,7 @@ def run_adaptive(u, stop, progress, blocks, tables, observer, steps, unit, orbit
     """
     params, derivative, check = blocks.params, blocks.derivative, blocks.check
     observe, numbers, calls = observer
-    a, b, cadence = tables.a, tables.b, steps.cadence
+    a, b, cadence = scheme.a, scheme.b, steps.cadence
     z0, time0, attempts, step0, ticks0, kinetic0, radius, status, memory0, out = orbits
     rows = z0.shape[0]
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
@@ -349,7 +349,7 @@ def run_adaptive(u, stop, progress, blocks, tables, observer, steps, unit, orbit
         for r in range(rows):
             for i in range(lanes):
                 new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
-        error_norm(rows, lanes, steps, tables.errors, h, z, new, k, work, work2, norm)
+        error_norm(rows, lanes, steps, scheme.errors, h, z, new, k, work, work2, norm)
         for i in range(lanes):
             reached[i] = kinetic[i]
         check(params, lanes, bound, new, code, reached)
@@ -381,7 +381,7 @@ def run_adaptive(u, stop, progress, blocks, tables, observer, steps, unit, orbit
                     inside += 1
             if inside > 0:
                 runge_kutta_stages(blocks, a, stages, a.shape[0], rows, lanes, h, z, k, work)
-                ended += observe_dense(observer, tables.dense, rows, lanes, cadence, block, work2, out)
+                ended += observe_dense(observer, scheme.dense, rows, lanes, cadence, block, work2, out)
         for i in range(lanes):
             if fresh[i] > 0.0:
                 kinetic[i] = reached[i]

@@ -1,4 +1,4 @@
-"""Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines, mean turning rates of loops.
+"""Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines.
 
 A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, go from the short to
 the long ones, see `relate`.
@@ -7,11 +7,11 @@ the long ones, see `relate`.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compile.jit import LANES, jit, read_now
-from ..compile.plane_loops import angle_of
 from ..compile.pointers import Calls, call_value
 
 ACCIDENTAL = 0.05
@@ -27,6 +27,42 @@ ABREAST = 16
 
 DENOMINATORS = 4
 """Largest m of a relation m nu = k . basis that refines a lattice."""
+
+
+class Vectors(NamedTuple):
+    """Tables of integer vectors of ranks 1, 2, ..., see `relate`, and how many each has (ranks, 2), all and short."""
+
+    tables: np.ndarray
+    sizes: np.ndarray
+
+
+class Lattice(NamedTuple):
+    """Lattices of lines: ranks (orbits,), generators with their errors, and their numbers among the lines, -1 for what
+    is no line (orbits, m).
+    """
+
+    rank: np.ndarray
+    nu: np.ndarray
+    spread: np.ndarray
+    source: np.ndarray
+
+
+class Tables(NamedTuple):
+    """Tables for different numbers of samples, one after the other: an orbit's begins at its `start`."""
+
+    numbers: np.ndarray
+    start: np.ndarray
+
+
+class Rows(NamedTuple):
+    """Rows of orbits by pairs Q, P: by how much they grow from sample to sample, their means without that, and sizes
+    (orbits, 2m), and which of the loops Q - i P move (orbits, m).
+    """
+
+    drift: np.ndarray
+    centre: np.ndarray
+    size: np.ndarray
+    moving: np.ndarray
 
 
 @jit
@@ -110,12 +146,13 @@ def refine(m, k, rank, value, bar, line, basis, spread, source):
 
 
 @jit
-def generate(value, bar, count, most, tables, sizes, rate, basis, spread, source):
+def generate(value, bar, count, most, vectors, rate, basis, spread, source):
     """Find at most `most` generators of the lattice of lines, the first ones trusted most; return their number.
 
     A line that is k . basis is in, also modulo the rate of samples; one with m value = k . basis refines the lattice;
     any other adds a generator while there is room.
     """
+    tables, sizes = vectors
     rank = 0
     k = np.zeros(most, np.int64)
     for line in range(count):
@@ -148,21 +185,11 @@ def generate(value, bar, count, most, tables, sizes, rate, basis, spread, source
     return rank
 
 
-def generators(unit, stop, progress, value, bar, count, tables, sizes, rate, rank, basis, spread, source):
+def generators(unit, stop, progress, value, bar, count, vectors, rate, lattice):
     """Run `generate` on the lines (orbits, lines) of an orbit of samples at this rate (orbits,)."""
     if read_now(stop, 0) == 0:
-        rank[unit] = generate(
-            value[unit],
-            bar[unit],
-            count[unit],
-            basis.shape[1],
-            tables,
-            sizes,
-            rate[unit],
-            basis[unit],
-            spread[unit],
-            source[unit],
-        )
+        lines, nu, spread, source = count[unit], lattice.nu[unit], lattice.spread[unit], lattice.source[unit]
+        lattice.rank[unit] = generate(value[unit], bar[unit], lines, nu.size, vectors, rate[unit], nu, spread, source)
         progress[unit] = 1.0
 
 
@@ -295,12 +322,12 @@ def growth(row, tables, rest, sums):
     return mean if abs(mean) * samples > 2.0 * (high - low) else 0.0
 
 
-def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops, drift, centre, size, moving):
+def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops, found):
     """Fill rows (orbits, 2m, samples) with the first samples of the signals without drift and mean, in units of their
-    size, and loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest.
-
-    window (samples,) of sum 1; drift, centre, size (orbits, 2m), moving (orbits, m): what was found.
+    size, and loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest; and what was found of them,
+    see `Rows`. window (samples,): of sum 1.
     """
+    drift, centre, size, moving = found
     if read_now(stop, 0) > 0:
         return
     samples, scratch, sums = window.size, np.empty(window.size), np.empty(BLOCK)
@@ -335,34 +362,19 @@ def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops,
     progress[unit] = 1.0
 
 
-def project(
-    unit,
-    stop,
-    progress,
-    signals,
-    samples,
-    tables,
-    table_start,
-    interval,
-    drift,
-    centre,
-    units,
-    rank,
-    nu,
-    moments,
-    gram,
-):
+def project(unit, stop, progress, signals, samples, windows, interval, scaling, rank, nu, moments, gram):
     """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t), and the lines' own (orbits, 2n, 2n).
 
-    signals: see `rows_of`, of which the first samples (orbits,) are taken, without drift and centre, times units
-    (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; the window (samples,), from an
-    orbit's table_start on, sums to 1 and is symmetric, so their products are real; time counts from its middle.
+    signals: see `rows_of`, of which the first samples (orbits,) are taken, in the scaling: without drift and centre,
+    over sizes (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; a window sums to 1 and is
+    symmetric, so their products are real; time counts from its middle.
     """
     if read_now(stop, 0) > 0:
         return
     own, r, n = rows_of(signals, unit), rank[unit], moments.shape[1]
     length, P, G = samples[unit], moments[unit], gram[unit]
-    window = tables[table_start[unit] : table_start[unit] + length]
+    window = windows.numbers[windows.start[unit] : windows.start[unit] + length]
+    drift, centre, units = scaling
     wave, cosine, sine, row = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK)), np.empty(BLOCK)
     sums, pairs = np.zeros((r, n, 2, BLOCK)), np.zeros((r, r, 2, BLOCK))
     for k in range(r):
@@ -406,51 +418,13 @@ def project(
     progress[unit] = 1.0
 
 
-@jit
-def loop_angles(s, c, offset, drift, samples, re, im, angles):
-    """Fill angles (samples - 1,) with the angle from each value of the loop  c . s - offset - drift j  to the next.
-
-    re, im (samples,): scratch for the values.
-    """
-    for i in range(samples):
-        re[i] = -offset.real - drift.real * i
-        im[i] = -offset.imag - drift.imag * i
-    for r in range(c.size):
-        a, b, row = c[r].real, c[r].imag, s[r]
-        if a != 0.0 or b != 0.0:
-            for i in range(samples):
-                re[i] += a * row[i]
-                im[i] += b * row[i]
-    for i in range(samples - 1):
-        x = re[i + 1] * re[i] + im[i + 1] * im[i]
-        y = im[i + 1] * re[i] - re[i + 1] * im[i]
-        angles[i] = angle_of(x, y)
-
-
-def turn(unit, stop, progress, signals, samples, loops, offset, drift, windows, rates):
-    """Fill rates (orbits, loops, windows) with weighted mean angles per sample of the loops  c . s - offset - drift j
-    of an orbit.
-
-    signals (orbits, rows, >= samples); loops (orbits, loops, rows); windows (1 or orbits, windows, samples - 1), each
-    of sum 1.
-    """
-    if read_now(stop, 0) > 0:
-        return
-    table = windows[unit % windows.shape[0]]
-    angles, re, im, sums = np.empty(samples - 1), np.empty(samples), np.empty(samples), np.empty(BLOCK)
-    for k in range(loops.shape[1]):
-        loop_angles(signals[unit], loops[unit, k], offset[unit, k], drift[unit, k], samples, re, im, angles)
-        for w in range(table.shape[0]):
-            rates[unit, k, w] = weighted_sum(table[w], angles, sums)
-    progress[unit] = 1.0
-
-
-def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k):
+def combinations(unit, stop, progress, value, bar, nu, spread, vectors, k):
     """Fill k (orbits, m, m) with integers such that value = k @ nu (orbits, m), where a short vector does; nu = 0 has
     no part.
     """
     if read_now(stop, 0) > 0:
         return
+    tables, sizes = vectors
     m = value.shape[1]
     basis, width, where = np.zeros(m), np.zeros(m), np.zeros(m, np.int64)
     rank, found = 0, np.zeros(m, np.int64)
@@ -476,22 +450,4 @@ def combinations(unit, stop, progress, value, bar, nu, spread, tables, sizes, k)
         ):
             for i in range(rank):
                 k[unit, j, where[i]] = found[i]
-    progress[unit] = 1.0
-
-
-def loop_values(unit, stop, progress, signals, orbits, number, loops, offset, drift, values):
-    """Fill values (values, samples) with those of the loops  c . s - offset - drift j  given by their orbits (values,)
-    and numbers (values,) in these; signals: the s of all, see `rows_of`.
-    """
-    if read_now(stop, 0) > 0:
-        return
-    o, k, value = orbits[unit], number[unit], values[unit]
-    s, samples = rows_of(signals, o), value.size
-    for i in range(samples):
-        value[i] = -offset[o, k] - drift[o, k] * i
-    for r in range(s.shape[0]):
-        c, row = loops[o, k, r], s[r]
-        if c != 0.0:
-            for i in range(samples):
-                value[i] += c * row[i]
     progress[unit] = 1.0

@@ -9,11 +9,12 @@ largest bin agree. How far they do not is the error that other lines make.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .fundamental import BLOCK, generate, growth, relate, rows_of, total
+from .fundamental import BLOCK, Lattice, Rows, generate, growth, relate, rows_of, total
 
 SLOW = 1e-3
 """Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
@@ -27,6 +28,14 @@ DOUBLE, DOUBTFUL = 0.05, 1.5
 
 STRONG = 0.05
 """Amplitude of a line, relative to its loop's largest, from which generators must be no multiples of it."""
+
+
+class Lines(NamedTuple):
+    """Lines of loops, the largest first: frequencies, error bars and amplitudes (orbits, m, lines)."""
+
+    value: np.ndarray
+    bar: np.ndarray
+    strength: np.ndarray
 
 
 @jit
@@ -65,36 +74,31 @@ def weigh(q, p, centre, change, units, weight, out):
                 to[2 * i + 1] += change[1] * (start + i) * units[1] * own[i]
 
 
-def windowed(
-    unit,
-    stop,
-    progress,
-    signals,
-    samples,
-    tables,
-    table_start,
-    at_rest,
-    spectra,
-    spectrum_start,
-    drift,
-    centre,
-    size,
-    moving,
-):
-    """Fill spectra with the loops Q - i P of an orbit times a weight, ready for a Fourier transform, as
-    `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q and P.
+class Spectra(NamedTuple):
+    """Fourier transforms of windowed loops of the first n samples (orbits,) of signals: those of an orbit (m, n) from
+    its start (orbits,) on; and what was found of their rows.
+    """
 
-    signals: see `rows_of`, of which the first samples (orbits,) are taken; tables,
-    from an orbit's table_start on: the window of means, the weight (samples,), and the tables (3, samples - 1) of
-    `growth`; spectra as real numbers, from twice an orbit's spectrum_start on (m, 2*samples). Filled are drift, centre,
-    size (orbits, 2m) and moving (orbits, m) too.
+    numbers: np.ndarray
+    start: np.ndarray
+    n: np.ndarray
+    rows: Rows
+
+
+def windowed(unit, stop, progress, signals, tables, at_rest, spectra):
+    """Fill spectra, as real numbers, with the loops Q - i P of an orbit times a weight, ready for a Fourier transform,
+    as `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q and P.
+
+    signals: see `rows_of`; tables: the window of means, the weight (samples,), and the tables (3, samples - 1) of
+    `growth`.
     """
     if read_now(stop, 0) > 0:
         return
-    n, m, s = samples[unit], moving.shape[1], rows_of(signals, unit)
-    own = tables[table_start[unit] :]
+    drift, centre, size, moving = spectra.rows
+    n, m, s = spectra.n[unit], moving.shape[1], rows_of(signals, unit)
+    own = tables.numbers[tables.start[unit] :]
     window, weight, growing = own[:n], own[n : 2 * n], own[2 * n : 2 * n + 3 * (n - 1)].reshape((3, n - 1))
-    out = spectra[2 * spectrum_start[unit] :]
+    out = spectra.numbers[2 * spectra.start[unit] :]
     sums, squares, rest = np.empty(BLOCK), np.empty(BLOCK), np.empty(n)
     largest_one = 0.0
     for r in range(2 * m):
@@ -285,47 +289,36 @@ def divides(value, bar, unit, nu, bars, rank, table, count, k):
     return False
 
 
-def separate(
-    unit,
-    stop,
-    progress,
-    spectra,
-    spectrum_start,
-    lengths,
-    moving,
-    order,
-    minor,
-    sharp,
-    width,
-    tables,
-    sizes,
-    clear,
-    rest,
-    tail,
-    value,
-    bar,
-    strength,
-    rank,
-    basis,
-    spread,
-    dual,
-    share,
-):
-    """Find the lines of the loops of an orbit and the generators of their lattice, where all stand apart; frequencies
-    are in bins.
+class Apart(NamedTuple):
+    """What lines that stand apart say of orbits, frequencies in bins.
 
-    spectra of the loops Q - i P, in units of the sizes of Q and P: from an orbit's spectrum_start on (m, samples), with
-    samples = lengths[unit]. Filled are value, bar,
-    strength (orbits, m, lines), the lines of each loop, the largest first, and their amplitudes; rank, basis and
-    spread (orbits, m), the generators and their errors; dual (orbits, m, 2m) and share (orbits, m, m), see
-    `fundamental`; rest (orbits,), the share of a loop's size that no line has, the largest one's; tail (orbits,),
-    the largest amplitude beyond three quarters of the highest frequency that samples show, relative to the loop's
-    largest; clear (orbits,), whether all that moves has its generator and every leading line is explained.
+    lines: frequencies, error bars and amplitudes of the lines of each loop (orbits, m, lines), the largest first;
+    lattice: their generators; dual (orbits, m, 2m) and share (orbits, m, m), see `fundamental`; rest (orbits,), the
+    share of a loop's size that no line has, the largest one's; tail (orbits,), the largest amplitude beyond three
+    quarters of the highest frequency that samples show, relative to the loop's largest; clear (orbits,), whether all
+    that moves has its generator and every leading line is explained.
+    """
+
+    lines: Lines
+    lattice: Lattice
+    dual: np.ndarray
+    share: np.ndarray
+    rest: np.ndarray
+    tail: np.ndarray
+    clear: np.ndarray
+
+
+def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors, apart):
+    """Find the lines of the loops of an orbit and the generators of their lattice, where all stand apart.
+
+    spectra of the loops Q - i P, in units of the sizes of Q and P.
     """
     if read_now(stop, 0) > 0:
         return
-    m, samples, lines, first = moving.shape[1], lengths[unit], value.shape[2], spectrum_start[unit]
-    spectrum = spectra[first : first + m * samples].reshape((m, samples))
+    (value, bar, strength), moving, (tables, sizes) = apart.lines, spectra.rows.moving, vectors
+    rest, tail, dual, share = apart.rest, apart.tail, apart.dual, apart.share
+    m, samples, lines, first = moving.shape[1], spectra.n[unit], value.shape[2], spectra.start[unit]
+    spectrum = spectra.numbers[first : first + m * samples].reshape((m, samples))
     place, size, error = np.zeros((m, lines)), np.zeros((m, lines)), np.full((m, lines), 9.0)
     good, some = 1, 0
     for j in range(m):
@@ -362,9 +355,9 @@ def separate(
                     at -= 1
                 key[at], all_values[at], all_bars[at] = own, value[unit, j, i], bar[unit, j, i]
                 used += 1
-    source, nu, bars = np.full(m, -1), np.zeros(m), np.zeros(m)
-    found = generate(all_values, all_bars, used, m, tables, sizes, float(samples), nu, bars, source)
-    rank[unit] = found
+    nu, bars, source = apart.lattice.nu[unit], apart.lattice.spread[unit], apart.lattice.source[unit]
+    found = generate(all_values, all_bars, used, m, vectors, float(samples), nu, bars, source)
+    apart.lattice.rank[unit] = found
     k, r = np.zeros(m, np.int64), max(found, 1)
     for j in range(m):
         if moving[unit, j] != 0 and good == 1:
@@ -382,7 +375,6 @@ def separate(
                     else 1
                 )
     for i in range(found):
-        basis[unit, i], spread[unit, i] = nu[i], bars[i]
         good = good if source[i] >= 0 else 0
         for j in range(i):
             good = good if abs(nu[i] - nu[j]) > order + 1.0 else 0
@@ -411,5 +403,5 @@ def separate(
             good = 0
     else:
         good = 0
-    clear[unit] = good
+    apart.clear[unit] = good
     progress[unit] = 1.0

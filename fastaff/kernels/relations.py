@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,40 +20,37 @@ combinations are as slow as the time by chance.
 """
 
 
-def relations(
-    unit,
-    stop,
-    progress,
-    value,
-    bar,
-    strength,
-    nu,
-    spread,
-    tables,
-    sizes,
-    k,
-    lengths,
-    times,
-    rates,
-    limits,
-    strange,
-    blur,
-    near,
-    close,
-    beating,
-):
-    """Hold the frequencies of an orbit against each other: fill in what of its lines they do not explain, and which
-    combinations of them are as close to 0 as lines can't be told apart.
+class Combinations(NamedTuple):
+    """Integer vectors k (m, vectors), by lengths |k|_1 (vectors,), one of each pair +-k, as real numbers."""
 
-    value, bar, strength (orbits, m, lines) of the loops' lines, the largest first; nu, spread (orbits, m) of
-    generators, 0 where there is none; k (m, vectors), by lengths (vectors,) |k|_1, one of each pair +-k, as real
-    numbers; times, rates (orbits,): over which they were found, and of samples, modulo which combinations are seen.
-    limits: cycles over the time of what is close, of what is near, and the amplitudes from which lines show, and from
-    which they are large. Filled are strange (orbits,), the amplitude, relative to its loop's largest, of the largest
-    line of which a generator is a multiple, 1 where a generator is part of no strong one and not told from a
-    combination of others; blur (orbits, m), the cycles that each frequency may be off by close lines of combinations;
-    near, close, beating (orbits,): whether there are such that are large, that show, or of so few steps that it is no
-    chance: |k|_1 <= CHANCE of the cycles of the fastest.
+    k: np.ndarray
+    lengths: np.ndarray
+
+
+class Closeness(NamedTuple):
+    """What relations of the frequencies say, over orbits.
+
+    strange (orbits,): the amplitude, relative to its loop's largest, of the largest line of which a generator is a
+    multiple, 1 where a generator is part of no strong one and not told from a combination of others; blur (orbits, m):
+    the cycles that each frequency may be off by close lines of combinations; near, close, beating (orbits,): whether
+    there are such that are large, that show, or of so few steps that it is no chance: |k|_1 <= CHANCE of the cycles of
+    the fastest.
+    """
+
+    strange: np.ndarray
+    blur: np.ndarray
+    near: np.ndarray
+    close: np.ndarray
+    beating: np.ndarray
+
+
+def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, times, rates, limits, closeness):
+    """Hold the frequencies of an orbit against each other: fill in what of the lines seen they do not explain, and
+    which combinations of them are as close to 0 as lines can't be told apart.
+
+    nu, spread (orbits, m) of generators, 0 where there is none; times, rates (orbits,): over which they were found, and
+    of samples, modulo which combinations are seen. limits: cycles over the time of what is close, of what is near, and
+    the amplitudes from which lines show, and from which they are large.
 
     Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
     to be no larger than the smallest line that is known, FEWEST where there are no more.
@@ -60,6 +58,8 @@ def relations(
     if read_now(stop, 0) > 0:
         return
     resolved, beside, shows, large = limits
+    (value, bar, strength), (tables, sizes), (k, lengths) = seen, vectors, combinations
+    strange, blur, near, close, beating = closeness
     time, rate = times[unit], rates[unit]
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0

@@ -23,7 +23,7 @@ class Blocks(NamedTuple):
     check: Any
 
 
-class Tables(NamedTuple):
+class Coefficients(NamedTuple):
     """A scheme as kernels see it: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
     estimates and its interpolant; `precise`: a splitting works on increments; `spare`: rows behind the state that it
     takes.
@@ -80,17 +80,17 @@ def runge_kutta_stages(blocks, a, first, last, rows, lanes, step, z, k, work):
 
 
 @jit
-def advance(blocks, tables, rows, lanes, step, steps, z, k, work):
+def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
     """Advance z by steps of the scheme, step[i] in lane i: a splitting where it has kicks, else a Runge-Kutta tableau.
 
     Returns how many were taken: a splitting stops at one with which a lane leaves the domain, a tableau after each.
     Where z has room for increments and carried errors, the splitting works on increments.
     """
-    if tables.kick.size > 0:
-        return blocks.splitting(blocks.params, lanes, tables.drift, tables.kick, step, steps, z)
-    stages = tables.b.size
-    runge_kutta_stages(blocks, tables.a, 0, stages, rows, lanes, step, z, k, work)
-    combine(rows, lanes, 0, stages, tables.b, k, work)
+    if scheme.kick.size > 0:
+        return blocks.splitting(blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
+    stages = scheme.b.size
+    runge_kutta_stages(blocks, scheme.a, 0, stages, rows, lanes, step, z, k, work)
+    combine(rows, lanes, 0, stages, scheme.b, k, work)
     for r in range(rows):
         for i in range(lanes):
             z[r * LANES + i] += step[i] * work[r * LANES + i]

@@ -7,6 +7,7 @@ turn. Centre, shape and reference of a plane's loop follow from weighted moments
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -148,12 +149,20 @@ def add_moments(plane, q, p, begin, end, weights, moments):
         moments[k] = value
 
 
-def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, begin, end, sums, moments):
+class Frame(NamedTuple):
+    """Weights (samples,) of the moments that frames are made of, not 0 from begin to end."""
+
+    weights: np.ndarray
+    begin: int
+    end: int
+
+
+def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, sums, moments):
     """Add the steps to the samples of chunk (rows, orbits, samples), the first from last (orbits, rows), to sums
     (orbits, n, SPANS) of angles and moments (orbits, n, MOMENTS); last becomes the last sample.
 
     until (orbits,): samples of each orbit; planes (orbits, n, COLUMNS.end); tables (samples, SPANS): weights of the
-    angles, empty where none are wanted; frame (samples,): weights of the moments, not 0 from begin to end.
+    angles, empty where none are wanted.
     """
     if read_now(stop, 0) > 0:
         return
@@ -172,14 +181,15 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, beg
                 for r in range(rows):
                     room[o, r, 0] = last[orbit, r]
                     last[orbit, r] = room[o, r, pairs]
-                low, high = max(begin - start, 0), min(end - start, pairs)
+                low, high = max(frame.begin - start, 0), min(frame.end - start, pairs)
                 for i in range(n):
                     q, p, plane = room[o, i], room[o, n + i], planes[orbit, i]
                     if tables.shape[0] > 0:
                         step_angles(plane, q, p, pairs, re, im, angles)
                         add_angles(tables[start : start + size], angles, pairs, sums[orbit, i])
                     if high > low:
-                        add_moments(plane, q, p, low, high, frame[start : start + size], moments[orbit, i])
+                        weights = frame.weights[start : start + size]
+                        add_moments(plane, q, p, low, high, weights, moments[orbit, i])
     progress[unit] = 1.0
 
 

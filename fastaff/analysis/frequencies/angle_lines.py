@@ -90,8 +90,8 @@ def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarr
     orbits, _, samples = s.shape
     result = []
     if m:
-        _, loops, *_, size = prepared(s, samples, 1, at_rest=0.0)
-        result.append((layout.librations, loops, size[:, ::2]))
+        _, loops, rows = prepared(s, samples, 1, at_rest=0.0)
+        result.append((layout.librations, loops, rows.size[:, ::2]))
     if layout.planes:
         c, _ = layout.own(signals, 1)
         c, zero = np.ascontiguousarray(c[:, layout.planes]), np.zeros((orbits, len(layout.planes)), complex)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels.relations import relations
+from ...kernels.peaks import Lines
+from ...kernels.relations import Closeness, Combinations, relations
 from .fundamental import Modes, run, tables_of
 from .integer_lattice import ball, combined, one_of_each
 
@@ -26,29 +26,17 @@ SHOWS, LARGE = 0.1, 0.3
 """Relative amplitudes from which a line that is not told apart leaves an orbit undecided, and changes its halves."""
 
 
-class Closeness(NamedTuple):
-    """What relations of the frequencies say, see `kernels.relations`: arrays over orbits, blur (orbits, m)."""
-
-    strange: np.ndarray
-    blur: np.ndarray
-    near: np.ndarray
-    close: np.ndarray
-    beating: np.ndarray
-
-
 def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarray, threads: int) -> Closeness:
     """Hold frequencies nu (orbits, m) of modes against each other that were found over so long a time (orbits,), from
     samples an interval (orbits,) apart.
     """
     orbits, m = nu.shape
-    tables, sizes = tables_of(m)
-    k, lengths = _relating(m)
-    value, bar, strength = (np.ascontiguousarray(found.lines[:, i]) for i in range(3))
+    lines = Lines(*(np.ascontiguousarray(found.lines[:, i]) for i in range(3)))
     known = np.where(found.owned & np.isfinite(nu), nu, 0.0), np.where(found.owned, found.spread, 0.0)
     result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((3, orbits), bool))
     limits = RESOLVED, NEAR, SHOWS, LARGE
-    seen = value, bar, strength, *known, tables, sizes, k, lengths, time, 1 / interval, limits
-    run(relations, orbits, (*seen, *result), threads)
+    arguments = lines, *known, tables_of(m), _relating(m), time, 1 / interval, limits, result
+    run(relations, orbits, arguments, threads)
     return result
 
 
@@ -60,10 +48,10 @@ def related(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 @functools.cache
-def _relating(m: int) -> tuple[np.ndarray, np.ndarray]:
+def _relating(m: int) -> Combinations:
     """Return the vectors k (m, vectors), one of each pair +-k, of relations of m frequencies that are looked at, and
     |k|_1.
     """
     k = one_of_each(ball(m, RELATED[min(m, len(RELATED)) - 1])[1:])
     length = np.abs(k).sum(axis=1)
-    return np.ascontiguousarray(k[length > 1].T, dtype=np.float64), length[length > 1]
+    return Combinations(np.ascontiguousarray(k[length > 1].T, dtype=np.float64), length[length > 1])

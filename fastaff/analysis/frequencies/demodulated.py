@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernels import demodulation
-from ...kernels import fundamental as kernels
 from .fundamental import Loops, adopt, run, taken
 from .signals import Signals
 from .windows import bump, tables_for, tabulated
@@ -105,8 +104,7 @@ def _demodulated(
     tables, places = tables_for(_weights, samples), tables_for(_places, samples)
     parts = len(HALVES)
     sums = np.zeros((*nu.shape, 2 * parts * (1 + len(PAIRS) * errors)), complex)
-    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    arguments = signals.ragged, samples, *complexes, nu, signals.interval, *tables, *places, sums
+    arguments = signals.ragged, samples, loops.complexes(), nu, signals.interval, tables, places, sums
     run(demodulation.demodulate, len(nu), arguments, threads)
     unit = 2 * np.pi * signals.interval[:, None]
     off, spread = np.zeros((2, *nu.shape, parts))
@@ -140,6 +138,5 @@ def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: fl
     orbits, steps = signals.shape[0], weights.shape[-1]
     rates = np.zeros((*loops.offset.shape, weights.shape[-2]))
     table = np.ascontiguousarray(weights.reshape(-1, *weights.shape[-2:]))
-    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(kernels.turn, orbits, (signals, steps + 1, *complexes, table, rates), threads)
+    run(demodulation.turn, orbits, (signals, steps + 1, loops.complexes(), table, rates), threads)
     return rates / (2 * np.pi * interval)

@@ -20,6 +20,9 @@ from ...compile.threads import together
 from ...flows.flow import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
+from ...kernels.demodulation import Loops, loop_values
+from ...kernels.fundamental import Lattice, Rows, Vectors
+from ...kernels.peaks import Lines, Spectra
 from .integer_lattice import ball
 from .line_rates import drifts
 from .naff import lines_of_transforms
@@ -78,20 +81,6 @@ ORDERED = 0.02
 """Advantage of ascending frequencies, in the logarithm of shares: decides where coordinates share modes equally."""
 
 
-class Loops(NamedTuple):
-    """Loops c . s - offset - drift j of signals s at sample j: c (orbits, loops, rows), offset, drift (orbits,
-    loops).
-    """
-
-    c: np.ndarray
-    offset: np.ndarray
-    drift: np.ndarray
-
-    def of(self, loops: slice) -> Loops:
-        """Return some of the loops."""
-        return Loops(*(entry[:, loops] for entry in self))
-
-
 class Modes(NamedTuple):
     """What the lines of loops say: arrays over orbits first, then over m loops (NaN or 0 past the rank).
 
@@ -132,7 +121,7 @@ def _table(rank: int) -> tuple[np.ndarray, int, int]:
 
 
 @functools.cache
-def tables_of(most: int) -> tuple[np.ndarray, np.ndarray]:
+def tables_of(most: int) -> Vectors:
     """Return the tables of ranks 1 to `most`, (ranks, most + 1, vectors) with zeros past their ends, see
     `kernels.fundamental.relate`, and their numbers of vectors (ranks, 2).
     """
@@ -141,7 +130,7 @@ def tables_of(most: int) -> tuple[np.ndarray, np.ndarray]:
     vectors = np.zeros((most, most + 1, int(sizes.max())))
     for rank, (k, whole, _) in enumerate(tables, 1):
         vectors[rank - 1, :rank, :whole], vectors[rank - 1, most, :whole] = k.T, np.abs(k).sum(axis=1)
-    return vectors, sizes
+    return Vectors(vectors, sizes)
 
 
 def fastest(signals: np.ndarray, interval: float, threads: int) -> np.ndarray:
@@ -182,8 +171,9 @@ def fit(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, th
 
 def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
     """Return the modes of these orbits with loops of the signals as they are, from those in units of their sizes."""
-    dual = found.dual / spectra.size[orbits, None]
-    offset, step = (dual * entry[orbits, None] for entry in (spectra.centre, spectra.drift))
+    rows = spectra.rows
+    dual = found.dual / rows.size[orbits, None]
+    offset, step = (dual * entry[orbits, None] for entry in (rows.centre, rows.drift))
     return found._replace(dual=dual, offset=offset.sum(axis=2), drift=step.sum(axis=2))
 
 
@@ -220,16 +210,28 @@ def _no_modes(orbits: int, m: int) -> Modes:
     )
 
 
-def prepared(signals: np.ndarray, n: int, threads: int, at_rest: float = AT_REST**2) -> tuple[np.ndarray, ...]:
-    """Return the first n samples of the rows, the loops (orbits, m, n), which of these move, and drift,
-    centre and size of the rows; see `kernels.fundamental.prepare`.
+def _no_lattice(orbits: int, m: int) -> Lattice:
+    """Return lattices without generators."""
+    nu, spread = np.zeros((2, orbits, m))
+    return Lattice(np.zeros(orbits, np.int64), nu, spread, np.full((orbits, m), -1))
+
+
+def prepared(
+    signals: np.ndarray, n: int, threads: int, at_rest: float = AT_REST**2
+) -> tuple[np.ndarray, np.ndarray, Rows]:
+    """Return the first n samples of the rows, the loops (orbits, m, n), and what was found of the rows; see
+    `kernels.fundamental.prepare`.
     """
     orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
-    x, loops, moving = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), np.zeros((orbits, m), bool)
-    drift, centre, size = np.empty((3, orbits, rows))
-    arguments = signals, cosine_window(n), growth_windows(n), at_rest, x, loops, drift, centre, size, moving
-    run(kernels.prepare, orbits, arguments, threads)
-    return x, loops, moving, drift, centre, size
+    x, loops, found = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), _rows(orbits, m)
+    run(kernels.prepare, orbits, (signals, cosine_window(n), growth_windows(n), at_rest, x, loops, found), threads)
+    return x, loops, found
+
+
+def _rows(orbits: int, m: int) -> Rows:
+    """Return what is to be found of rows."""
+    drift, centre, size = np.empty((3, orbits, 2 * m))
+    return Rows(drift, centre, size, np.zeros((orbits, m), bool))
 
 
 @tabulated
@@ -238,29 +240,13 @@ def _windows(n: int) -> np.ndarray:
     return np.concatenate([cosine_window(n), apart_window(n), *growth_windows(n)])
 
 
-class Spectra(NamedTuple):
-    """Fourier transforms of windowed loops of the first n samples (orbits,) of signals: those of an orbit (m, n) from
-    its start (orbits,) on; which loops (orbits, m) move, and drift, centre and size (orbits, 2m) of the rows; see
-    `kernels.peaks.windowed`.
-    """
-
-    numbers: np.ndarray
-    start: np.ndarray
-    n: np.ndarray
-    moving: np.ndarray
-    drift: np.ndarray
-    centre: np.ndarray
-    size: np.ndarray
-
-
 def _spectra(signals: Signals, m: int, threads: int) -> Spectra:
     """Return the Fourier transforms of the loops of the first 2m rows."""
     n = fast_lengths(signals.samples)
-    orbits, rows = n.size, 2 * m
+    orbits = n.size
     start, numbers = np.cumsum(m * n) - m * n, ROOMS.spectra.array(2 * m * int(n.sum()))
-    moving, (drift, centre, size) = np.zeros((orbits, m), bool), np.empty((3, orbits, rows))
-    arguments = signals.ragged, n, *tables_for(_windows, n), AT_REST**2
-    run(peaks.windowed, orbits, (*arguments, numbers, start, drift, centre, size, moving), threads)
+    spectra = Spectra(numbers, start, n, _rows(orbits, m))
+    run(peaks.windowed, orbits, (signals.ragged, tables_for(_windows, n), AT_REST**2, spectra), threads)
     numbers, parts, begin = numbers.view(complex), [], 0
     for end in range(1, orbits + 1):  # neighbours of equally many samples
         if end == orbits or n[end] != n[begin] or end - begin == AT_ONCE:
@@ -273,32 +259,29 @@ def _spectra(signals: Signals, m: int, threads: int) -> Spectra:
             np.fft.fft(part, axis=-1, out=part)
 
     together([functools.partial(transform, i) for i in range(threads)], int, int)
-    return Spectra(numbers, start, n, moving, drift, centre, size)
+    return spectra._replace(numbers=numbers)
 
 
 def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
     """Return what bins of Fourier transforms of samples h (orbits,) apart say of loops whose lines stand apart; rank 0
     of others.
     """
-    numbers, start, n, moving, *_ = spectra
+    moving = spectra.rows.moving
     orbits, m = moving.shape
-    result, unit = _no_modes(orbits, m), (n * h)[:, None]
-    tables, sizes = tables_of(m)
-    clear, rank, rest = np.zeros(orbits, np.int64), np.zeros(orbits, np.int64), np.zeros(orbits)
-    tail = result.tail
+    result, unit = _no_modes(orbits, m), (spectra.n * h)[:, None]
     value, bar, strength = np.zeros((3, orbits, m, SEEN))
     bar[:] = np.inf
-    basis, spread = np.zeros((2, orbits, m))
-    dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
-    inputs = numbers, start, n, moving.astype(np.int64), APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables, sizes
-    outputs = clear, rest, tail, value, bar, strength, rank, basis, spread, dual, share
-    run(peaks.separate, orbits, (*inputs, *outputs), threads)
+    lattice, dual, share = _no_lattice(orbits, m), np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
+    rest, clear = np.zeros(orbits), np.zeros(orbits, np.int64)
+    apart = peaks.Apart(Lines(value, bar, strength), lattice, dual, share, rest, result.tail, clear)
+    arguments = spectra, APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables_of(m), apart
+    run(peaks.separate, orbits, arguments, threads)
     some = clear.astype(bool)
-    rank = np.where(some, rank, 0)
     value, bar = value / unit[:, :, None], bar / unit[:, :, None]
     result.lines[:] = np.stack([value, bar, strength], axis=1)
-    leading, leading_error = value[:, :, 0].copy(), bar[:, :, 0].copy()
-    _place(result, rank, basis / unit, spread / unit, dual, share, leading, leading_error, moving)
+    rank, nu, spread = np.where(some, lattice.rank, 0), lattice.nu / unit, lattice.spread / unit
+    top, top_bar = value[:, :, 0].copy(), bar[:, :, 0].copy()
+    _place(result, Lattice(rank, nu, spread, lattice.source), dual, share, top, top_bar, moving)
     result.rest[:], result.drifting[:] = rest, ~some & (rest > BROAD)
     return result
 
@@ -307,14 +290,14 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
     """Return what lines say that are fitted together to the loops of some orbits, more of them where a few leave the
     lattice incomplete.
     """
-    m = spectra.moving.shape[1]
+    m = spectra.rows.moving.shape[1]
     result = _lattice(signals, spectra, orbits, m + LINES, threads)
     short = np.flatnonzero((result.rank < result.moving.sum(axis=1)) & result.moving.any(axis=1))
     result.drifting[short] = result.rest[short] > NOT_FEW
     short = short[~result.drifting[short]]
     for own in signals.alike(orbits[short]):
         here = np.searchsorted(orbits, own)
-        _, loops, *_ = prepared(signals.array(own)[:, : 2 * m], int(spectra.n[own[0]]), threads)
+        _, loops, _ = prepared(signals.array(own)[:, : 2 * m], int(spectra.n[own[0]]), threads)
         result.drifting[here] = drifts(
             loops, result.leading[here], result.moving[here], float(signals.interval[own[0]])
         )
@@ -328,7 +311,7 @@ def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tu
     """Return the frequencies, error bars, both in bins, and amplitudes (orbits, m, lines) of the strongest lines of
     the loops of some orbits, and the root mean square (orbits, m) of what they leave.
     """
-    m = spectra.moving.shape[1]
+    m = spectra.rows.moving.shape[1]
     nu, bar, strength = np.zeros((3, orbits.size, m, lines))
     bar[:], rest = np.inf, np.zeros((orbits.size, m))
     n = spectra.n[orbits]
@@ -345,7 +328,7 @@ def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tu
 
 def _lattice(signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> Modes:
     """Return the modes of some orbits by so many lines fitted to each loop."""
-    moving, h = spectra.moving[orbits], signals.interval[orbits]
+    moving, h = spectra.rows.moving[orbits], signals.interval[orbits]
     m, time = moving.shape[1], spectra.n[orbits] * h
     value, error, strength, rest = _lines(spectra, orbits, lines, threads)
     unit = time[:, None, None]
@@ -370,14 +353,12 @@ def _lattice(signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int,
     # Where a leading line is not sharp, sharper ones may be its multiples.
     known = (used | ~leads | ~moving[:, :, None]).all(axis=(1, 2))
     count = np.where(known, (rank_of_lines > 0).sum(axis=1), 0)
-    tables, sizes = tables_of(m)
-    rank, source = np.zeros(orbits.size, np.int64), np.full((orbits.size, m), -1)
-    nu, spread = np.zeros((2, orbits.size, m))
-    arguments = value, bar, count, tables, sizes, 1 / h, rank, nu, spread, source
+    lattice = _no_lattice(orbits.size, m)
+    arguments = value, bar, count, tables_of(m), 1 / h, lattice
     run(kernels.generators, orbits.size, arguments, 1)  # too brief for more
-    dual, share = _dual(signals, spectra, orbits, rank, nu, threads)
+    dual, share = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
     result = _no_modes(orbits.size, m)
-    _place(result, rank, nu, spread, dual, share, top, top_bar, moving)
+    _place(result, lattice, dual, share, top, top_bar, moving)
     result.rest[:] = (np.where(moving, rest, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0)
     result.lines[..., : lines_seen.shape[3]] = lines_seen
     return result
@@ -385,18 +366,16 @@ def _lattice(signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int,
 
 def _place(
     result: Modes,
-    rank: np.ndarray,
-    nu: np.ndarray,
-    spread: np.ndarray,
+    lattice: Lattice,
     dual: np.ndarray,
     share: np.ndarray,
     top: np.ndarray,
     top_bar: np.ndarray,
     moving: np.ndarray,
 ) -> None:
-    """Fill in generators nu (orbits, m), each with the loop of whose motion it has most, and leading lines `top`."""
+    """Fill in generators, each with the loop of whose motion it has most, and leading lines `top`."""
+    rank, nu, spread, _ = lattice
     orbits, m = nu.shape
-    tables, sizes = tables_of(m)
     place, rows = _places(share, nu, rank, moving), np.arange(orbits)[:, None]
     owned = place < rank[:, None]
     nu, spread = nu[rows, place], spread[rows, place]
@@ -404,7 +383,7 @@ def _place(
     plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
     top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it is not told from 0
-    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables, sizes, result.combination), 1)
+    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables_of(m), result.combination), 1)
     result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
     result.dual[:] = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
     # A loop without a frequency of its own shows its leading line, which depends on the others.
@@ -421,8 +400,9 @@ def _dual(
     orbits, m = nu.shape
     rows, n, own = 2 * m, spectra.n[which], signals.of(which)
     moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows))
-    units = spectra.drift[which], spectra.centre[which], 1 / spectra.size[which]
-    arguments = own.ragged, n, *tables_for(cosine_window, n), own.interval, *units, rank, nu, moments, gram
+    found = spectra.rows
+    scaling = found.drift[which], found.centre[which], 1 / found.size[which]
+    arguments = own.ragged, n, tables_for(cosine_window, n), own.interval, scaling, rank, nu, moments, gram
     run(kernels.project, orbits, arguments, threads)
     dual, share = np.zeros((orbits, m, rows), complex), np.zeros((orbits, m, m))
     for r in np.unique(rank[rank > 0]):
@@ -476,6 +456,5 @@ def values(signals: Signals, loops: Loops, orbits: np.ndarray, number: np.ndarra
     numbers (count,) in these.
     """
     f = np.empty((orbits.size, int(signals.samples[orbits[0]])), complex)
-    complexes = (np.ascontiguousarray(entry, dtype=np.complex128) for entry in loops)
-    run(kernels.loop_values, orbits.size, (signals.ragged, orbits, number, *complexes, f), threads)
+    run(loop_values, orbits.size, (signals.ragged, orbits, number, loops.complexes(), f), threads)
     return f

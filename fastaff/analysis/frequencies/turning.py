@@ -113,11 +113,11 @@ class Turning:
         orbits, samples = chunk.shape[1:]
         tables, weights = window.weights(at, samples)
         tables, weights = tables if angles else tables[:, :0], weights if frame else np.zeros(samples)
-        low, high = _within(weights)
         self.weights[:-1] += tables.sum(axis=1)
         self.weights[-1] += weights.sum()
         table = np.ascontiguousarray(tables.T)
-        arguments = (chunk, until, self.last, self.planes, table, weights, low, high, self.sums, self.moments)
+        some = kernels.Frame(weights, *_within(weights))
+        arguments = chunk, until, self.last, self.planes, table, some, self.sums, self.moments
         run_orbits(kernels.turn_on, orbits, arguments, threads)
 
     def learn(self, known: np.ndarray, threads: int) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...kernels.birkhoff import SHARPNESS
+from ...kernels.fundamental import Tables
 
 WINDOW_ORDER, LINE_ORDER = 3, 2
 """p of the window (1 + cos)^p of sums over samples, and of the spectra whose bins lines are fitted to: the squares of
@@ -36,13 +37,6 @@ def tabulated(make: Callable[..., Any], most: int = 2) -> Callable[..., Any]:
         return (brief if samples <= BRIEF else long)(samples, *more)
 
     return made
-
-
-class Tables(NamedTuple):
-    """Tables of weights for different numbers of samples, one after the other: an orbit's begins at its `start`."""
-
-    numbers: np.ndarray
-    start: np.ndarray
 
 
 def tables_for(make: Callable[[int], np.ndarray], counts: np.ndarray) -> Tables:
