@@ -346,6 +346,17 @@ def test_modules_have_one_subject(path):
     assert ast.get_docstring(ast.parse(path.read_text()))
 
 
+def test_what_belongs_together_is_one_argument():
+    """At most 12 parameters of a kernel, 10 of other functions beside those that are keywords."""
+    many = []
+    for path in FILES:
+        most = 12 if module_of(path).startswith("kernels.") else 10
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef) and len(node.args.posonlyargs + node.args.args) > most:
+                many.append(f"{module_of(path)}.{node.name}")
+    assert not many
+
+
 def test_every_function_has_a_docstring():
     """Public ones everywhere; kernels too."""
     missing = []

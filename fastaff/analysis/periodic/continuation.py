@@ -437,7 +437,6 @@ class _Family:
         return packed(
             self.at(point.u[-1], point.step),
             self.section,
-            self.section,
             point.u[:-1, None],
             energy,
             point.back,

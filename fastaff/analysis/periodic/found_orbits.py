@@ -231,7 +231,6 @@ def _conditions(matrix: np.ndarray) -> np.ndarray:
 def packed(
     flow: Flow,
     section: Section | None,
-    asked: Section | None,
     z: np.ndarray,
     energy: np.ndarray,
     found: Returns,
@@ -241,13 +240,9 @@ def packed(
     error: np.ndarray,
     reduced_error: np.ndarray,
     iterations: np.ndarray,
-    status: np.ndarray | None = None,
 ) -> PeriodicOrbits:
-    """Return PeriodicOrbits of points z (2n, orbits) and their returns; what is not OK is NaN. section: as one of the
-    flow's states; asked: as it was given.
-    """
-    model, status = flow.model, found.status if status is None else status
-    good = status == Status.OK
+    """Return PeriodicOrbits of points z (2n, orbits) and their returns; what is not OK is NaN."""
+    model, good = flow.model, found.status == Status.OK
     reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
@@ -272,11 +267,11 @@ def packed(
         error,
         reduced_error,
         iterations,
-        status,
+        found.status,
         np.array(np.broadcast_to(flow.step, good.shape)),
         scale.rows[:d],
         row_names(model),
-        asked,
+        section,
         flow.scheme,
         kind_of(model) is not Kind.FLOW,
     )

@@ -329,17 +329,16 @@ class _Search:
 
     def result(self, state: _State) -> PeriodicOrbits:
         """Assemble the orbits; those that failed keep their best point and lose the rest."""
-        return packed(
+        found = packed(
             self._flow(state.step),
             self.section,
-            self.asked,
             state.z,
             state.energy,
-            state.found,
+            state.found._replace(status=state.status),
             state.scale,
             residual=state.residual,
             error=state.error,
             reduced_error=state.reduced_error,
             iterations=state.iterations,
-            status=state.status,
         )
+        return replace(found, section=self.asked)
