@@ -44,15 +44,14 @@ def _pack(arguments: tuple, words: list, kinds: list) -> None:
     """Append the words of the arguments, and what their types follow from, in a tenth of the time that Numba needs."""
     for argument in arguments:
         if isinstance(argument, np.ndarray):
-            words.append(_data(argument))
-            words.extend(argument.shape)
-            words.extend(argument.strides)
-            kinds.append((argument.dtype, argument.ndim, argument.flags.num))
+            flags, shape = argument.flags.num, argument.shape
+            words += (_data(argument, flags), *shape, *argument.strides)
+            kinds += (argument.dtype, len(shape), flags)
         elif isinstance(argument, BlockFunction):
             words.append(address(argument))
             kinds.append(argument.shown)
         elif isinstance(argument, tuple):
-            kinds.extend((type(argument), len(argument)))
+            kinds += (type(argument), len(argument))
             _pack(argument, words, kinds)
         else:
             number = isinstance(argument, (float, np.floating))
@@ -60,9 +59,11 @@ def _pack(arguments: tuple, words: list, kinds: list) -> None:
             kinds.append(type(argument))
 
 
-def _data(array: np.ndarray) -> int:
+def _data(array: np.ndarray, flags: int) -> int:
     """Return the address of an array's numbers, in a third of the usual time where they are its own."""
-    if array.flags.num & QUICK == QUICK and array.size:
+    if array.size == 0:
+        return 0
+    if flags & QUICK == QUICK:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
     return array.ctypes.data
 
@@ -146,7 +147,7 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, arguments)))
     enter, memory = _UNIT(address(_ENTRIES[key])), np.array(words, np.int64)
-    first, following, end = _data(memory), itertools.count(), [units]
+    first, following, end = _data(memory, memory.flags.num), itertools.count(), [units]
 
     def share() -> None:
         while (unit := next(following)) < end[0]:
