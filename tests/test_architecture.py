@@ -241,6 +241,51 @@ def test_what_needs_a_package_that_is_missing_says_which_extra(package, extra, a
     assert int(run(MISSING.format(package=package, extra=extra, asked=asked))) > 0
 
 
+def subclasses(*roots):
+    """Names of the classes of the package that stand on one of these, themselves on others or not."""
+    bases = {
+        node.name: {ast.unparse(base).split(".")[-1] for base in node.bases}
+        for path in FILES
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef)
+    }
+    found = set(roots)
+    while more := {name for name, above in bases.items() if above & found} - found:
+        found |= more
+    return found - set(roots)
+
+
+def by_position(path):
+    """Calls of names that begin as classes do: line, name, values by position, whether one is unpacked; `cls` counts as
+    the class around it.
+    """
+    tree = ast.parse(path.read_text())
+    owners = {n: c.name for c in ast.walk(tree) if isinstance(c, ast.ClassDef) for n in ast.walk(c)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            name = ast.unparse(node.func).split(".")[-1]
+            unpacked = any(isinstance(value, ast.Starred) for value in node.args)
+            yield node.lineno, owners.get(node) if name == "cls" else name, len(node.args), unpacked
+
+
+def test_results_are_made_by_keyword():
+    """At most three values of a result by position and none unpacked, eight of any other value: of arrays of one shape
+    nothing else tells that two are swapped. Kernels, whose tuples are compiled, are left out.
+    """
+    results, values = subclasses("Result"), subclasses("NamedTuple")
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef) and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
+                values.add(node.name)
+    assert {"SectionMap", "FrequencyMap", "ChaosMap", "Branch", "LevelTable"} <= results
+    assert {"Options", "Series", "Problem"} <= values
+    for path in FILES:
+        for line, name, count, unpacked in by_position(path):
+            where = f"{module_of(path)}:{line} {name}"
+            assert name not in results or (count <= 3 and not unpacked), where
+            assert name not in values or count <= 8 or module_of(path).startswith("kernels"), where
+
+
 PUBLIC = list(battery.PUBLIC.items())
 FUNCTIONS = [(name, value) for name, value in PUBLIC if inspect.isfunction(value)]
 

@@ -14,7 +14,7 @@ import numpy as np
 from .. import files, plot
 from ..analysis.frequencies.frequencies import FrequencyMap
 from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.sections.energy_grid import EnergyGrid, energy_grid
+from ..analysis.sections.energy_grid import EnergyGrid, energy_grid, grid_of
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.sections.section_map import SectionMap
 from ..base.machine import cores
@@ -181,7 +181,7 @@ def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | N
     grown = clock.perf_counter()
     found = frequency_map(body, grid.z0, time=size.time, threads=threads, report=report(f"{name}, frequency map"))
     seconds = (between - start, clock.perf_counter() - grown)
-    return Portrait(name, body, energy, section, diffusion, grid, found, edge, seconds)
+    return Portrait(name, body, energy, section, diffusion, grid, found, edge, seconds=seconds)
 
 
 def _compile(body: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
@@ -218,16 +218,7 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
             continue
         z0.append(row.z0)
         cell.append(row.cell * cells[1] + k)
-    forbidden = np.ones(cells[0] * cells[1], bool)
-    forbidden[np.concatenate(cell)] = False
-    return EnergyGrid(
-        np.concatenate(z0, axis=1),
-        np.concatenate(cell),
-        forbidden.reshape(cells),
-        (beta, p_gamma),
-        ("beta", "p_gamma"),
-        energy,
-    )
+    return grid_of(np.concatenate(z0, axis=1), np.concatenate(cell), (beta, p_gamma), ("beta", "p_gamma"), energy)
 
 
 def numbers(p: Portrait) -> list[str]:

@@ -110,11 +110,11 @@ def planned(
     if flow.alike:
         one = 1.0 if flow.adaptive else float(np.max(flow.step))
         unknown, order = np.full(z.shape[1], np.nan), np.full(z.shape[1], float(flow.scheme.order))
-        return Steps(np.full(z.shape[1], one), unknown, order, found, twice, run, parts)
+        return Steps(np.full(z.shape[1], one), unknown, order, motion=found, ratio=twice, run=run, parts=parts)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local, order = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
     used = on_ladder(step, run, parts)
-    return Steps(used, local * (used / step) ** order, order, found, twice, run, parts)
+    return Steps(used, local * (used / step) ** order, order, motion=found, ratio=twice, run=run, parts=parts)
 
 
 def share_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:

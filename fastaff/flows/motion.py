@@ -191,7 +191,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
             position[-1], momentum[-1], winding[-1] = model.period, kinetic, model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
         far, pace = np.maximum(far, 1.0), np.maximum(whole, drive)
-        return Motion(whole, kinetic, position, momentum, radius, far, pace, winding)
+        return Motion(whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding)
 
 
 def drive_rate(model: Any) -> float:

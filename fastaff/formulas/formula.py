@@ -117,7 +117,8 @@ def hamiltonian(
             f"masses must be equal for {names[0]} and {names[1]}, whose frame turns, got {weights[0]} and {weights[1]}"
         )
     damping, inertia = _turning({"friction": friction}, values, names), "unit" if masses is None else "masses"
-    request = Request(written, domain, tuple(values), names, inertia, turning[0], turning[1], None, damping[0])
+    turn, field = turning
+    request = Request(written, domain, tuple(values), names, inertia, turn, magnetic=field, friction=damping[0])
     cls: Any = _class(request, values, length)
     return cls(*values.values(), *weights)
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, lift
+from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
 from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
 from ..analysis.sections.named_axes import Launching, checked_energy, launching
 from ..base.names import pairs
@@ -226,9 +226,7 @@ class Cells:
     def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid:
         """Return some cells; the others count as those that the energy does not reach."""
         names = lift(*self.where, self.first[:1], self.second[:1])[2]
-        forbidden = np.ones((self.first.size, self.second.size), bool)
-        forbidden.ravel()[place] = False
-        return EnergyGrid(z0, place, forbidden, (self.first, self.second), names, self.where.energy)
+        return grid_of(z0, place, (self.first, self.second), names, self.where.energy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,9 +263,7 @@ class NamedCells:
         """Return some cells of a grid of two axes; the others count as those that the energy does not reach."""
         if len(self.axes) != 2:
             return None
-        forbidden = np.ones(self.shape, bool)
-        forbidden.ravel()[place] = False
-        return EnergyGrid(z0, place, forbidden, self.axes, self.launching.names, self.launching.energy)
+        return grid_of(z0, place, self.axes, self.launching.names, self.launching.energy)
 
 
 class OnSection(NamedTuple):

@@ -84,14 +84,14 @@ def class_matrices(
     unit, half = np.eye(n.shape[1]), model.hbar**2 / (2 * model.mu)
     E = model.constants(n, *symmetry)
     return Matrices(
-        ("n_alpha", "n_beta"),
-        n,
-        np.diag(E[0]),
-        np.diag(E[1]),
-        half * h,
-        model.k[0],
-        model.hbar * symmetry.m * unit,
-        model.hbar * symmetry.l * unit,
+        labels=("n_alpha", "n_beta"),
+        basis=n,
+        H_alpha=np.diag(E[0]),
+        H_beta=np.diag(E[1]),
+        h_vartheta=half * h,
+        k=model.k[0],
+        p_phi=model.hbar * symmetry.m * unit,
+        p_psi=model.hbar * symmetry.l * unit,
     )
 
 

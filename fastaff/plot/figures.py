@@ -81,7 +81,7 @@ def _line(line: ResonanceLine, *others: ResonanceLine, names: Any = None, **opti
 
 def _angle_lines(lines: AngleLines, *, orbit: int = 0, **options: Any) -> Any:
     nu, amplitude, error = (array[:, :, orbit] for array in (lines.nu, lines.amplitude, lines.error))
-    return plot_frequency_lines(FrequencyLines(nu, amplitude, error, np.zeros(len(nu))), **options)
+    return plot_frequency_lines(FrequencyLines(nu, amplitude, error, residual=np.zeros(len(nu))), **options)
 
 
 FIGURES: dict[type, Callable] = {

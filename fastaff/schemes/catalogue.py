@@ -160,7 +160,7 @@ def compose(
     if kicks_first:
         merged = [Fraction(0), *merged, Fraction(0)]
     drift, kick = tuple(map(float, merged[::2])), tuple(map(float, merged[1::2]))
-    return Splitting(name, order, source, drift, kick, base.nystrom, increments)
+    return Splitting(name, order, source, drift=drift, kick=kick, nystrom=base.nystrom, increments=increments)
 
 
 def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:

@@ -184,7 +184,9 @@ def chaos_map(
     Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
     """
     time = iterates(body, "time", time)
-    options = Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report)
+    options = Options(
+        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
     chosen = _checked(indicators, checked_model(body, kinds=EVERY))
     slots = whole("history", history, 0)
     tangent = [entry for entry in chosen if isinstance(entry, Streamed)]
@@ -350,24 +352,24 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         values = np.where(rates, work.values * (LN10 / reached), work.values)
         history = np.where(rates[:, :, None], history * (LN10 / times), history)
     return ChaosMap(
-        tuple(entry.name for entry in work.chosen),
-        values,
-        np.where(rates, work.limits * LN10 / work.time, work.limits),
-        verdicts,
-        verdict,
-        longer,
-        detected,
-        spectrum,
-        spectrum_error,
-        history,
-        times,
-        work.lived if work.streams else reached,
-        error,
-        ensemble.status,
-        work.time,
-        work.flow.scheme,
-        work.flow.step,
-        float(work.flow.model.period) if driven(work.flow.model) else None,
+        names=tuple(entry.name for entry in work.chosen),
+        values=values,
+        limits=np.where(rates, work.limits * LN10 / work.time, work.limits),
+        verdicts=verdicts,
+        verdict=verdict,
+        longer=longer,
+        detected=detected,
+        spectrum=spectrum,
+        spectrum_error=spectrum_error,
+        history=history,
+        history_times=times,
+        t=work.lived if work.streams else reached,
+        energy_error=error,
+        status=ensemble.status,
+        time=work.time,
+        scheme=work.flow.scheme,
+        step=work.flow.step,
+        period=float(work.flow.model.period) if driven(work.flow.model) else None,
     )
 
 

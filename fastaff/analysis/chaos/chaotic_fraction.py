@@ -203,30 +203,16 @@ def _axis(k: int, axis: Any) -> np.ndarray:
 
 def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaoticFraction:
     shape = tuple(axis.size for axis in axes)
-    counts: list[Any] = [np.zeros(shape, np.int64) for _ in range(5)]
-    rows: list[Any] = [np.full((len(indicators), *shape), np.nan) for _ in range(3)]
-    numbers: list[Any] = [np.full(shape, np.nan) for _ in range(3)]
-    statuses = np.zeros((len(Status), *shape), np.int64)
-    orbits, chaotic, regular, undecided, rescued = counts
-    medians, chaotic_medians, limits = rows
-    time, step, error = numbers
+    counts, medians = ("orbits", "chaotic", "regular", "undecided", "rescued"), ("medians", "chaotic_medians", "limits")
     return ChaoticFraction(
-        names,
-        axes,
-        orbits,
-        chaotic,
-        regular,
-        undecided,
-        rescued,
-        statuses,
-        indicators,
-        medians,
-        chaotic_medians,
-        limits,
-        time,
-        step,
-        error,
-        np.zeros(shape, bool),
+        names=names,
+        axes=axes,
+        indicators=indicators,
+        statuses=np.zeros((len(Status), *shape), np.int64),
+        done=np.zeros(shape, bool),
+        **{name: np.zeros(shape, np.int64) for name in counts},
+        **{name: np.full((len(indicators), *shape), np.nan) for name in medians},
+        **{name: np.full(shape, np.nan) for name in ("time", "step", "energy_error")},
     )
 
 

@@ -80,7 +80,7 @@ class LineTable:
 
     def result(self) -> AngleLines:
         """Return the lines."""
-        return AngleLines(self.names, self.nu, self.amplitude, self.error)
+        return AngleLines(names=self.names, nu=self.nu, amplitude=self.amplitude, error=self.error)
 
 
 def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarray, np.ndarray]]:

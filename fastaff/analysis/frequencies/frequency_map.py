@@ -134,7 +134,9 @@ def frequency_map(
     Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.
     """
     time = iterates(body, "time", time)
-    options = Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report)
+    options = Options(
+        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
     checked_model(body, kinds=(*RUNS, Kind.MAP))
     lines = None if lines is None else whole("lines", lines, 1)
     if kind_of(body) is Kind.MAP:

@@ -138,7 +138,7 @@ def found_lines(
         for chunk in chunks[worker::workers]:
             if stop.is_set():
                 return
-            part = FrequencyLines(nu[chunk], amplitude[chunk], error[chunk], residual[chunk])
+            part = FrequencyLines(nu[chunk], amplitude[chunk], error[chunk], residual=residual[chunk])
             scratch.analyse(flat[chunk], chunk.start, part)
             finished[chunk] = True
             if report is not None:
@@ -148,8 +148,8 @@ def found_lines(
         missing = ~finished
         nu[missing], amplitude[missing], error[missing], residual[missing] = 0.0, 0.0, np.inf, np.nan
         unit, full = samples * dt, (*shape, lines)
-        values = (nu / unit).reshape(full), amplitude.reshape(full), (error / unit).reshape(full)
-        return FrequencyLines(*values, residual.reshape(shape))
+        cycles, bars = (nu / unit).reshape(full), (error / unit).reshape(full)
+        return FrequencyLines(cycles, amplitude.reshape(full), bars, residual=residual.reshape(shape))
 
     with keeping("naff", found):
         if workers == 1:

@@ -245,18 +245,18 @@ def _with_scheme(
     known = np.isfinite(error) & np.isfinite(nu)
     leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
     return Reading(
-        np.where(known, nu, 0.0),
-        np.where(known, error, np.inf),
-        more,
-        rates.halves,
-        rates.halves_error,
-        rates.method,
-        rank,
-        leading,
-        leading_error,
-        basis,
-        vague,
-        irregular,
+        nu=np.where(known, nu, 0.0),
+        error=np.where(known, error, np.inf),
+        scheme_error=more,
+        halves=rates.halves,
+        halves_error=rates.halves_error,
+        method=rates.method,
+        rank=rank,
+        leading=leading,
+        leading_error=leading_error,
+        basis=basis,
+        vague=vague,
+        irregular=irregular,
     )
 
 
@@ -439,13 +439,15 @@ def _own_angles(
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate
     through = _Rates(
-        combined(vectors, lattice.nu),
-        np.where(basis[:, None], combined(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
-        np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
-        combined(vectors, lattice.step),
-        combined(np.abs(vectors), lattice.step_error),
-        np.stack([combined(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
-        np.stack([combined(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2),
+        nu=combined(vectors, lattice.nu),
+        error=np.where(basis[:, None], combined(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
+        method=np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
+        step=combined(vectors, lattice.step),
+        step_error=combined(np.abs(vectors), lattice.step_error),
+        halves=np.stack([combined(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
+        halves_error=np.stack(
+            [combined(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2
+        ),
     )
     best = through.where(np.isfinite(through.error), own)
     chosen = best.where(kept[:, None], lattice)

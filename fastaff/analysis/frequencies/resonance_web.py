@@ -93,7 +93,7 @@ def resonance_web(
         )
         lines = tuple(line for line in contour.lines(0.0) if len(line) >= shortest) if contour else ()
         if lines or locked.any():
-            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked))
+            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked=locked))
     return _distinct(found, everywhere)
 
 
@@ -114,7 +114,7 @@ def ratio_web(
             continue
         line = _segment(vector.astype(float), box)
         if line is not None:
-            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), (line,), None))
+            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), (line,), locked=None))
     return found
 
 

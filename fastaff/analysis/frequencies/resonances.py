@@ -198,16 +198,16 @@ def resonances(
         distance = np.where(present, np.abs(np.einsum("ijo,jo->io", bases, frequencies)), np.nan)
         width = np.where(present, np.einsum("ijo,jo->io", size, allowed), np.nan)
         return Resonances(
-            names,
-            max_order,
-            tolerance,
-            rank.reshape(shape),
-            bases.reshape(n, n, *shape),
-            size[0].sum(axis=0).reshape(shape),
-            distance.reshape(n, *shape),
-            width.reshape(n, *shape),
-            _accidental(flat[:n], spread[:n], n, max_order).reshape(shape),
-            outcome.reshape(shape),
+            names=names,
+            max_order=max_order,
+            tolerance=tolerance,
+            rank=rank.reshape(shape),
+            basis=bases.reshape(n, n, *shape),
+            order=size[0].sum(axis=0).reshape(shape),
+            distance=distance.reshape(n, *shape),
+            width=width.reshape(n, *shape),
+            accidental=_accidental(flat[:n], spread[:n], n, max_order).reshape(shape),
+            status=outcome.reshape(shape),
         )
 
     with keeping("resonances", found):
@@ -337,4 +337,6 @@ def diffusion_histogram(
     fraction = float(np.mean(values > threshold)) if values.size else 0.0
     error = math.sqrt(fraction * (1 - fraction) / max(values.size, 1))
     edges = bin_width * np.arange(low, low + counts.size + 1)
-    return DiffusionHistogram(edges, counts, threshold, fraction, error, int(values.size), missing)
+    return DiffusionHistogram(
+        edges, counts, threshold, fraction=fraction, error=error, orbits=int(values.size), missing=missing
+    )

@@ -218,20 +218,20 @@ class _Known:
         """Return all of it, copied."""
         turning = self.turning
         return TuneSums(
-            self.names,
-            self.samples,
-            turning.last.T.copy(),
-            turning.planes.transpose(1, 2, 0).copy(),
-            turning.sums.transpose(1, 2, 0).copy(),
-            turning.moments.transpose(1, 2, 0).copy(),
-            turning.weights.copy(),
-            self.turns.copy(),
-            self.ended.copy(),
-            self.still.copy(),
-            self.nu.copy(),
-            self.error.copy(),
-            self.halves.copy(),
-            self.window.copy(),
+            names=self.names,
+            samples=self.samples,
+            last=turning.last.T.copy(),
+            planes=turning.planes.transpose(1, 2, 0).copy(),
+            sums=turning.sums.transpose(1, 2, 0).copy(),
+            moments=turning.moments.transpose(1, 2, 0).copy(),
+            weights=turning.weights.copy(),
+            turns=self.turns.copy(),
+            ended=self.ended.copy(),
+            still=self.still.copy(),
+            nu=self.nu.copy(),
+            error=self.error.copy(),
+            halves=self.halves.copy(),
+            window=self.window.copy(),
         )
 
     @classmethod

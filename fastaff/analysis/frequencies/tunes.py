@@ -200,7 +200,18 @@ def tunes_of(
     kind[window / 2 * change > calm_change(nu, means.halves, window / 2)] = FrequencyKind.IRREGULAR
     kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
     diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
-    return Tunes(names, nu, error, method, diffusion, turns, window, kind, status, lines)
+    return Tunes(
+        names,
+        nu,
+        error,
+        method=method,
+        diffusion=diffusion,
+        turns=turns,
+        window=window,
+        kind=kind,
+        status=status,
+        lines=lines,
+    )
 
 
 def entangled(nu: np.ndarray, length: int) -> np.ndarray:

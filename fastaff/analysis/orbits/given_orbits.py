@@ -113,7 +113,7 @@ def given_orbits(
     if len(names) != shape[0]:
         raise ValueError(f"coordinates must be {shape[0]} names, one for each row of {name}, got {len(names)}")
     start, interval = _interval(dt, times, shape[2])
-    return GivenOrbits(name, parts, order, shape, interval, start, names)
+    return GivenOrbits(name=name, parts=parts, order=order, shape=shape, interval=interval, start=start, names=names)
 
 
 def ends(name: str, z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:

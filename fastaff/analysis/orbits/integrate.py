@@ -121,7 +121,10 @@ def integrate(
     """
     time = iterates(body, "time", time)
     count = whole("samples", samples, 0)
-    options = suited(Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report), body)
+    options = Options(
+        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    options = suited(options, body)
     flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
     mapping = kind_of(body) is Kind.MAP
@@ -276,16 +279,16 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
     times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
     error, sample_error, accurate = errors
     return Orbits(
-        ensemble.z,
-        ensemble.time,
-        times,
-        samples,
-        error,
-        sample_error,
-        accurate,
-        energy,
-        ensemble.status,
-        flow.scheme,
-        step,
-        row_names(body),
+        z=ensemble.z,
+        t=ensemble.time,
+        times=times,
+        samples=samples,
+        error=error,
+        sample_error=sample_error,
+        accurate_until=accurate,
+        energy_error=energy,
+        status=ensemble.status,
+        scheme=flow.scheme,
+        step=step,
+        names=row_names(body),
     )

@@ -84,7 +84,7 @@ def tangent_map(
     """
     time, options = (
         iterates(body, "time", time),
-        Options(scheme, step, None, rtol, atol, energy_tolerance, threads, report),
+        Options(scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report),
     )
     flow, z, _ = stable_plan(body, z0, options)
     start = carried(checked_deviations(deviations, flow.states(z)), body, 1)
@@ -100,9 +100,16 @@ def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) ->
     ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
     error = energy_error(flow.model, ensemble)
     mark_drift(ensemble, error, tolerance)
-    vectors = ensemble.deviations[:, : dimension(flow.model)]
-    state = flow.states(ensemble.points), vectors, ensemble.time, error, ensemble.status
-    return TangentMap(*state, flow.scheme, flow.step, row_names(flow.model))
+    return TangentMap(
+        z=flow.states(ensemble.points),
+        vectors=ensemble.deviations[:, : dimension(flow.model)],
+        t=ensemble.time,
+        energy_error=error,
+        status=ensemble.status,
+        scheme=flow.scheme,
+        step=flow.step,
+        names=row_names(flow.model),
+    )
 
 
 def stable_plan(body: Any, z0: Any, options: Options) -> Plan:

@@ -70,7 +70,7 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
             if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
                 event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
                 place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
-                found.append(Bifurcation(event, place, value, point.u[:-1], time, error))
+                found.append(Bifurcation(event, place, value, z=point.u[:-1], time=time, error=error))
     return sorted(found, key=lambda b: b.arclength)
 
 

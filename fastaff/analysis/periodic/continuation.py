@@ -168,8 +168,9 @@ def continuation(
     longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
-    none = no_orbits(first_model, section, scheme)
-    with keeping("continuation", lambda: Branch(np.zeros(0), np.zeros(0), none, (), *STOPPED)):
+    none, (status, ending) = no_orbits(first_model, section, scheme), STOPPED
+    empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
+    with keeping("continuation", lambda: empty):
         first = periodic_orbits(
             first_model,
             z0,
@@ -191,13 +192,14 @@ def continuation(
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
         given = not np.isinf(first.step[0]) and section is not None
         taken = float(first.step[0]) if given else None
-        flow = plan(first_model, first.z, Options(first.scheme, taken, None, rtol, atol, threads=threads)).flow
+        flow = plan(first_model, first.z, Options(first.scheme, taken, rtol=rtol, atol=atol, threads=threads)).flow
         limit = None if max_time is None else positive("max_time", max_time)
         own = step is None and not (flow.adaptive or flow.exact)
         scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])
-        family = _Family(make, flow, section, period, limit, tolerance, kept, own, units, LONGER * first.time[0])
+        wait = LONGER * first.time[0]
+        family = _Family(make, flow, section, period, limit, tolerance, kept, own, units=units, wait=wait)
         if parameter is not None:
             units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
         start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
@@ -214,7 +216,7 @@ def _branch(family: _Family, points: list[_Point], status: Status, ending: str) 
     orbits = PeriodicOrbits.concat([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
     arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
-    return Branch(values, arclength, orbits, (), status, ending)
+    return Branch(value=values, arclength=arclength, orbits=orbits, bifurcations=(), status=status, ending=ending)
 
 
 def _turned(start: _Point, direction: int) -> _Point:

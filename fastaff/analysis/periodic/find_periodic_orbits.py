@@ -107,7 +107,7 @@ def find_periodic_orbits(
     if given and len(z0.points) != dimension(model):
         raise ValueError(f"z0 must be a SectionMap of {dimension(model)} rows, got one of {len(z0.points)}")
     starts = z0.points[:, 0, z0.counts > 0] if given else z0
-    flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, None, rtol, atol, threads=threads))
+    flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, rtol=rtol, atol=atol, threads=threads))
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
     found: list[PeriodicOrbits] = []

@@ -256,24 +256,24 @@ def packed(
     for array in (points, time, monodromy, reduced, error, reduced_error):
         array[~good] = np.nan
     return PeriodicOrbits(
-        z,
-        np.full(good.size, points.shape[1]),
-        points.transpose(2, 1, 0),
-        time,
-        energy,
-        np.moveaxis(monodromy, 0, -1),
-        np.moveaxis(reduced, 0, -1),
-        residual,
-        error,
-        reduced_error,
-        iterations,
-        found.status,
-        np.array(np.broadcast_to(flow.step, good.shape)),
-        scale.rows[:d],
-        row_names(model),
-        section,
-        flow.scheme,
-        kind_of(model) is not Kind.FLOW,
+        z=z,
+        period=np.full(good.size, points.shape[1]),
+        points=points.transpose(2, 1, 0),
+        time=time,
+        energy=energy,
+        monodromy=np.moveaxis(monodromy, 0, -1),
+        reduced=np.moveaxis(reduced, 0, -1),
+        residual=residual,
+        error=error,
+        reduced_error=reduced_error,
+        iterations=iterations,
+        status=found.status,
+        step=np.array(np.broadcast_to(flow.step, good.shape)),
+        scale=scale.rows[:d],
+        names=row_names(model),
+        section=section,
+        scheme=flow.scheme,
+        paired=kind_of(model) is not Kind.FLOW,
     )
 
 
@@ -289,9 +289,20 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 
 def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none: what a search that was stopped at once has found."""
-    rows, none, whole = dimension(model), np.zeros(0), np.zeros(0, np.int64)
+    rows = dimension(model)
     paired = kind_of(model) is not Kind.FLOW
     z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
     reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
-    state = z, whole, np.zeros((rows, 0, 0)), none, none, matrices, reduced, none, none, none, whole, whole, none, z
-    return PeriodicOrbits(*state, row_names(model), section, scheme, paired)
+    return PeriodicOrbits(
+        z=z,
+        points=np.zeros((rows, 0, 0)),
+        monodromy=matrices,
+        reduced=reduced,
+        scale=z,
+        names=row_names(model),
+        section=section,
+        scheme=scheme,
+        paired=paired,
+        **dict.fromkeys(("time", "energy", "residual", "error", "reduced_error", "step"), np.zeros(0)),
+        **dict.fromkeys(("period", "iterations", "status"), np.zeros(0, np.int64)),
+    )

@@ -103,7 +103,7 @@ def periodic_orbits(
     scheme = checked_return(model, section, scheme)
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
-    options = Options(scheme, step, None, rtol, atol, threads=threads)
+    options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, threads=threads)
     flow, z, energy = checked_guesses(model, z0, energy, options)
     surface = section if section is None else flow.section(section)
     end = None if max_time is None else positive("max_time", max_time)
@@ -185,23 +185,23 @@ class _Search:
         )
         status = np.full(orbits, int(Status.NOT_CONVERGED))
         return _State(
-            trial.copy(),
-            trial,
-            energy,
-            scale,
-            step,
-            limit,
-            np.zeros_like(z),
-            np.ones(orbits),
-            np.full(orbits, np.inf),
-            np.full(orbits, np.nan),
-            np.full(orbits, np.nan),
-            np.zeros(orbits, np.int64),
-            status,
-            reached,
-            np.zeros(orbits, bool),
-            Returns(*empty, status.copy()),
-            np.zeros(orbits, np.int64),
+            z=trial.copy(),
+            trial=trial,
+            energy=energy,
+            scale=scale,
+            step=step,
+            limit=limit,
+            change=np.zeros_like(z),
+            share=np.ones(orbits),
+            residual=np.full(orbits, np.inf),
+            error=np.full(orbits, np.nan),
+            reduced_error=np.full(orbits, np.nan),
+            iterations=np.zeros(orbits, np.int64),
+            status=status,
+            live=reached,
+            settled=np.zeros(orbits, bool),
+            found=Returns(*empty, status.copy()),
+            leaps=np.zeros(orbits, np.int64),
         )
 
     def _flow(self, step: np.ndarray) -> Flow:

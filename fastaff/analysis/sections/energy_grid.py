@@ -126,14 +126,16 @@ def energy_grid(
             f"{names[1]} in [{second.min():.6g}, {second.max():.6g}] on {section_in_words(section, body)}: it is below "
             f"the minimum there, or the section is elsewhere{_no_counts(first, second)}"
         )
-    return EnergyGrid(
-        np.ascontiguousarray(z[:, found]),
-        np.flatnonzero(found),
-        ~found.reshape(first.size, second.size),
-        (first, second),
-        names,
-        energy,
-    )
+    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, energy)
+
+
+def grid_of(
+    z0: np.ndarray, cell: np.ndarray, axes: tuple[np.ndarray, ...], names: tuple[str, ...], energy: float
+) -> EnergyGrid:
+    """Return the grid of some cells; the others count as those that the energy does not reach."""
+    forbidden = np.ones([axis.size for axis in axes], bool)
+    forbidden.ravel()[cell] = False
+    return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy)
 
 
 def _all_unset(fixed: Any, solve: Any, at_rest: Any) -> bool:
@@ -158,8 +160,7 @@ def _grid_by_name(
     no_planes(*planes)
     names, arrays = checked_values(axes)
     launch = launching(body, energy, names, section, *how)
-    shape = tuple(array.size for array in arrays)
-    fits("axes", *shape, ARRAYS * body.degrees_of_freedom)
+    fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
@@ -168,9 +169,7 @@ def _grid_by_name(
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
         low = None if isotropic(body) else too_low(body, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
-    return EnergyGrid(
-        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), ~found.reshape(shape), arrays, names, energy
-    )
+    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy)
 
 
 def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:

@@ -167,7 +167,8 @@ def source_of(
 
 def sample_of(source: Measure | Ranges, count: int, seed: Any) -> EnergySample:
     """Return so many points of a source."""
-    return EnergySample(*source.draw(count, seed), source.names, source.energy)
+    z0, points = source.draw(count, seed)
+    return EnergySample(z0, points, source.names, energy=source.energy)
 
 
 Box = tuple[tuple[float, float], tuple[float, float]]
@@ -261,9 +262,9 @@ def _draw(
                 f"energy {energy} reaches less than a thousandth of the ranges {boxes!r} on {section!r}: narrow them"
             )
     if most > sheets:
-        return EnergySample(np.zeros((0, 0)), np.zeros((2, 0)), names, energy), most
+        return EnergySample(z0=np.zeros((0, 0)), points=np.zeros((2, 0)), names=names, energy=energy), most
     z0, points = (np.concatenate(part, axis=1)[:, :count] for part in zip(*found_parts, strict=True))
-    return EnergySample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy), most
+    return EnergySample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy=energy), most
 
 
 def _area_lift(

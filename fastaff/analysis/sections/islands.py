@@ -184,7 +184,10 @@ def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: fl
         inner[found], inner_error[found] = own.rotation, own.error
     most = int(q.max(initial=1))
     centres, extents = (array[:, :most].transpose(2, 1, 0) for array in (centres, extents))
-    return Islands(kind, turning, p, q, centres, extents, inner, inner_error, turning.status.copy())
+    status = turning.status.copy()
+    return Islands(
+        kind, turning, p, q=q, centres=centres, extents=extents, inner=inner, inner_error=inner_error, status=status
+    )
 
 
 def _plane(section_map: SectionMap) -> np.ndarray:
@@ -274,7 +277,8 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
     digits = np.where(enough, -np.log10(np.maximum(np.maximum(difference, spread), 1e-16)), 0.0)
     rotation = np.where(enough, turns[0] - np.ceil(turns[0] - 0.5), 0.0)
     error = np.where(enough, SAFETY * uneven + unresolved(turns[0], steps) + ROUNDING, np.inf)
-    return Rotation(rotation, error, digits, centre.T, counts, np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS))
+    status = np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS)
+    return Rotation(rotation, error, digits, centre=centre.T, counts=counts, status=status)
 
 
 def _displacements(theta: np.ndarray) -> np.ndarray:

@@ -111,7 +111,10 @@ def poincare_map(
             raise ValueError(f"{name} is for systems in time: the crossings of a map are its iterates; got {given!r}")
     if not mapping:
         checked_section(section, body)
-    options = suited(Options(scheme, step, accuracy, rtol, atol, energy_tolerance, threads, report), body)
+    options = Options(
+        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    options = suited(options, body)
     if isinstance(section, Stroboscopic):
         if max_time is not None:
             raise ValueError(f"max_time must be left out with a stroboscopic section, got {max_time!r}")
@@ -140,16 +143,16 @@ def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report 
         ensemble.status[(ensemble.status == Status.OK) & (counts < wanted)] = Status.INTERRUPTED
     times = np.where(time[:, None] <= counts, time[:, None], np.nan)
     found = SectionMap(
-        states.transpose(1, 0, 2),
-        times,
-        counts,
-        nothing,
-        nothing.copy(),
-        ensemble.status,
-        None,
-        flow.scheme,
-        flow.step,
-        row_names(body),
+        points=states.transpose(1, 0, 2),
+        times=times,
+        counts=counts,
+        section_error=nothing,
+        energy_error=nothing.copy(),
+        status=ensemble.status,
+        section=None,
+        scheme=flow.scheme,
+        step=flow.step,
+        names=row_names(body),
     )
     with keeping("poincare_map", lambda: found):
         if interrupted:
@@ -231,19 +234,19 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
     steps = _steps(flow, body, z, wanted, max_time, accuracy)
     rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
     result = SectionMap(
-        np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
-        np.full((orbits, wanted), np.nan).T,
-        np.zeros(orbits, np.int64),
-        np.zeros(orbits),
-        np.zeros(orbits),
-        np.full(orbits, int(Status.INTERRUPTED)),
-        section,
-        flow.scheme,
-        np.full(orbits, np.nan),
-        row_names(body),
-        np.full((orbits, wanted), np.nan).T,
-        np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
-        np.zeros(orbits),
+        points=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
+        times=np.full((orbits, wanted), np.nan).T,
+        counts=np.zeros(orbits, np.int64),
+        section_error=np.zeros(orbits),
+        energy_error=np.zeros(orbits),
+        status=np.full(orbits, int(Status.INTERRUPTED)),
+        section=section,
+        scheme=flow.scheme,
+        step=np.full(orbits, np.nan),
+        names=row_names(body),
+        time_error=np.full((orbits, wanted), np.nan).T,
+        point_error=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
+        accurate_until=np.zeros(orbits),
     )
 
     def run(report: Report | None, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Crossings:
@@ -452,5 +455,15 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     dropped = (slot >= counts[:, None]) & (slot < written[:, None])
     points[dropped], times[dropped] = np.nan, np.nan
     residual = np.where(slot < counts[:, None], np.abs(records[:, :, RECORD.residual]), 0.0).max(axis=1)
-    found = points.transpose(2, 1, 0), times.T, counts, residual, np.maximum(error, 0.0), status
-    return SectionMap(*found, section, flow.scheme, flow.step, row_names(body))
+    return SectionMap(
+        points=points.transpose(2, 1, 0),
+        times=times.T,
+        counts=counts,
+        section_error=residual,
+        energy_error=np.maximum(error, 0.0),
+        status=status,
+        section=section,
+        scheme=flow.scheme,
+        step=flow.step,
+        names=row_names(body),
+    )

@@ -194,19 +194,19 @@ class _Strobed:
             error[:, self.row] = np.where(kept, residual + START * self.period, np.nan)
             error = error.transpose(1, 0, 2)
         return SectionMap(
-            points,
-            np.where(kept, self.times, np.nan),
-            counts.astype(np.int64),
-            residual,
-            energy,
-            status,
-            self.section,
-            flow.scheme,
-            self.step,
-            row_names(flow.model),
-            late,
-            error,
-            None if error is None else self.until,
+            points=points,
+            times=np.where(kept, self.times, np.nan),
+            counts=counts.astype(np.int64),
+            section_error=residual,
+            energy_error=energy,
+            status=status,
+            section=self.section,
+            scheme=flow.scheme,
+            step=self.step,
+            names=row_names(flow.model),
+            time_error=late,
+            point_error=error,
+            accurate_until=None if error is None else self.until,
         )
 
 

@@ -136,7 +136,7 @@ def action_angles(
 def _assembled(separated: Separated, out: Tori) -> ActionAngles:
     """Return the tori of what a kernel has written; the angles of planes become those of spin and vorticity."""
     z, J, nu, theta, turning, constants, error, status = out
-    primitive = (nu[2].copy(), nu[3].copy(), theta[2].copy(), theta[3].copy())
+    nu_eta, nu_gamma, theta_eta, theta_gamma = (row.copy() for row in (*nu[2:], *theta[2:]))
     region = np.zeros((2, z.shape[1]), np.int8)
     np.sign(_momenta(z), out=region, casting="unsafe")
     if separated.isotropic:
@@ -144,21 +144,23 @@ def _assembled(separated: Separated, out: Tori) -> ActionAngles:
         for rows, factor in ((J, 1.0), (constants, 1.0), (nu, 0.5), (theta, 0.5)):
             _to_spin(rows, factor)
         theta[2:] -= np.floor(theta[2:])
-    energy = separated.family.energy(constants)
     return ActionAngles(
-        separated.names,
-        J,
-        nu,
-        theta,
-        energy,
-        separated.constants,
-        constants,
-        region,
-        error,
-        status,
-        *primitive,
-        separated,
-        turning,
+        names=separated.names,
+        J=J,
+        nu=nu,
+        theta=theta,
+        energy=separated.family.energy(constants),
+        constant_names=separated.constants,
+        constants=constants,
+        region=region,
+        error=error,
+        status=status,
+        nu_eta=nu_eta,
+        nu_gamma=nu_gamma,
+        theta_eta=theta_eta,
+        theta_gamma=theta_gamma,
+        separated=separated,
+        regular_turning_points=turning,
     )
 
 
@@ -276,7 +278,7 @@ def energy_of_actions(
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
         _to_spin(nu, 0.5)
         which = 0 if np.ndim(J) == 1 else slice(None)
-        return EnergyOfActions(separated.names, energy[which], nu[:, which], status[which])
+        return EnergyOfActions(names=separated.names, energy=energy[which], nu=nu[:, which], status=status[which])
 
     if _closed_form(separated) is not None:
         energy, nu = _closed_energy(separated, _checked_actions(separated, actions))

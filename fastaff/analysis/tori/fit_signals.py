@@ -63,7 +63,7 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
     if not isotropic(body):
         loops = z[:n] / size[0] - 1j * z[n:] / size[1]
         way_back = np.vstack([size[0] * np.eye(n), 1j * size[1] * np.eye(n)])
-        return Signals(loops, way_back, np.full(n, -1), len(names), librations, names, unknown)
+        return Signals(loops, way_back, np.full(n, -1), rank=len(names), nu=librations, names=names, unknown=unknown)
     values: list[np.ndarray] = []
     rows: list[np.ndarray] = []
     carrier: list[int] = []
@@ -81,13 +81,13 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
         turning.append(_turning(values[-2], values[-1], t[1] - t[0], librations))
         names = (*names, name)
     return Signals(
-        np.array(values),
-        np.array(rows).T,
-        np.array(carrier),
-        len(librations),
-        np.append(librations, turning),
-        names,
-        unknown,
+        values=np.array(values),
+        rows=np.array(rows).T,
+        carrier=np.array(carrier),
+        rank=len(librations),
+        nu=np.append(librations, turning),
+        names=names,
+        unknown=unknown,
     )
 
 

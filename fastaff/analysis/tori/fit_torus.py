@@ -28,7 +28,7 @@ from .fit_series import STEPS, errors, fit, grow, weights, window
 from .fit_signals import signals
 from .fit_turns import fit_turns
 from .fourier import actions, canonical, evaluate
-from .torus import TorusFit, Verdict, basis_name, doubted, flow_residual, nothing, resting, unsure
+from .torus import TorusFit, Verdict, basis_name, doubted, flow_residual, nothing, point, resting, unsure
 from .turns import turned
 
 GRID = 512
@@ -101,7 +101,7 @@ def fit_torus(
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     time, done = iterates(body, "time", time), report or (lambda fraction: None)
-    options = Options(scheme, step, None, rtol, atol, report=report)
+    options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report)
     energy = math.nan if turned(body) else float(energies(body, z)[0])
     known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)}, Verdict.UNDECIDED)]
     with keeping("fit_torus", lambda: known[-1]):
@@ -140,7 +140,8 @@ def _found(
             body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED
         )
     if resting(path):
-        return _point(body, path, energy, evidence)
+        residual = float(np.abs(slopes(body, path[:, :1])).max())
+        return point(body, path, evidence, residual=residual, energy=energy)
     report(0.25)
     taken = flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
     finer, state = _path(taken.finer(), z, time, inside)
@@ -181,29 +182,6 @@ def _path(flow: Flow, z0: np.ndarray, time: float, inside: int) -> tuple[np.ndar
     return path, {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}
 
 
-def _point(body: Any, path: np.ndarray, energy: float, evidence: dict) -> TorusFit:
-    """Return the torus of dimension 0 of a body at rest; its residual is absolute."""
-    none, k, z = np.zeros(0), np.zeros((1, 0), int), path[:, :1] + 0j
-    residual = float(np.abs(slopes(body, path[:, :1])).max())
-    return TorusFit(
-        (),
-        none,
-        none,
-        none,
-        none,
-        k,
-        z,
-        residual,
-        float(np.ptp(path, axis=1).max() / (np.abs(path).max() or 1.0)),
-        Verdict.RESONANT,
-        0,
-        np.zeros((0, 0), int),
-        MappingProxyType(evidence),
-        energy,
-        body,
-    )
-
-
 def fitted(
     body: Any, times: np.ndarray, path: np.ndarray, finer: np.ndarray, inside: int, energy: float, evidence: dict
 ) -> TorusFit:
@@ -240,21 +218,21 @@ def fitted(
     }
     verdict = Verdict.TORUS if body.degrees_of_freedom == len(nu) else Verdict.RESONANT
     return TorusFit(
-        tuple(basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
-        nu,
-        np.abs(C) @ error,
-        actions(k, z),
-        (angles - nu * (t[0] + t[-1]) / 2) % 1.0,
-        k,
-        z,
-        residual,
-        prediction,
-        verdict,
-        len(nu),
-        relation,
-        MappingProxyType(evidence),
-        energy,
-        body,
+        names=tuple(basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
+        nu=nu,
+        nu_error=np.abs(C) @ error,
+        J=actions(k, z),
+        theta0=(angles - nu * (t[0] + t[-1]) / 2) % 1.0,
+        k=k,
+        coefficients=z,
+        residual=residual,
+        prediction_error=prediction,
+        verdict=verdict,
+        dimension=len(nu),
+        relations=relation,
+        evidence=MappingProxyType(evidence),
+        energy=energy,
+        body=body,
     )
 
 

@@ -20,7 +20,7 @@ from ..frequencies.naff import naff
 from .fit_series import LARGEST_ORDER, STEPS, Samples, Series, errors, fit, grow, weights, window
 from .fit_signals import LINES, TRUSTED
 from .fourier import actions, canonical, evaluate
-from .torus import TorusFit, Verdict, doubted, nothing, resting, unsure
+from .torus import TorusFit, Verdict, doubted, nothing, point, resting, unsure
 from .turns import Turns, apart, area, image, periods_of, rows_of, turn_residual, turns_of
 
 LEAST = 256
@@ -86,7 +86,11 @@ def fit_turns(
         path = _apart(path[:, ::pieces], periods_of(body))
     every = path[rows_of(body)]
     if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
-        return _point(body, path, pieces, evidence)
+        away = (image(body, path[:, :1], pieces) - path[:, :1])[rows_of(body)]
+        for i, period in enumerate(periods_of(body)[rows_of(body)]):
+            away[i] -= period * np.rint(away[i] / period) if period > 0 else 0.0
+        found = point(body, path, evidence, residual=float(np.abs(away).max()), rows=rows_of(body))
+        return replace(found, islands=pieces)
     inside = 2 * path.shape[1] // 3
     if inside < LEAST:
         longer = {"longer": pieces * LEAST * turns.interval}
@@ -270,23 +274,23 @@ def _fitted(
     prediction = apart(body, ahead, path[:, later])
     evidence |= {"residual": residual, "prediction error": prediction}
     return TorusFit(
-        lattice.names,
-        nu / pieces,
-        error / pieces,
-        area(body, k, z, winding),
-        theta0,
-        k,
-        z,
-        residual,
-        prediction,
-        Verdict.TORUS if len(rows_of(body)) == 2 * len(nu) else Verdict.RESONANT,
-        len(nu),
-        np.zeros((0, len(nu)), int),
-        MappingProxyType(evidence),
-        math.nan,
-        body,
-        winding,
-        pieces,
+        names=lattice.names,
+        nu=nu / pieces,
+        nu_error=error / pieces,
+        J=area(body, k, z, winding),
+        theta0=theta0,
+        k=k,
+        coefficients=z,
+        residual=residual,
+        prediction_error=prediction,
+        verdict=Verdict.TORUS if len(rows_of(body)) == 2 * len(nu) else Verdict.RESONANT,
+        dimension=len(nu),
+        relations=np.zeros((0, len(nu)), int),
+        evidence=MappingProxyType(evidence),
+        energy=math.nan,
+        body=body,
+        winding=winding,
+        islands=pieces,
     )
 
 
@@ -329,32 +333,3 @@ def _series(
         largest = min(LONGEST, len(t) // 4) if len(nu) == 1 else LARGEST_ORDER
         return grow(samples, nu, len(nu), largest), way_back, samples, centre
     return fit(samples, nu, len(nu), known.orders), way_back, samples, centre
-
-
-def _point(body: Any, path: np.ndarray, pieces: int, evidence: dict) -> TorusFit:
-    """Return the torus of dimension 0 of an orbit that comes back to its point after so many turns."""
-    none, z = np.zeros(0), path[:, :1]
-    rows = rows_of(body)
-    away = (image(body, z, pieces) - z)[rows]
-    for i, period in enumerate(periods_of(body)[rows]):
-        away[i] -= period * np.rint(away[i] / period) if period > 0 else 0.0
-    k, none_left = np.zeros((1, 0), int), np.zeros((0, 0), int)
-    return TorusFit(
-        (),
-        none,
-        none,
-        none,
-        none,
-        k,
-        z + 0j,
-        float(np.abs(away).max()),
-        float(np.ptp(path[rows], axis=1).max() / (np.abs(path[rows]).max() or 1.0)),
-        Verdict.RESONANT,
-        0,
-        none_left,
-        MappingProxyType(evidence),
-        math.nan,
-        body,
-        None,
-        pieces,
-    )

@@ -125,7 +125,7 @@ def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.n
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
     at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
     at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
-    at = Motion(A, B, T_a, T_b, h, body.potential.value(A, B), at_eta, at_gamma)
+    at = Motion(A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=body.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma)
     values = separated.family.values(*separated.functions, at)
     if separated.isotropic:
         return values | {"p_phi": p_gamma + p_eta, "p_psi": p_gamma - p_eta}

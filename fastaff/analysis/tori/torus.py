@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -198,21 +199,42 @@ def nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Torus
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
-        coordinate_names(body),
-        unknown,
-        np.full(n, np.inf),
-        unknown,
-        unknown,
-        np.zeros((1, n), int),
-        one,
-        np.inf,
-        np.inf,
-        verdict,
-        n,
-        np.zeros((0, n), int),
-        MappingProxyType(evidence),
-        energy,
-        body,
+        names=coordinate_names(body),
+        nu=unknown,
+        nu_error=np.full(n, np.inf),
+        J=unknown,
+        theta0=unknown,
+        k=np.zeros((1, n), int),
+        coefficients=one,
+        residual=np.inf,
+        prediction_error=np.inf,
+        verdict=verdict,
+        dimension=n,
+        relations=np.zeros((0, n), int),
+        evidence=MappingProxyType(evidence),
+        energy=energy,
+        body=body,
+    )
+
+
+def point(
+    body: Any, path: np.ndarray, evidence: dict, *, residual: float, rows: Any = slice(None), energy: float = math.nan
+) -> TorusFit:
+    """Return the torus of dimension 0 of an orbit (2n, samples) that stays where it is; its residual is absolute."""
+    none, moved, size = np.zeros(0), np.ptp(path[rows], axis=1).max(), np.abs(path[rows]).max() or 1.0
+    return replace(
+        nothing(body, energy, evidence, Verdict.RESONANT),
+        names=(),
+        nu=none,
+        nu_error=none,
+        J=none,
+        theta0=none,
+        k=np.zeros((1, 0), int),
+        coefficients=path[:, :1] + 0j,
+        residual=residual,
+        prediction_error=float(moved / size),
+        dimension=0,
+        relations=np.zeros((0, 0), int),
     )
 
 

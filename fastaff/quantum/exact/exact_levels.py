@@ -67,17 +67,17 @@ def exact_levels(
 def _levels(model: SolvableBody, n: np.ndarray, m: np.ndarray, l: np.ndarray) -> LevelTable:
     E = model.energy(n, m, l)
     return LevelTable(
-        E,
-        ROUNDING * np.abs(E),
-        np.full(E.shape, Status.OK),
-        n,
-        model.family.coordinates,
-        m,
-        l,
-        model.constants(n, m, l),
-        model.family.eigenvalues,
-        model.hbar,
-        f"closed form in {' and '.join(model.family.coordinates)}",
+        E=E,
+        error=ROUNDING * np.abs(E),
+        status=np.full(E.shape, Status.OK),
+        n=n,
+        names=model.family.coordinates,
+        m=m,
+        l=l,
+        constants=model.constants(n, m, l),
+        constant_names=model.family.eigenvalues,
+        hbar=model.hbar,
+        method=f"closed form in {' and '.join(model.family.coordinates)}",
     )
 
 

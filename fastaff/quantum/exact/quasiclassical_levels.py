@@ -73,17 +73,17 @@ def quasiclassical_levels(
             )
         found = energy_of_actions(body, J, chart=chart, near=near)
         return LevelTable(
-            found.energy,
-            QUADRATURE * np.abs(found.energy),
-            found.status,
-            quanta[:2],
-            found.names[:2],
-            quanta[2],
-            quanta[3],
-            np.zeros((0, quanta.shape[1])),
-            (),
-            float(hbar),
-            f"quasiclassical, Maslov indices {indices}",
+            E=found.energy,
+            error=QUADRATURE * np.abs(found.energy),
+            status=found.status,
+            n=quanta[:2],
+            names=found.names[:2],
+            m=quanta[2],
+            l=quanta[3],
+            constants=np.zeros((0, quanta.shape[1])),
+            constant_names=(),
+            hbar=float(hbar),
+            method=f"quasiclassical, Maslov indices {indices}",
             spacing=h * found.nu[:2],
         )
 

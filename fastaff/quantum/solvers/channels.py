@@ -141,15 +141,15 @@ def _bases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: f
     t, w = gauss_jacobi(n_rho, alpha, beta)
     grid = (jacobi_table(n_rho, alpha, beta, t)[0] * np.sqrt(w[0])[:, None]).T
     return _Bases(
-        outer,
-        grid,
-        near + (far - near) * (1 + t[0]) / 2,
-        grid.T @ radial.matrix(weights, 1.0)[0] @ grid,
-        0.75 - e_lo * (e_lo - 1),
-        angular,
-        free,
-        radial,
-        weights,
+        rho=outer,
+        grid=grid,
+        nodes=near + (far - near) * (1 + t[0]) / 2,
+        kinetic=grid.T @ radial.matrix(weights, 1.0)[0] @ grid,
+        rest=0.75 - e_lo * (e_lo - 1),
+        angular=angular,
+        free=free,
+        radial=radial,
+        weights=weights,
     )
 
 

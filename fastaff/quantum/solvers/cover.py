@@ -57,7 +57,7 @@ class Cover(NamedTuple):
         """Return some of the boxes."""
         rows = (self.lo, self.hi, self.at, self.low, self.floor, self.doubt)
         lo, hi, at, low, floor, doubt = (row[..., chosen] for row in rows)
-        return Cover(self.V, self.kinetic, lo, hi, at, low, floor, doubt, self.blind)
+        return Cover(self.V, self.kinetic, lo, hi=hi, at=at, low=low, floor=floor, doubt=doubt, blind=self.blind)
 
     def unseen(self, grids: Sequence[np.ndarray]) -> Cover:
         """Return the boxes whose least samples are much lower than V is at the points of grids around them."""
@@ -188,7 +188,7 @@ def _cover(
             break
         lo, hi = _halves(enclosure, lo[:, split], hi[:, split], floor[split])
     lo, hi, at, low, floor, doubt = (np.concatenate(rows, axis=-1) for rows in zip(*done, strict=True))
-    return Cover(V, kinetic, lo, hi, at, low, floor, doubt)
+    return Cover(V=V, kinetic=kinetic, lo=lo, hi=hi, at=at, low=low, floor=floor, doubt=doubt)
 
 
 def _floor(enclosure: Callable, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:

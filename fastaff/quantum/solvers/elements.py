@@ -205,7 +205,7 @@ def elements(edges: np.ndarray, n: int, e_lo: float, e_hi: float, wall_lo: bool,
     exponents = np.zeros((2, E))
     exponents[0, 0], exponents[1, -1] = e_lo, e_hi
     interval = Interval(float(edges[0]), float(edges[-1]), exponents[0], exponents[1], wall_lo, wall_hi)
-    return Elements(edges, interval, t, x, below, above, weight, slopes, summed(weight))
+    return Elements(edges, interval, t, x, below, above, weight, slopes, mass=summed(weight))
 
 
 def _end(n: int, e: float, wall: bool) -> tuple[np.ndarray, np.ndarray]:

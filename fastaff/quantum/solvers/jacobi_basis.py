@@ -201,4 +201,4 @@ def basis(interval: Interval, n: int, extra: int) -> Basis:
     if n > 1:
         slopes[..., 1:] = jacobi_table(n - 1, alpha + 1, beta + 1, t) * factor[:, None] / half
     middle = interval.lo + below if interval.lo != -1 else np.where(t < 0, interval.lo + below, interval.hi - above)
-    return Basis(interval, middle, below, above, w, jacobi_table(n, alpha, beta, t), slopes)
+    return Basis(interval, middle, below, above=above, weight=w, values=jacobi_table(n, alpha, beta, t), slopes=slopes)

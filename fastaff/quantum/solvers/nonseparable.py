@@ -346,7 +346,8 @@ def _problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden
     smooth = uniform and _even(U, rho[place], one)
     # Strengths that change with rho: no one exponent; that of the free problem, 1 at a wall.
     ends = one if uniform else one._replace(c_lo=0.0, c_hi=0.0)
-    return Problem(U, a, b, ends, rho, v, lowest, last if level_out else np.inf, smooth, states, channels, far)
+    top = last if level_out else np.inf
+    return Problem(U, a, b, ends, rho, v, lowest, top, smooth=smooth, states=states, channels=channels, far=far)
 
 
 def _size(U: Callable, v: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:

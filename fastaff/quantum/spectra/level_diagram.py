@@ -195,13 +195,13 @@ def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable
     classes = [*rows, *[rows[0]] * (len(values) - len(rows))]
     m, l = (np.array([[getattr(found, axis)[0] for found in row] for row in classes]) for axis in ("m", "l"))
     return LevelDiagram(
-        name,
-        np.asarray(values, float),
-        m,
-        l,
-        E,
-        error,
-        n,
-        first.names,
-        first.hbar,
+        name=name,
+        values=np.asarray(values, float),
+        m=m,
+        l=l,
+        E=E,
+        error=error,
+        n=n,
+        names=first.names,
+        hbar=first.hbar,
     )

@@ -218,4 +218,4 @@ def class_levels(
     """
     status = np.where(error <= tolerance * level_scale(E), Status.OK, Status.NOT_CONVERGED)
     m, l = (np.full(E.shape, number) for number in symmetry)
-    return LevelTable(E, error, status, n, m=m, l=l, **facts)
+    return LevelTable(E=E, error=error, status=status, n=n, m=m, l=l, **facts)
