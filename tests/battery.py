@@ -457,6 +457,9 @@ PUBLIC |= {
 }
 PUBLIC |= {name: getattr(fa.schemes, name) for name in ("Splitting", "scheme_named")}
 
+INDICATOR = {"vectors", "default", "calm", "check", "watch", "compute"}
+"""Methods of indicators that `chaos_map` calls: tests/test_own_indicators.py."""
+
 
 def discovered():
     """Names of the public functions and classes, and of their methods that take arguments."""
@@ -466,7 +469,7 @@ def discovered():
         if name not in CONTAINERS | FILES:
             yield name
         if isclass(entry):
-            hidden = FORMULAS if hasattr(entry, "_fields") else {"choose", "suited", "vectors", "default", "calm"}
+            hidden = FORMULAS if hasattr(entry, "_fields") else {"choose", "suited", *INDICATOR}
             for method, function in vars(entry).items():
                 public = isfunction(function) and not method.startswith("_") and method not in hidden
                 if public and len(signature(function).parameters) > 1:

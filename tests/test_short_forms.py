@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fastaff as fa
-from fastaff.analysis.chaos.named_indicators import INDICATORS, indicators_of
+from fastaff.analysis.chaos.indicators import INDICATORS, indicators_of
 from fastaff.base.names import named, spelled
 from fastaff.formulas.number import number
 from fastaff.formulas.section_text import section_forms, section_in_words, section_named

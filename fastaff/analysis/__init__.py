@@ -6,7 +6,8 @@ Each folder imports only those named before it: orbits, frequencies, sections, c
 
 from .chaos.chaos_map import ChaosMap
 from .chaos.chaotic_fraction import ChaoticFraction
-from .chaos.indicators import Character, TangentIndicator
+from .chaos.indicator import Character
+from .chaos.indicators import TangentIndicator
 from .chaos.shares import Shares
 from .frequencies.angle_lines import AngleLines
 from .frequencies.frequencies import FrequencyKind, FrequencyMap

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.chaos.chaos_map import chaos_map
-from ..analysis.chaos.indicators import MEGNO, Character, Lyapunov
+from ..analysis.chaos.indicator import Character
+from ..analysis.chaos.indicators import MEGNO, Lyapunov
 from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.energy_grid import lift

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ..analysis.chaos.chaos_map import chaos_map
-from ..analysis.chaos.named_indicators import INDICATORS, indicator_names
+from ..analysis.chaos.indicators import INDICATORS, indicator_names
 from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.frequencies.methods import BY_NAME
 from ..analysis.orbits.integrate import integrate

@@ -8,8 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..analysis.chaos.chaotic_fraction import ChaoticFraction, chaotic_fraction
-from ..analysis.chaos.found_cases import FoundCases
+from ..analysis.chaos.chaotic_fraction import ChaoticFraction, FoundCases, chaotic_fraction
 from ..analysis.sections.energy_sample import energy_sample
 from ..base.names import named
 from ..base.numbers import portion

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.chaos.chaotic_fraction import ChaoticFraction
-from ..analysis.chaos.found_cases import FoundCases
+from ..analysis.chaos.chaotic_fraction import ChaoticFraction, FoundCases
 from ..analysis.frequencies.angle_lines import AngleLines
 from ..analysis.frequencies.frequencies import FrequencyMap
 from ..analysis.frequencies.naff import FrequencyLines

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import functools
-import inspect
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
@@ -12,7 +10,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import flag, portion, real, whole
+from ...base.numbers import flag, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result, put
 from ...base.short_forms import starts_of, takes
@@ -21,28 +19,11 @@ from ...flows.checks import EVERY, checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Kind, Model, dimension, driven, kind_of
+from ...models.contracts import Model, driven, moving
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
-from ..frequencies.frequency_map import checked_angles
 from ..orbits.tangent_map import stable_plan
-from .indicators import (
-    GALI,
-    MANY,
-    MEGNO,
-    OFLI,
-    SALI,
-    BirkhoffDigits,
-    Character,
-    FrequencyDiffusion,
-    Indicator,
-    ReversibilityError,
-    Streamed,
-    TangentIndicator,
-    ZeroOne,
-    judged,
-)
-from .named_indicators import indicators_of
-from .own_passes import frequency_diffusion, reversibility_error, zero_one
+from .indicator import MANY, Character, Indicator, checked_indicators, judged, refuse
+from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 from .streamed import ChaosRun
 
@@ -187,20 +168,20 @@ def chaos_map(
     options = Options(
         scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    chosen = _checked(indicators, checked_model(body, kinds=EVERY))
+    chosen = checked_indicators(indicators, checked_model(body, kinds=EVERY))
     slots = whole("history", history, 0)
-    tangent = [entry for entry in chosen if isinstance(entry, Streamed)]
+    tangent = [entry for entry in chosen if entry.vectors(moving(body))]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     flow, z, _ = (stable_plan if tangent else plan)(body, z0, options)
-    _check_scheme(chosen, flow)
+    for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
+        refuse(f"indicators[{k}]", entry, body, flow)
 
     def mapped(flow: Flow, z: np.ndarray, deviations: Any, report: Report | None) -> ChaosMap:
         work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
         with keeping("chaos_map", lambda: _result(work, options.drift, True)):
-            passes = _passes(work)
-            for number, run in enumerate(passes):
-                run(portion(report, number, len(passes)))
+            for number, run in enumerate(work.passes):
+                run(portion(report, number, len(work.passes)))
         return _result(work, options.drift, False)
 
     found = mapped(flow, z, deviations, report)
@@ -220,17 +201,6 @@ forces are steeper.
 """
 
 
-def _passes(work: ChaosRun) -> list[Callable[[Report | None], None]]:
-    """Return the stream, and what makes passes of its own."""
-    passes: list[Callable[[Report | None], None]] = [work.stream] if work.streams else []
-    passes += [work.correlate] if work.sampled else []
-    for j, entry in enumerate(work.chosen):
-        for kind, own in _OWN_PASS.items():
-            if isinstance(entry, kind) and (j, entry) not in work.sampled:
-                passes.append(functools.partial(work.adopt, entry, own))
-    return passes
-
-
 def _unfinished(found: ChaosMap, orbits: np.ndarray) -> ChaosMap:
     """Return the map with these orbits as still to be done."""
     status = found.status.copy()
@@ -242,84 +212,6 @@ def _of_orbits(deviations: Any, orbits: np.ndarray) -> Any:
     """Return the tangent vectors at the start of some orbits, where each has its own."""
     given = None if deviations is None else np.asarray(deviations, float)
     return given[..., orbits] if given is not None and given.ndim == 3 and given.shape[2] > 1 else given
-
-
-_OWN_PASS: dict[type, Callable] = {
-    FrequencyDiffusion: frequency_diffusion,
-    ZeroOne: zero_one,
-    ReversibilityError: reversibility_error,
-}
-
-
-def _checked(indicators: Any, body: Any) -> tuple[Indicator, ...]:
-    """Return the indicators if they suit the body."""
-    if not isinstance(indicators, (tuple, list)) or not indicators:
-        instead = f": a class; write {indicators.__name__}()" if isinstance(indicators, type) else ""
-        raise TypeError(
-            f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
-        )
-    rows = dimension(body) - 2 * driven(body)
-    for k, entry in enumerate(indicators):
-        if not isinstance(entry, Indicator):
-            hint = f": write {entry.__name__}()" if isinstance(entry, type) and issubclass(entry, Indicator) else ""
-            raise TypeError(f"indicators must be values of fastaff.analysis.chaos.indicators, got {entry!r}{hint}")
-        if entry.limit is not None or not hasattr(entry, "default"):
-            real(f"indicators[{k}], {type(entry).__name__}.limit", entry.limit)
-        if isinstance(entry, GALI) and not 2 <= whole(f"indicators[{k}], GALI.count", entry.count, 2) <= rows:
-            raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {entry.count}")
-        if isinstance(entry, TangentIndicator):
-            _check_own(f"indicators[{k}], TangentIndicator", entry, rows)
-        if kind_of(body) is Kind.DAMPED and not isinstance(entry, Streamed):
-            raise TypeError(
-                f"indicators of {type(body).__name__}, which has friction, are those of tangent vectors, such as "
-                f"LyapunovSpectrum(), Lyapunov() and SALI(), got {entry!r}"
-            )
-        if kind_of(body) is Kind.FLOW and not isinstance(entry, Streamed):
-            raise TypeError(
-                f"indicators of {type(body).__name__}, which is dz/dt = f(z), are those of tangent vectors, such as "
-                f"LyapunovSpectrum(), Lyapunov() and SALI(), got {entry!r}"
-            )
-        if driven(body) and (isinstance(entry, ReversibilityError) or getattr(entry, "across_flow", False)):
-            raise ValueError(
-                f"indicators[{k}], {entry.name}, does not suit a driven system, whose flow goes along the time and "
-                "does not go back: take FLI, MEGNO, SALI or the Lyapunov spectrum"
-            )
-        if isinstance(entry, FrequencyDiffusion) and kind_of(body) is not Kind.MAP:
-            checked_angles(entry.angles, body)
-        if isinstance(entry, ZeroOne) and entry.samples is not None:
-            whole(f"indicators[{k}], ZeroOne.samples", entry.samples, 100)
-    names = [entry.name for entry in indicators]
-    if len(set(names)) < len(names):
-        raise ValueError(f"indicators must differ, got {', '.join(names)}")
-    return tuple(indicators)
-
-
-def _check_own(name: str, entry: TangentIndicator, rows: int) -> None:
-    """Raise TypeError or ValueError unless the fields of an indicator of the user's own are what they should be."""
-    if type(entry.name) is not str or not entry.name.isidentifier():
-        raise ValueError(f"{name}.name must be a name such as 'entropy', got {entry.name!r}")
-    if not inspect.isfunction(getattr(entry.reading, "py_func", entry.reading)):
-        raise TypeError(f"{name}.reading must be a function reading(growth, i, *parameters), got {entry.reading!r}")
-    if entry.judge is not None and not inspect.isfunction(entry.judge):
-        raise TypeError(f"{name}.judge must be a function or None, got {entry.judge!r}")
-    if whole(f"{name}.count", entry.count, 1) > rows:
-        raise ValueError(f"{name}.count must be 1 ... {rows} here, got {entry.count}")
-    if not isinstance(entry.parameters, tuple):
-        raise TypeError(f"{name}.parameters must be a tuple of floats, got {entry.parameters!r}")
-    for j, number in enumerate(entry.parameters):
-        real(f"{name}.parameters[{j}]", number)
-    flag(f"{name}.above", entry.above), flag(f"{name}.across_flow", entry.across_flow)
-
-
-def _check_scheme(chosen: tuple[Indicator, ...], flow: Flow) -> None:
-    """Raise ValueError unless the flow's scheme, perhaps one chosen by trial, suits the indicators."""
-    for entry in chosen:
-        if isinstance(entry, BirkhoffDigits) and flow.adaptive:
-            raise ValueError(f"BirkhoffDigits needs a scheme of fixed steps, got {flow.scheme.name}")
-        if flow.exact and (isinstance(entry, (ReversibilityError, OFLI)) or getattr(entry, "across_flow", False)):
-            raise ValueError(f"{type(entry).__name__} needs a flow, along which a map does not go: take FLI or GALI")
-        if isinstance(entry, ReversibilityError) and not flow.scheme.symplectic:
-            raise ValueError(f"ReversibilityError needs a splitting, which is reversible, got {flow.scheme.name}")
 
 
 def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:

@@ -6,7 +6,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated, Any
 
 import numpy as np
@@ -23,8 +23,8 @@ from ...models.contracts import Kind, kind_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Splitting, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
-from .indicators import MANY, MEGNO, SALI, Indicator
-from .named_indicators import indicators_of
+from .indicator import MANY, Indicator, is_indicator
+from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
@@ -117,6 +117,52 @@ class ChaoticFraction(Result, axis=None):
         return "; ".join(parts)
 
 
+@dataclass(frozen=True)
+class FoundCases(Result, axis="case"):
+    """What a scan found of each case; the fields are those of `ChaoticFraction`."""
+
+    values: Annotated[np.ndarray, along("parameter", "case", labels="names")]
+    names: tuple[str, ...]
+    orbits: Annotated[np.ndarray, along("case")]
+    chaotic: Annotated[np.ndarray, along("case")]
+    regular: Annotated[np.ndarray, along("case")]
+    undecided: Annotated[np.ndarray, along("case")]
+    rescued: Annotated[np.ndarray, along("case")]
+    statuses: Annotated[np.ndarray, along("outcome", "case")]
+    indicators: tuple[str, ...]
+    medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    chaotic_medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    limits: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    time: Annotated[np.ndarray, along("case", unit="time")]
+    step: Annotated[np.ndarray, along("case", unit="time")]
+    energy_error: Annotated[np.ndarray, along("case", unit="largest kinetic energy")]
+    done: Annotated[np.ndarray, along("case")]
+
+    @classmethod
+    def of(cls, scan: ChaoticFraction) -> FoundCases:
+        """Return the cases of a scan as a list, the last parameter fastest."""
+        values = np.array([grid.ravel() for grid in np.meshgrid(*scan.axes, indexing="ij")])
+        cases = len(scan.axes)
+        arrays = {
+            name: (array := getattr(scan, name)).reshape(*array.shape[: array.ndim - cases], values.shape[1])
+            for name in _ARRAYS
+        }
+        return cls(values=values, names=scan.names, indicators=scan.indicators, **arrays)
+
+    def assembled(self, axes: tuple[np.ndarray, ...]) -> ChaoticFraction:
+        """Return the scan over these axes; cases that are missing here are not done."""
+        place = [np.searchsorted(axis, row) for axis, row in zip(axes, self.values)]
+        arrays = {}
+        for name in _ARRAYS:
+            array = getattr(self, name)
+            empty = np.nan if array.dtype.kind == "f" else 0
+            arrays[name] = np.full((*array.shape[:-1], *(axis.size for axis in axes)), empty, array.dtype)
+            arrays[name][(..., *place)] = array
+        return ChaoticFraction(names=self.names, axes=axes, indicators=self.indicators, **arrays)
+
+
+_ARRAYS = tuple(entry.name for entry in fields(FoundCases) if entry.name not in ("values", "names", "indicators"))
+
 AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 
 
@@ -160,11 +206,7 @@ def chaotic_fraction(
     names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
     if len(names) != len(values):
         raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
-    if (
-        not isinstance(indicators, (tuple, list))
-        or not indicators
-        or not all(isinstance(entry, Indicator) for entry in indicators)
-    ):
+    if not (isinstance(indicators, (tuple, list)) and indicators and all(is_indicator(entry) for entry in indicators)):
         raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
     if second is not None and not (isinstance(second, RungeKutta) and second.adaptive):
         raise TypeError(f"second must be an adaptive scheme such as fastaff.VERNER9, or None, got {second!r}")
@@ -241,12 +283,8 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
             if chosen.any():
                 target[row] = np.median(found.values[:, chosen], axis=1)
     scan.orbits[cell], scan.rescued[cell] = fine.size, np.count_nonzero(fine[lost]) if second is not None else 0
-    for target, kind in (
-        (scan.chaotic, found.chaotic),
-        (scan.regular, found.regular),
-        (scan.undecided, found.undecided),
-    ):
-        target[cell] = np.count_nonzero(kind & fine)
+    for name in ("chaotic", "regular", "undecided"):
+        getattr(scan, name)[cell] = np.count_nonzero(getattr(found, name) & fine)
     scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
     scan.limits[row], scan.time[cell], scan.step[cell] = np.median(found.limits, axis=1), length, np.median(found.step)
     scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan

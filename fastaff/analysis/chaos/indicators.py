@@ -12,16 +12,22 @@ is undecided, and a longer time decides it.
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ...base.numbers import shown
+from ...base.names import named
+from ...base.numbers import flag, real, shown, whole
+from ...flows.flow import Flow, Report
 from ...kernels import readings
+from ...models.contracts import Kind, dimension, driven, kind_of
+from ..frequencies.frequency_map import checked_angles
+from .indicator import MANY, Indicator, VectorIndicator, is_indicator
+from .own_passes import Watch, frequency_diffusion, kinetic_averages, kinetic_samples, reversibility_error, zero_one
 
 MARGIN = 4.0
 
@@ -30,53 +36,46 @@ SLACK = 0.75
 swing.
 """
 
-MANY, BEATS = 100.0, 1e4
-"""Natural periods before an orbit is called regular, and before correlations and changes of frequencies say anything of
-chaos; before averages that don't converge do. After 16 periods half of what looked regular among the orbits of Henon
-and Heiles at the energy 1/8 was chaotic in the end, after 130 one in fifteen."""
-
-
-class Character(IntEnum):
-    """What an indicator says of an orbit, or all together."""
-
-    REGULAR = 0
-    CHAOTIC = 1
-    UNDECIDED = 2
-
-
-def judged(
-    indicator: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, phase: np.ndarray, n: int
-) -> np.ndarray:
-    """Return the verdicts (orbits,) of `Character` on readings (orbits,) at the end and at half the time, for the
-    phases omega T.
-    """
-    with np.errstate(invalid="ignore"):
-        beyond = value > limit if indicator.above else value < limit
-        calm = indicator.calm(value, before, limit, n)
-        chaotic = beyond & ~calm & (phase >= 2 * np.pi * indicator.least)
-        calm = calm & (phase >= 2 * np.pi * MANY)
-    return np.where(
-        chaotic,
-        Character.CHAOTIC,
-        np.where(calm & ~beyond & np.isfinite(value), Character.REGULAR, Character.UNDECIDED),
-    )
+BEATS = 1e4
+"""Natural periods before averages that don't converge say anything of chaos; correlations and changes of frequencies do
+after MANY."""
 
 
 def _decades(phase: Any) -> Any:
     return np.log10(np.maximum(phase, 10.0))
 
 
-def _growth(n: int, phase: Any) -> Any:
-    return MARGIN + _decades(phase)
+class _Growth(VectorIndicator):
+    """Decades by which vectors grow."""
+
+    def default(self, n: int, phase: Any) -> Any:
+        """Return the limit that follows from the phase x."""
+        return MARGIN + _decades(phase)
+
+    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+        """Tell where they rose since half the time as a power below the square would, and a swing."""
+        return value - before < math.log10(2.0) + SLACK
 
 
-def _grows_slowly(self: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-    """Tell where decades of growth rose since half the time as a power below the square would, and a swing."""
-    return value - before < math.log10(2.0) + SLACK
+class _Volume(VectorIndicator):
+    """Decades of the volume that unit vectors span."""
+
+    above = False
+
+    def default(self, n: int, phase: Any) -> Any:
+        """Return the limit that follows from the phase x."""
+        return -MARGIN - self._power(n) * _decades(phase)
+
+    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+        """Tell where they fell since half the time no faster than the power that their count allows, and a swing."""
+        return before - value < self._power(n) * math.log10(2.0) + SLACK
+
+    def _power(self, n: int) -> int:
+        return self.count - 1 + 2 * max(0, self.count - n)
 
 
 @dataclass(frozen=True)
-class Lyapunov:
+class Lyapunov(_Growth):
     """Largest Lyapunov exponent log |w(T)| / T of a tangent vector w, per unit time.
 
     Chaotic above `limit`, by default ln(10^4 x)/T.
@@ -84,23 +83,13 @@ class Lyapunov:
     """
 
     limit: float | None = None
-    name: ClassVar[str] = "lyapunov"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = True
-    reading: ClassVar[Callable] = staticmethod(readings.first_length)
-    parameters: ClassVar[tuple[float, ...]] = ()
-    across_flow: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
-    default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
-    calm = _grows_slowly
-
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return 1
+    name = "lyapunov"
+    rate = True
+    reading = staticmethod(readings.first_length)
 
 
 @dataclass(frozen=True)
-class LyapunovSpectrum:
+class LyapunovSpectrum(_Growth):
     """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); judged by the
     largest.
 
@@ -111,15 +100,10 @@ class LyapunovSpectrum:
     """
 
     limit: float | None = None
-    name: ClassVar[str] = "largest"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = True
-    reading: ClassVar[Callable] = staticmethod(readings.first_stretch)
-    parameters: ClassVar[tuple[float, ...]] = ()
-    across_flow: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
-    default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
-    calm = _grows_slowly
+    name = "largest"
+    rate = True
+    reading = staticmethod(readings.first_stretch)
+    spectrum = True
 
     def vectors(self, n: int) -> int:
         """Return how many tangent vectors it needs."""
@@ -127,7 +111,7 @@ class LyapunovSpectrum:
 
 
 @dataclass(frozen=True)
-class FLI:
+class FLI(_Growth):
     """Fast Lyapunov indicator: the largest log10 |w(t)| up to T.
 
     Chaotic above `limit`, by default 4 + log10 x.
@@ -135,23 +119,12 @@ class FLI:
     """
 
     limit: float | None = None
-    name: ClassVar[str] = "fli"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = False
-    reading: ClassVar[Callable] = staticmethod(readings.largest_length)
-    parameters: ClassVar[tuple[float, ...]] = ()
-    across_flow: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
-    default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
-    calm = _grows_slowly
-
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return 1
+    name = "fli"
+    reading = staticmethod(readings.largest_length)
 
 
 @dataclass(frozen=True)
-class OFLI:
+class OFLI(_Growth):
     """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic
     orbits.
 
@@ -160,23 +133,13 @@ class OFLI:
     """
 
     limit: float | None = None
-    name: ClassVar[str] = "ofli"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = False
-    reading: ClassVar[Callable] = staticmethod(readings.largest_across)
-    parameters: ClassVar[tuple[float, ...]] = ()
-    across_flow: ClassVar[bool] = True
-    least: ClassVar[float] = 0.0
-    default: ClassVar[Callable[[int, Any], Any]] = staticmethod(_growth)
-    calm = _grows_slowly
-
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return 1
+    name = "ofli"
+    reading = staticmethod(readings.largest_across)
+    across_flow = True
 
 
 @dataclass(frozen=True)
-class MEGNO:
+class MEGNO(VectorIndicator):
     """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on
     chaotic ones.
 
@@ -185,40 +148,16 @@ class MEGNO:
     """
 
     limit: float = 5.0
-    name: ClassVar[str] = "megno"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = False
-    reading: ClassVar[Callable] = staticmethod(readings.mean_megno)
-    parameters: ClassVar[tuple[float, ...]] = ()
-    across_flow: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
-
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return 1
+    name = "megno"
+    reading = staticmethod(readings.mean_megno)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where it is close to 2, or falls: it doubles where growth is exponential."""
         return (value < 2.5) | (value < 0.95 * before)
 
 
-def _power(count: int, n: int) -> int:
-    return count - 1 + 2 * max(0, count - n)
-
-
-def _volume(count: int, n: int, phase: Any) -> Any:
-    return -MARGIN - _power(count, n) * _decades(phase)
-
-
-def _falls_slowly(self: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-    """Tell where decades of volume fell since half the time no faster than the power that its count allows, and a
-    swing.
-    """
-    return before - value < _power(self.vectors(n), n) * math.log10(2.0) + SLACK
-
-
 @dataclass(frozen=True)
-class SALI:
+class SALI(_Volume):
     """Smaller alignment index, as log10: min |w1 +- w2| of two unit tangent vectors.
 
     Falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits; on regular ones it stays, or falls as 1/x where only one
@@ -227,26 +166,13 @@ class SALI:
     """
 
     limit: float | None = None
-    name: ClassVar[str] = "sali"
-    above: ClassVar[bool] = False
-    rate: ClassVar[bool] = False
-    reading: ClassVar[Callable] = staticmethod(readings.alignment)
-    parameters: ClassVar[tuple[float, ...]] = ()
-    across_flow: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
-    calm = _falls_slowly
-
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return 2
-
-    def default(self, n: int, phase: Any) -> Any:
-        """Return the limit that follows from the phase x."""
-        return _volume(2, n, phase)
+    name = "sali"
+    count = 2
+    reading = staticmethod(readings.alignment)
 
 
 @dataclass(frozen=True)
-class GALI:
+class GALI(_Volume):
     """Generalised alignment index of `count` unit tangent vectors, as log10 of the volume that they span.
 
     It is the product of their singular values, taken from the accumulated QR factors: no floor at 1e-16. Chaotic
@@ -257,34 +183,27 @@ class GALI:
 
     count: int
     limit: float | None = None
-    above: ClassVar[bool] = False
-    rate: ClassVar[bool] = False
-    reading: ClassVar[Callable] = staticmethod(readings.volume)
-    across_flow: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
-    calm = _falls_slowly
+    reading = staticmethod(readings.volume)
 
     @property
-    def name(self) -> str:
+    def name(self) -> str:  # type: ignore[override]
         """Return gali_2, gali_3, ..."""
         return f"gali_{self.count}"
 
     @property
-    def parameters(self) -> tuple[float, ...]:
+    def parameters(self) -> tuple[float, ...]:  # type: ignore[override]
         """Return what the reading takes beside the growth."""
         return (float(self.count),)
 
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return self.count
-
-    def default(self, n: int, phase: Any) -> Any:
-        """Return the limit that follows from the phase x."""
-        return _volume(self.count, n, phase)
+    def check(self, where: str, body: Any) -> None:
+        """Refuse a count that is not 2 to 2n."""
+        rows = dimension(body) - 2 * driven(body)
+        if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
+            raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {self.count}")
 
 
 @dataclass(frozen=True)
-class BirkhoffDigits:
+class BirkhoffDigits(Indicator):
     """Digits to which weighted Birkhoff averages of the squared kinetic energy over both halves of the run agree.
 
     Regular from `limit` on: about log10(T)/2 are all that chaotic orbits get. (The average of the kinetic energy itself
@@ -295,10 +214,14 @@ class BirkhoffDigits:
     """
 
     limit: float = 5.0
-    name: ClassVar[str] = "birkhoff_digits"
-    above: ClassVar[bool] = False
-    rate: ClassVar[bool] = False
-    least: ClassVar[float] = BEATS
+    name = "birkhoff_digits"
+    above = False
+    least = BEATS
+    needs = ("energy", "fixed steps")
+
+    def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
+        """Return the averages over both halves."""
+        return kinetic_averages(flow, time)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the averages agree."""
@@ -306,7 +229,7 @@ class BirkhoffDigits:
 
 
 @dataclass(frozen=True)
-class FrequencyDiffusion:
+class FrequencyDiffusion(Indicator):
     """log10 of the difference of the fundamental frequencies of both halves of the run, in cycles per natural period 2
     pi/omega.
 
@@ -317,10 +240,18 @@ class FrequencyDiffusion:
 
     limit: float | None = None
     angles: Any = None
-    name: ClassVar[str] = "frequency_diffusion"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = False
-    least: ClassVar[float] = MANY
+    name = "frequency_diffusion"
+    least = MANY
+    needs = ("energy",)
+
+    def check(self, where: str, body: Any) -> None:
+        """Refuse angles that the body has not."""
+        if kind_of(body) not in (Kind.MAP, Kind.FLOW):
+            checked_angles(self.angles, body)
+
+    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
+        """Return the values, what they are compared with, and the statuses."""
+        return frequency_diffusion(self.angles, flow, z0, time, rates, report)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the frequencies agree to a third of what is chaos."""
@@ -332,7 +263,7 @@ class FrequencyDiffusion:
 
 
 @dataclass(frozen=True)
-class ZeroOne:
+class ZeroOne(Indicator):
     """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
     1 chaotic.
 
@@ -346,10 +277,22 @@ class ZeroOne:
 
     limit: float = 0.7
     samples: int | None = None
-    name: ClassVar[str] = "zero_one"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = False
-    least: ClassVar[float] = 3 * MANY
+    name = "zero_one"
+    least = 3 * MANY
+    needs = ("energy",)
+
+    def check(self, where: str, body: Any) -> None:
+        """Refuse too few samples."""
+        if self.samples is not None:
+            whole(f"{where}.samples", self.samples, 100)
+
+    def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
+        """Return the samples at steps of one length."""
+        return None if flow.adaptive else kinetic_samples(self.samples, flow, time, rates)
+
+    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
+        """Return the values, what they are compared with, and the statuses."""
+        return zero_one(self.samples, flow, z0, time, rates, report)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where K is as close to 0 as the limit is to 1, or closer, and as that many samples allow (`before`)."""
@@ -357,7 +300,7 @@ class ZeroOne:
 
 
 @dataclass(frozen=True)
-class ReversibilityError:
+class ReversibilityError(Indicator):
     """log10 of the distance of z from z0, in amplitudes of the motion, after going to T, turning the momenta round and
     coming back.
 
@@ -368,10 +311,12 @@ class ReversibilityError:
     """
 
     limit: float | None = None
-    name: ClassVar[str] = "reversibility_error"
-    above: ClassVar[bool] = True
-    rate: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
+    name = "reversibility_error"
+    needs = ("energy", "flow", "splitting")
+
+    def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
+        """Return the values, what they are compared with, and the statuses."""
+        return reversibility_error(flow, z0, time, report)
 
     def default(self, n: int, phase: Any) -> Any:
         """Return the limit that follows from the phase x."""
@@ -383,7 +328,7 @@ class ReversibilityError:
 
 
 @dataclass(frozen=True)
-class TangentIndicator:
+class TangentIndicator(VectorIndicator):
     """An indicator of your own: a reading of the growth of tangent vectors, beside the others in the same pass.
 
     name: that of its row in `ChaosMap`; reading(growth, i, *parameters): a Python function that Numba compiles (or one
@@ -405,12 +350,21 @@ class TangentIndicator:
     parameters: tuple[float, ...] = ()
     across_flow: bool = False
     judge: Callable[..., np.ndarray] | None = None
-    rate: ClassVar[bool] = False
-    least: ClassVar[float] = 0.0
 
-    def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
-        return self.count
+    def check(self, where: str, body: Any) -> None:
+        """Refuse fields that are not what they should be."""
+        rows = dimension(body) - 2 * driven(body)
+        if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
+            raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
+        if self.judge is not None and not inspect.isfunction(self.judge):
+            raise TypeError(f"{where}.judge must be a function or None, got {self.judge!r}")
+        if whole(f"{where}.count", self.count, 1) > rows:
+            raise ValueError(f"{where}.count must be 1 ... {rows} here, got {self.count}")
+        if not isinstance(self.parameters, tuple):
+            raise TypeError(f"{where}.parameters must be a tuple of floats, got {self.parameters!r}")
+        for j, number in enumerate(self.parameters):
+            real(f"{where}.parameters[{j}]", number)
+        flag(f"{where}.above", self.above), flag(f"{where}.across_flow", self.across_flow)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell which orbits look regular."""
@@ -425,19 +379,35 @@ class TangentIndicator:
         return (value - before if self.above else before - value) < math.log10(2.0) + SLACK
 
 
-Streamed = Lyapunov | LyapunovSpectrum | FLI | OFLI | MEGNO | SALI | GALI | TangentIndicator
-"""Indicators that are readings of tangent vectors."""
+_KNOWN: tuple[Any, ...] = (
+    MEGNO(),
+    SALI(),
+    *(GALI(k) for k in range(2, 9)),
+    FLI(),
+    OFLI(),
+    Lyapunov(),
+    BirkhoffDigits(),
+    FrequencyDiffusion(),
+    ZeroOne(),
+    ReversibilityError(),
+)
+INDICATORS: dict[str, Any] = {**{entry.name: entry for entry in _KNOWN}, "spectrum": LyapunovSpectrum()}
+"""Indicators with their default limits, by name."""
 
-Indicator = Streamed | BirkhoffDigits | FrequencyDiffusion | ZeroOne | ReversibilityError
+
+def indicator_names(text: str, option: str = "indicators") -> tuple[str, ...]:
+    """Return the names in a text, with commas between them, as they are in INDICATORS."""
+    return tuple(named(option, name.strip(), INDICATORS) for name in text.split(","))
 
 
-def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
-    """Return the limits (orbits,) of what is read of an indicator, for n degrees of freedom at the phases omega T
-    (orbits,).
-
-    Those of an exponent are decades of growth.
+def indicators_of(value: Any, _: Any = None) -> Any:
+    """Return the tuple of indicators that one of them, a name, or names with commas stand for; anything else as it
+    is.
     """
-    if indicator.limit is None:
-        return indicator.default(n, phase)
-    limit = float(indicator.limit)
-    return np.full(phase.shape, limit * time / math.log(10) if indicator.rate else limit)
+    if is_indicator(value):
+        return (value,)
+    if isinstance(value, str):
+        return tuple(INDICATORS[name] for name in indicator_names(value))
+    if isinstance(value, (tuple, list)):
+        return tuple(entry for one in value for entry in (indicators_of(one) if isinstance(one, str) else (one,)))
+    return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.numbers import fits, number_of_steps
+from ...base.numbers import fits, number_of_steps, shown
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
@@ -17,13 +18,12 @@ from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, no_memory
 from ...flows.motion import inverse_masses, motion, natural_rates
-from ...kernels import birkhoff
 from ...kernels.deviations import ROWS, layout
 from ...models.contracts import Kind, dimension, driven, kind_of, moving
 from ...models.maps import symplectic
 from ..orbits.tangent_map import checked_deviations
-from .indicators import BirkhoffDigits, Indicator, LyapunovSpectrum, Streamed, ZeroOne, limit_of
-from .translations import median_correlation, sampling
+from .indicator import Indicator, limit_of
+from .own_passes import Watch
 
 DEPENDENT = 1e-10
 """Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.
@@ -128,15 +128,13 @@ class ChaosRun:
         self.rates = own_rates(flow.model, z0, time, flow.threads)
         self.scale = scales(flow.model, z0, self.rates)
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
-        self.tangent = [(j, entry) for j, entry in enumerate(chosen) if isinstance(entry, Streamed)]
-        self.digits = [j for j, entry in enumerate(chosen) if isinstance(entry, BirkhoffDigits)]
+        self.tangent: list[tuple[int, Any]] = [(j, entry) for j, entry in enumerate(chosen) if entry.vectors(self.n)]
         if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time
             self.flow = flow.fitted(time)
-        self.sampled = [
-            (j, entry) for j, entry in enumerate(chosen) if isinstance(entry, ZeroOne) and not flow.adaptive
-        ]
-        self.streams = bool(self.tangent or self.digits or self.sampled)
         start = self._start(deviations) if self.tangent else None
+        watches = [(j, entry.watch(self.flow, time, self.rates)) for j, entry in enumerate(chosen)]
+        self.watches: list[tuple[int, Watch]] = [(j, watch) for j, watch in watches if watch is not None]
+        self.streams = bool(self.tangent or self.watches)
         self.k, self.m = self.flow.vectors, len(self.tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
         self.lived = np.zeros(self.orbits)
@@ -151,12 +149,12 @@ class ChaosRun:
         self._observe()
 
     def _observe(self) -> None:
-        """Make the observer of the stream, of vectors, averages and samples in this order; its memory and columns."""
-        model, parts = self.flow.model, []
+        """Make the observer of the stream, of vectors first; its memory and columns."""
+        parts = []
         if self.tangent:
             chosen = tuple(entry for _, entry in self.tangent)
             vectors = observers.deviations(
-                model,
+                self.flow.model,
                 self.k,
                 chosen,
                 time=self.time,
@@ -165,21 +163,14 @@ class ChaosRun:
                 sums=self.sums_kept,
             )
             parts.append((vectors, self.width * self.records_kept))
-        if self.digits:
-            parts.append((observers.averages(model, self.k, self.time), 0))
-        if self.sampled:
-            samples = sampling(self.sampled[0][1], self.flow, self.time, self.rates)
-            parts.append((observers.kinetic_samples(model, self.k), samples.columns))
+        parts += [(watch.observer, watch.columns) for _, watch in self.watches]
         self.observer, firsts, columns = observers.chain(parts)
         self.memory = np.zeros((self.observer.rows, self.orbits))
         self.out = np.full((self.orbits, max(1, columns)), np.nan)
         own = [(self.memory[row:], self.out[:, column:]) for row, column in firsts]
-        if self.sampled:
-            memory, self.samples = own.pop()
-            self.counts, self.before[self.sampled[0][0]] = samples.counts, samples.quiet
-            samples.prepare(memory)
-        if self.digits:
-            self.averages, _ = own.pop()
+        self.watched = [(*watch, *kept) for watch, kept in zip(self.watches, own[bool(self.tangent) :])]
+        for _, watch, memory, _ in self.watched:
+            watch.prepare(memory)
         if self.tangent:
             self.growth: Any = layout(self.degrees, self.k, self.m).of(self.memory)
             self._prepare()
@@ -223,7 +214,7 @@ class ChaosRun:
     @property
     def spectrum(self) -> bool:
         """Whether all exponents are asked for."""
-        return any(isinstance(entry, LyapunovSpectrum) for _, entry in self.tangent)
+        return any(entry.spectrum for _, entry in self.tangent)
 
     @property
     def paired(self) -> bool:
@@ -255,17 +246,8 @@ class ChaosRun:
             which = [j for j, _ in self.tangent]
             self.values[which] = self.growth.readings
             self.before[which] = np.where(self.memory[ROWS.half] > 0, self.growth.half_readings, np.nan)
-        for j in self.digits:
-            kept, rows = self.averages, birkhoff.ROWS
-            with np.errstate(all="ignore"):
-                a, b = kept[rows.early] / kept[rows.early_weight], kept[rows.late] / kept[rows.late_weight]
-                digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
-            self.values[j] = np.where(self.ensemble.time >= self.time * (1 - 1e-12), digits, np.nan)
-
-    def correlate(self, report: Report | None) -> None:
-        """Read the 0-1 test from the samples of the stream."""
-        found = median_correlation(self.samples, self.counts, self.flow.threads, report)
-        self.values[self.sampled[0][0]] = np.where(self.ensemble.status == Status.OK, found, np.nan)
+        for j, watch, memory, _ in self.watched:
+            self.values[j], self.before[j] = watch.read(memory, self.ensemble.time)
 
     def alone(self) -> None:
         """Find where orbits of a map end that ended with their vectors, whose numbers may do so before: as without
@@ -280,10 +262,29 @@ class ChaosRun:
         ended = run.status != Status.OK
         self.lived[lost[ended]], self.ensemble.status[lost[ended]] = run.time[ended], run.status[ended]
 
-    def adopt(self, entry: Indicator, own: Callable, report: Report | None) -> None:
+    @property
+    def passes(self) -> list[Callable[[Report | None], None]]:
+        """The stream, what is finished after it, and the indicators' own passes."""
+        found: list[Callable[[Report | None], None]] = [self.stream] if self.streams else []
+        found += [functools.partial(self._finish, j, w.finish, out) for j, w, _, out in self.watched if w.finish]
+        streamed = {j for j, _ in (*self.tangent, *self.watches)}
+        return found + [functools.partial(self._adopt, j) for j in range(len(self.chosen)) if j not in streamed]
+
+    def _finish(self, j: int, finish: Callable, out: np.ndarray, report: Report | None) -> None:
+        """Take the values that an indicator finds in what it has watched."""
+        self.values[j] = np.where(self.ensemble.status == Status.OK, finish(out, report), np.nan)
+
+    def _adopt(self, j: int, report: Report | None) -> None:
         """Run the pass of an indicator of its own; an orbit that fails in it is marked."""
-        value, before, status = own(entry, replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
-        self.values[self.chosen.index(entry)], self.before[self.chosen.index(entry)] = value, before
+        entry: Any = self.chosen[j]
+        found = entry.compute(replace(self.flow, vectors=0), self.z0, self.time, self.rates, report)
+        shapes = [np.shape(part) for part in found] if isinstance(found, tuple) else []
+        if shapes not in ([(self.orbits,), end, (self.orbits,)] for end in ((), (self.orbits,))):
+            raise TypeError(
+                f"compute of the indicator {entry.name} must return values, what they are compared with, and statuses "
+                f"of {self.orbits} orbits, got {shown(found)}"
+            )
+        self.values[j], self.before[j], status = found
         fine = self.ensemble.status == Status.OK
         self.ensemble.status[fine] = status[fine]
 

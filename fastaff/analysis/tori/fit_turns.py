@@ -89,8 +89,8 @@ def fit_turns(
         away = (image(body, path[:, :1], pieces) - path[:, :1])[rows_of(body)]
         for i, period in enumerate(periods_of(body)[rows_of(body)]):
             away[i] -= period * np.rint(away[i] / period) if period > 0 else 0.0
-        found = point(body, path, evidence, residual=float(np.abs(away).max()), rows=rows_of(body))
-        return replace(found, islands=pieces)
+        residual = float(np.abs(away).max())
+        return replace(point(body, path, evidence, residual=residual, rows=rows_of(body)), islands=pieces)
     inside = 2 * path.shape[1] // 3
     if inside < LEAST:
         longer = {"longer": pieces * LEAST * turns.interval}

@@ -1,0 +1,192 @@
+"""What an indicator of chaos is: its contract and defaults, what it may need, and the verdict that follows."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from enum import IntEnum
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from ...base.names import named
+from ...base.numbers import real
+from ...flows.flow import Flow, Report
+from ...models.contracts import Kind, driven, kind_of
+from .own_passes import Watch
+
+MANY = 100.0
+"""Natural periods before an orbit is called regular. After 16 periods half of what looked regular among the orbits of
+Henon and Heiles at the energy 1/8 was chaotic in the end, after 130 one in fifteen."""
+
+
+class Character(IntEnum):
+    """What an indicator says of an orbit, or all together."""
+
+    REGULAR = 0
+    CHAOTIC = 1
+    UNDECIDED = 2
+
+
+@runtime_checkable
+class Indicator(Protocol):
+    """What `chaos_map` takes: a value that inherits the defaults of this class, or has all that it has.
+
+    name: of its row in `ChaosMap`; limit: chaotic orbits are above it, or below it where `above` is False; None stands
+    for default(n, phase), by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an
+    orbit is called chaotic; rate: whether values are decades of growth that are shown as exponents; needs: words of
+    NEEDS, refused with a sentence where a system or its scheme lacks them.
+
+    Its values come from one of three: readings of tangent vectors (`VectorIndicator`), `watch` or `compute`.
+    """
+
+    name: str
+    limit: Any
+    above: bool = True
+    rate: bool = False
+    least: float = 0.0
+    needs: tuple[str, ...] = ()
+
+    @abstractmethod
+    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+        """Tell which orbits (orbits,) look regular, from their values, and those at half the time or what else they are
+        compared with.
+        """
+
+    def check(self, where: str, body: Any) -> None:
+        """Raise TypeError or ValueError, with `where` in the sentence, for fields that do not suit the body."""
+        return
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs, 0 for none."""
+        return 0
+
+    def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
+        """Return what it watches in the pass of the tangent vectors, None for nothing."""
+        return None
+
+    def compute(
+        self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
+    ) -> tuple[np.ndarray, Any, np.ndarray]:
+        """Run the flow from z0 (2n, orbits) in a pass of its own; rates (orbits,): the orbits' own angular frequencies.
+
+        Returns the values (orbits,), NaN where they are unknown, what `calm` compares them with, (orbits,) or NaN, and
+        statuses (orbits,).
+        """
+        raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
+
+
+class VectorIndicator(Indicator):
+    """An indicator that is a `reading` of the growth of `count` tangent vectors, see `kernels.readings`.
+
+    parameters: what the reading takes besides; across_flow: whether it takes the part of the first vector across the
+    flow, and so needs "flow"; spectrum: whether it asks for all exponents.
+    """
+
+    reading: Any
+    count = 1
+    parameters: tuple[float, ...] = ()
+    across_flow = False
+    spectrum = False
+
+    def vectors(self, n: int) -> int:
+        """Return how many tangent vectors it needs."""
+        return self.count
+
+
+def is_indicator(value: Any) -> bool:
+    """Tell whether a value, not a class, is an indicator."""
+    return isinstance(value, Indicator) and not isinstance(value, type)
+
+
+NEEDS = {
+    "energy": "an energy: no friction, no dz/dt = f(z)",
+    "flow": "equations that do not know the time: no map, no drive",
+    "fixed steps": "a scheme that is not adaptive",
+    "splitting": "a scheme that is symplectic and reversible",
+}
+"""What an indicator may need of a system and its scheme."""
+
+
+def refuse(where: str, indicator: Any, body: Any, flow: Flow | None = None) -> None:
+    """Raise TypeError or ValueError where a system, or the scheme that is planned for it, lacks what an indicator
+    needs.
+    """
+    needs, name = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs], type(indicator).__name__
+    needs += ["flow"] if getattr(indicator, "across_flow", False) else []
+    losing = {Kind.DAMPED: "has friction", Kind.FLOW: "is dz/dt = f(z)"}.get(kind_of(body))
+    if "energy" in needs and losing:
+        raise TypeError(
+            f"indicators of {type(body).__name__}, which {losing}, are those of tangent vectors, such as "
+            f"LyapunovSpectrum(), Lyapunov() and SALI(), got {indicator!r}"
+        )
+    if "flow" in needs and driven(body):
+        raise ValueError(
+            f"{where}, {indicator.name}, does not suit a driven system, whose flow goes along the time and does not go "
+            "back: take FLI, MEGNO, SALI or the Lyapunov spectrum"
+        )
+    if "flow" in needs and kind_of(body) is Kind.MAP:
+        raise ValueError(f"{name} needs a flow, along which a map does not go: take FLI or GALI")
+    if flow is not None and "fixed steps" in needs and flow.adaptive:
+        raise ValueError(f"{name} needs a scheme of fixed steps, got {flow.scheme.name}")
+    if flow is not None and "splitting" in needs and not flow.scheme.symplectic:
+        raise ValueError(f"{name} needs a splitting, which is reversible, got {flow.scheme.name}")
+
+
+def checked_indicators(indicators: Any, body: Any) -> tuple[Any, ...]:
+    """Return the indicators if they suit the body."""
+    if not isinstance(indicators, (tuple, list)) or not indicators:
+        instead = f": a class; write {indicators.__name__}()" if isinstance(indicators, type) else ""
+        raise TypeError(
+            f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
+        )
+    for k, entry in enumerate(indicators):
+        if not is_indicator(entry):
+            if isinstance(entry, type):
+                hint = f": write {entry.__name__}()" if hasattr(entry, "calm") else ""
+            else:
+                members = (name for name in (*Indicator.__annotations__, *vars(Indicator)) if name[0] != "_")
+                missing = [name for name in dict.fromkeys(members) if not hasattr(entry, name)]
+                hint = f", which has no {', '.join(missing[:3])}"
+            raise TypeError(f"indicators must be values of fastaff.analysis.chaos.indicators, got {entry!r}{hint}")
+        where = f"indicators[{k}], {type(entry).__name__}"
+        if entry.limit is not None or not hasattr(entry, "default"):
+            real(f"{where}.limit", entry.limit)
+        entry.check(where, body)
+        if type(entry.name) is not str or not entry.name.isidentifier():
+            raise ValueError(f"{where}.name must be a name such as 'entropy', got {entry.name!r}")
+        refuse(f"indicators[{k}]", entry, body)
+    names = [entry.name for entry in indicators]
+    if len(set(names)) < len(names):
+        raise ValueError(f"indicators must differ, got {', '.join(names)}")
+    return tuple(indicators)
+
+
+def judged(
+    indicator: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, phase: np.ndarray, n: int
+) -> np.ndarray:
+    """Return the verdicts (orbits,) of `Character` on readings (orbits,) at the end and at half the time, for the
+    phases omega T.
+    """
+    with np.errstate(invalid="ignore"):
+        beyond = value > limit if indicator.above else value < limit
+        calm = indicator.calm(value, before, limit, n)
+        chaotic = beyond & ~calm & (phase >= 2 * np.pi * indicator.least)
+        calm = calm & (phase >= 2 * np.pi * MANY)
+    return np.where(
+        chaotic,
+        Character.CHAOTIC,
+        np.where(calm & ~beyond & np.isfinite(value), Character.REGULAR, Character.UNDECIDED),
+    )
+
+
+def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
+    """Return the limits (orbits,) of what is read of an indicator, for n degrees of freedom at the phases omega T
+    (orbits,).
+
+    Those of an exponent are decades of growth.
+    """
+    if indicator.limit is None:
+        return indicator.default(n, phase)
+    limit = float(indicator.limit)
+    return np.full(phase.shape, limit * time / math.log(10) if indicator.rate else limit)

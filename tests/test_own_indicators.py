@@ -1,0 +1,255 @@
+"""Indicators of chaos of somebody else: of tangent vectors, with an observer, with a pass of their own, all defined
+here alone.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.analysis import Character
+from fastaff.analysis.chaos.indicator import NEEDS, Indicator, VectorIndicator, is_indicator
+from fastaff.analysis.chaos.own_passes import Watch
+from fastaff.base.numbers import portion
+from fastaff.compile.jit import LANES
+from fastaff.flows import observers
+from fastaff.kernels.readings import LN10, stretch
+
+HENON = fa.HenonHeiles()
+STARTS = np.array([[0.0, 0.0, 0.0], [-0.25, 0.1, 0.12], [0.42, 0.4, 0.36], [0.0, 0.1, 0.08]])
+RUN = {"time": 1000.0, "step": 0.1}
+DAMPED = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3", friction=0.02)
+DRIVEN = fa.hamiltonian("x**2/2*(1.3 + 0.2*cos(t))", coordinates="x", period="2*pi")
+LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+MAP = fa.models.HenonMap(0.2054)
+
+
+def area(growth, i):
+    return (stretch(growth, 0, i) + stretch(growth, 1, i)) / LN10
+
+
+@dataclass(frozen=True)
+class Area(VectorIndicator):
+    """Decades by which the area of two tangent vectors has grown."""
+
+    limit: float = 8.0
+    name = "area"
+    count = 2
+    reading = staticmethod(area)
+
+    def calm(self, value, before, limit, n):
+        return value - before < 1.5
+
+
+@dataclass(frozen=True)
+class TwoOrbits(Indicator):
+    """Decades by which the distance of two orbits has grown that start next to each other."""
+
+    apart: float = 1e-10
+    limit: float | None = None
+    name = "two_orbits"
+    needs = ("energy",)
+
+    def default(self, n, phase):
+        return 4.0 + np.log10(np.maximum(phase, 10.0))
+
+    def calm(self, value, before, limit, n):
+        return value < limit - 0.5
+
+    def check(self, where, body):
+        if not 0 < self.apart < 1:
+            raise ValueError(f"{where}.apart must be between 0 and 1, got {self.apart}")
+
+    def compute(self, flow, z0, time, rates, report):
+        near = z0 + self.apart * np.abs(z0).max(axis=0)
+        runs = [
+            flow.observed(start, observers.nothing(), time=time, observations=1, report=portion(report, k, 2))[0]
+            for k, start in enumerate((z0, near))
+        ]
+        with np.errstate(all="ignore"):
+            grown = np.linalg.norm(runs[1].z - runs[0].z, axis=0) / np.linalg.norm(near - z0, axis=0)
+            return np.log10(grown), np.nan, np.maximum(runs[0].status, runs[1].status)
+
+
+class Scale(NamedTuple):
+    """What the distance is measured in."""
+
+    unit: float = 1.0
+
+
+def farthest(value, lanes, orbit, fresh, t, z, memory, out, done):
+    for i in range(lanes):
+        distance = abs(z[LANES + i]) / value.unit
+        if fresh[i] > 0.0 and distance > memory[i]:
+            memory[i] = distance
+    return 0
+
+
+@dataclass(frozen=True)
+class Farthest(Indicator):
+    """The largest |y|, which is watched beside the tangent vectors; it calls no orbit regular."""
+
+    limit: float = 0.6
+    name = "farthest"
+
+    def calm(self, value, before, limit, n):
+        return np.zeros(value.shape, bool)
+
+    def watch(self, flow, time, rates):
+        observer = observers.Observer(farthest, 1, Scale())
+        return Watch(observer, 0, lambda memory: None, lambda memory, reached: (memory[0], np.nan))
+
+
+def refused(model, z0, *indicators, **options):
+    with pytest.raises((TypeError, ValueError)) as caught:
+        fa.chaos_map(model, z0, indicators=indicators, **{"time": 20.0} | options)
+    return str(caught.value)
+
+
+def test_an_indicator_of_tangent_vectors_from_outside():
+    """The bits of a TangentIndicator with the same function, in the same pass as those of the package."""
+    twin = fa.analysis.TangentIndicator("twin", area, limit=8.0, count=2)
+    found = fa.chaos_map(HENON, STARTS, indicators=(fa.MEGNO(), Area(), twin), history=4, **RUN)
+    assert found.names == ("megno", "area", "twin")
+    np.testing.assert_array_equal(found.area, found.twin)
+    np.testing.assert_array_equal(found.history[1], found.history[2])
+    np.testing.assert_array_equal(found.megno, fa.chaos_map(HENON, STARTS, history=4, **RUN).megno)
+    assert [*found.verdicts[1]] == [Character.CHAOTIC, Character.REGULAR, Character.REGULAR]
+    assert "1 chaotic" in fa.chaos_map(HENON, STARTS, indicators=Area(), early_stop=True, **RUN).summary()
+    assert np.isfinite(fa.chaos_map(LORENZ, [1.0, 2.0, 20.0], time=20.0, indicators=Area()).area).all()
+
+
+def test_an_indicator_with_a_pass_of_its_own_from_outside():
+    """Its values are those of the two integrations; it counts in the verdict, the summary and rows by name."""
+    found = fa.chaos_map(HENON, STARTS, indicators=TwoOrbits(), **RUN)
+    first, near = (fa.integrate(HENON, z, **RUN).z for z in (STARTS, STARTS + 1e-10 * np.abs(STARTS).max(axis=0)))
+    away = np.linalg.norm(near - first, axis=0)
+    assert np.all(np.abs(found.two_orbits[1:] - np.log10(away / (2e-10 * np.abs(STARTS).max(axis=0)))[1:]) < 1e-3)
+    assert [*found.verdict] == [Character.CHAOTIC, Character.REGULAR, Character.REGULAR]
+    assert "2 regular, 1 chaotic, 0 undecided" in found.summary()
+    np.testing.assert_array_equal(found["two_orbits"], found.values[0])
+    beside = fa.chaos_map(HENON, STARTS, indicators=(fa.SALI(), TwoOrbits(), Farthest()), **RUN)
+    np.testing.assert_array_equal(beside.two_orbits, found.two_orbits)
+    np.testing.assert_array_equal(beside.sali, fa.chaos_map(HENON, STARTS, indicators="sali", **RUN).sali)
+    assert (beside.verdict == found.verdict).all()
+    shares = fa.chaotic_fraction(lambda lam: (fa.HenonHeiles(lam), STARTS), ([1.0],), indicators=(TwoOrbits(),), **RUN)
+    assert shares.chaotic == 1
+    assert shares.indicators == ("two_orbits",)
+
+
+def test_an_indicator_with_an_observer_from_outside():
+    found = fa.chaos_map(HENON, STARTS, indicators=(fa.BirkhoffDigits(), Farthest(), fa.ZeroOne(), fa.MEGNO()), **RUN)
+    path = fa.integrate(HENON, STARTS, samples=10_000, **RUN).samples[:, 1]
+    np.testing.assert_allclose(found.farthest, np.abs(path).max(axis=0), rtol=1e-9)
+    alone = fa.chaos_map(HENON, STARTS, indicators=(fa.ZeroOne(), fa.BirkhoffDigits()), **RUN)
+    np.testing.assert_array_equal(found.zero_one, alone.zero_one)
+    np.testing.assert_array_equal(found.birkhoff_digits, alone.birkhoff_digits)
+
+
+@pytest.mark.parametrize(
+    ("model", "z0", "needs", "options", "words"),
+    [
+        (DAMPED, STARTS, ("energy",), {}, "which has friction, are those of tangent vectors"),
+        (LORENZ, [1.0, 2.0, 20.0], ("energy",), {}, "are those of tangent vectors"),
+        (DRIVEN, [0.1, 0.2], ("flow",), {}, "two_orbits, does not suit a driven system"),
+        (MAP, [0.1, 0.2], ("flow",), {}, "Needy needs a flow, along which a map does not go"),
+        (HENON, STARTS, ("fixed steps",), {"scheme": fa.VERNER9}, "Needy needs a scheme of fixed steps, got VERNER9"),
+        (
+            HENON,
+            STARTS,
+            ("splitting",),
+            {"scheme": fa.RK4, "step": 0.1},
+            "Needy needs a splitting, which is",
+        ),
+        (HENON, STARTS, ("patience",), {}, "needs must be one of energy, flow, fixed steps, splitting, got 'patience'"),
+    ],
+)
+def test_what_a_system_lacks_is_said(model, z0, needs, options, words):
+    class Needy(TwoOrbits):
+        pass
+
+    Needy.needs = needs
+    assert words in refused(model, z0, Needy(), **options)
+    assert {need for need in needs if need != "patience"} <= NEEDS.keys()
+
+
+def test_own_fields_are_checked():
+    assert "indicators[0], TwoOrbits.apart must be" in refused(HENON, STARTS, TwoOrbits(apart=2.0))
+    assert "indicators[1], Area.limit must be finite" in refused(HENON, STARTS, fa.SALI(), Area(limit=np.inf))
+    assert "indicators must differ, got area, area" in refused(HENON, STARTS, Area(), Area(limit=2.0))
+    assert "write TwoOrbits()" in refused(HENON, STARTS, TwoOrbits)
+    assert "early_stop takes indicators of tangent vectors" in refused(HENON, STARTS, TwoOrbits(), early_stop=True)
+
+    @dataclass(frozen=True)
+    class Silent(Indicator):
+        limit: float = 1.0
+        name: str = "silent"
+
+        def calm(self, value, before, limit, n):
+            return value < limit
+
+    assert "Silent must read vectors, or have a `watch` or a `compute`" in refused(HENON, STARTS, Silent())
+    assert "Silent.name must be a name such as" in refused(HENON, STARTS, Silent(name="not a name"))
+
+
+@pytest.mark.parametrize("answer", [None, np.ones(3), (np.ones(3), np.nan), (np.ones(2), np.nan, np.zeros(3, int))])
+def test_what_a_pass_returns_is_checked(answer):
+    class Wrong(TwoOrbits):
+        def compute(self, flow, z0, time, rates, report):
+            return answer
+
+    assert "compute of the indicator two_orbits must return values" in refused(HENON, STARTS, Wrong())
+
+
+def test_a_value_that_inherits_nothing_is_an_indicator():
+    """It has all that the contract has; what lacks something is refused with what it lacks."""
+
+    class Bare:
+        name, limit, above, rate, least, needs = "bare", 3.0, True, False, 0.0, ()
+
+        def vectors(self, n):
+            return 0
+
+        def check(self, where, body):
+            return None
+
+        def watch(self, flow, time, rates):
+            return None
+
+        def calm(self, value, before, limit, n):
+            return value < limit
+
+        def compute(self, flow, z0, time, rates, report):
+            return np.full(z0.shape[1], 2.0), np.nan, np.zeros(z0.shape[1], int)
+
+    assert is_indicator(Bare())
+    assert not is_indicator(Bare)
+    found = fa.chaos_map(HENON, STARTS, indicators=(Bare(), fa.SALI()), **RUN)
+    assert (found.bare == 2.0).all()
+    del Bare.calm, Bare.watch
+    assert refused(HENON, STARTS, Bare()).endswith("which has no calm, watch")
+
+
+def test_an_interrupted_pass_leaves_its_orbits_open():
+    def stop(fraction):
+        raise KeyboardInterrupt
+
+    many = np.repeat(STARTS, 40, axis=1)
+    with pytest.raises(fa.Interrupted) as stopped:
+        fa.chaos_map(HENON, many, time=2e4, step=0.02, indicators=TwoOrbits(), report=stop)
+    assert (stopped.value.partial.status == fa.Status.INTERRUPTED).all()
+
+
+def test_one_orbit_lost_in_its_pass_is_marked():
+    class Lossy(TwoOrbits):
+        def compute(self, flow, z0, time, rates, report):
+            value, before, status = super().compute(flow, z0, time, rates, report)
+            status[1] = fa.Status.NONFINITE
+            return value, before, status
+
+    found = fa.chaos_map(HENON, STARTS, indicators=(fa.SALI(), Lossy()), **RUN)
+    assert [*found.status] == [fa.Status.OK, fa.Status.NONFINITE, fa.Status.OK]
+    assert found.verdict[1] == Character.UNDECIDED
+    assert replace(Lossy(), limit=2.0).limit == 2.0
