@@ -17,7 +17,7 @@ from ..base.recipe import keep
 from ..base.status import Status, summary
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
-COMPILE_SECONDS = {"poincare": 20, "frequency-map": 40, "chaos-map": 60}
+COMPILE_SECONDS = {"poincare": 26, "frequency-map": 25, "chaos-map": 13, "demo": 30, "animate": 5, "doctor": 4}
 
 
 class Progress:

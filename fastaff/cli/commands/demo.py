@@ -15,7 +15,7 @@ def demo(
 ) -> int:
     """Compute and draw the demonstration: a neo-Hookean body with islands and chaos, and an integrable one beside it.
 
-    About a minute on two cores, and about 40 s of compilation the first time.
+    About 15 s on two cores, and about 30 s of compilation the first time.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def demo(
         Stops.leave("before the end, when the demo writes its files")
 
     if is_cold():
-        say(f"compiling once (about {COMPILE_SECONDS['frequency-map']} s)")
+        say(f"compiling once (about {COMPILE_SECONDS['demo']} s)")
     try:
         with on_stop(leave):
             demonstration.run(out, quick, threads=threads, meter=meter, force=force)
