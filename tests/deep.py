@@ -4,6 +4,10 @@ They take the longest: a case or two of each shows a fault of the code that it t
 """
 
 DEEP = {
+    "test_accuracy": {
+        "test_rounding_next_to_a_separatrix": 1,
+        "test_rounding_of_chaotic_orbits": 1,
+    },
     "test_architecture": {
         "test_public_names_are_there_however_they_are_asked_for": 0,
         "test_what_needs_a_package_that_is_missing_says_which_extra": 1,
@@ -15,15 +19,18 @@ DEEP = {
         "test_smooth_motion_gets_a_fixed_step": 0,
     },
     "test_chaos": {
-        "test_an_indicator_says_the_same_alone_and_in_any_company": 1,
+        "test_an_indicator_says_the_same_alone_and_in_any_company": 0,
         "test_threads_neighbours_and_order_change_no_bit": 1,
         "test_every_indicator_knows_the_orbits_of_the_literature": 0,
         "test_zero_one_calls_no_chaotic_orbit_regular": 0,
         "test_integrable_models_have_no_chaotic_orbit": 1,
+        "test_isochronous_orbits_have_constant_vectors": 0,
     },
     "test_cli": {
         "test_ctrl_c_keeps_finished_orbits": 1,
         "test_wrong_input_is_one_clear_line": 10,
+        "test_systems_of_a_formula": 0,
+        "test_bodies_of_a_formula": 0,
     },
     "test_cli_faults": {
         "test_closed_streams_are_no_error": 1,
@@ -31,7 +38,8 @@ DEEP = {
     "test_cli_jobs": {
         "test_a_written_job_gives_the_numbers_of_the_command": 1,
         "test_a_store_of_another_processor": 0,
-        "test_a_stopped_job_is_resumed_by_the_command_that_is_printed": 1,
+        "test_a_stopped_job_is_resumed_by_the_command_that_is_printed": 0,
+        "test_figures_of_spectra": 1,
     },
     "test_cli_stops": {
         "test_a_signal_waits_for_compiled_code_of_others": 1,
@@ -40,10 +48,10 @@ DEEP = {
     },
     "test_closing_errors": {
         "test_errors_cover_closed_forms_whatever_the_multiplier": 1,
-        "test_lyapunov_orbits_that_pass_the_moon_closely_have_the_period_of_a_symmetric_shooting": 1,
+        "test_lyapunov_orbits_that_pass_the_moon_closely_have_the_period_of_a_symmetric_shooting": 0,
     },
     "test_cycles": {
-        "test_families_of_hills_problem": 1,
+        "test_families_of_hills_problem": 0,
     },
     "test_driven": {
         "test_orbits_against_taylor_series": 1,
@@ -53,6 +61,7 @@ DEEP = {
     },
     "test_explorer": {
         "test_typed_formulas_move_as_the_package_moves_them": 0,
+        "test_first_crossings_are_those_of_poincare_map": 0,
     },
     "test_flow": {
         "test_linear_systems_are_matrix_exponentials": 1,
@@ -69,6 +78,7 @@ DEEP = {
     },
     "test_friction": {
         "test_the_sum_of_the_spectrum_is_the_friction": 0,
+        "test_crossings_of_a_damped_oscillator": 0,
     },
     "test_fundamental": {
         "test_lines_too_close_to_tell_are_undecided_and_their_errors_know": 0,
@@ -82,27 +92,38 @@ DEEP = {
         "test_units_change_nothing": 1,
     },
     "test_interruption": {
-        "test_ctrl_c_where_llvm_calls_python": 1,
+        "test_ctrl_c_where_llvm_calls_python": 0,
         "test_ctrl_c_while_modules_are_loaded": 1,
+    },
+    "test_jit_cache": {
+        "test_indicators_and_observers_of_ones_own_are_compiled_once_for_each_content": 0,
+        "test_an_edited_model_gives_new_numbers": 0,
     },
     "test_job_places": {
         "test_a_store_that_is_moved_while_it_is_written": 1,
+    },
+    "test_job_store": {
+        "test_facts_that_are_missing": 2,
     },
     "test_jobs": {
         "test_a_store_has_the_bits_of_a_run_in_memory": 1,
         "test_any_unit_and_threads": 1,
     },
     "test_kills": {
-        "test_whatever_moment_a_command_is_killed_at": 7,
+        "test_whatever_moment_a_command_is_killed_at": 3,
         "test_results_that_are_computed_are_written_whatever_comes": 0,
         "test_ctrl_c_at_any_moment": 2,
     },
     "test_launch_sets": {
         "test_wells_without_end_ask_for_ranges": 1,
-        "test_rings_and_wells_far_apart_have_an_end": 1,
+        "test_rings_and_wells_far_apart_have_an_end": 0,
         "test_all_wells_share_the_volume_of_an_energy_surface": 1,
         "test_jobs_have_the_same_points_in_any_units": 1,
         "test_points_of_a_section_are_uniform_in_the_ball_of_an_oscillator": 1,
+        "test_the_first_points_do_not_depend_on_how_many_are_drawn": 0,
+        "test_points_of_an_energy_surface_are_uniform_on_the_sphere_of_an_oscillator": 1,
+        "test_points_of_henon_heiles_fill_the_triangle_and_nothing_beyond": 1,
+        "test_the_flow_keeps_the_measure_of_an_energy_surface_and_the_return_map_that_of_a_section": 0,
     },
     "test_level_table": {
         "test_levels_without_a_torus_have_a_status_and_no_energy": 0,
@@ -114,6 +135,7 @@ DEEP = {
         "test_errors_of_doublings_hold": 0,
         "test_lines_of_maps_have_the_amplitudes_and_phases_of_conjugated_rotations": 0,
         "test_starts_are_not_touched": 1,
+        "test_an_orbit_has_the_same_bits_alone_and_in_company": 1,
     },
     "test_packs": {
         "test_a_pack_has_the_bits_of_code_compiled_here": 0,
@@ -121,6 +143,7 @@ DEEP = {
     "test_periodic": {
         "test_harmonic_body_has_unit_multipliers_in_four_degrees_of_freedom": 0,
         "test_units_origin_and_zero_of_the_potential_change_nothing": 1,
+        "test_longer_orbits_come_in_pairs": 0,
     },
     "test_plot": {
         "test_edge_is_where_the_energy_grid_ends": 1,
@@ -155,6 +178,10 @@ DEEP = {
     },
     "test_quantum_statistics": {
         "test_harmonic_count_in_closed_form": 1,
+        "test_count_has_no_drift_on_exact_levels": 1,
+    },
+    "test_quantum_wells": {
+        "test_refusals_name_their_reason": 1,
     },
     "test_recipe": {
         "test_a_file_is_enough_to_run_again": 2,
@@ -166,7 +193,7 @@ DEEP = {
         "test_a_spectrum_keeps_the_levels_of_the_last_basis": 1,
     },
     "test_rotating": {
-        "test_the_tangent_map_of_a_linear_system_is_an_exponential": 1,
+        "test_the_tangent_map_of_a_linear_system_is_an_exponential": 0,
         "test_a_halo_orbit_of_the_catalogue_closes": 0,
         "test_hills_variational_orbit_has_the_motion_of_the_perigee": 0,
         "test_company_changes_no_bit": 0,
@@ -176,12 +203,13 @@ DEEP = {
         "test_a_block_has_the_bits_of_its_text": 4,
         "test_tangent_maps_are_symplectic": 1,
         "test_a_penning_trap_has_its_three_frequencies": 1,
+        "test_frequencies_of_turning_springs_are_eigenvalues": 0,
     },
     "test_separable": {
         "test_constants_are_conserved": 3,
     },
     "test_starts": {
-        "test_states_from_special_starts_are_within_their_errors": 1,
+        "test_states_from_special_starts_are_within_their_errors": 0,
         "test_no_orbit_within_its_accuracy_drifts_and_errors_cover_at_any_accuracy": 1,
     },
     "test_tangent": {
