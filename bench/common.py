@@ -7,10 +7,11 @@ import time
 import numba
 import numpy as np
 
-from fastaff import HenonHeiles, Linear, energy_grid
+from fastaff import AlphaTurning, Body, HenonHeiles, Linear, NeoHookean, energy_grid
 
 ORBITS = 4096
 SAMPLES, SIGNALS = 8192, 1000
+NEO = Body(NeoHookean(G=1.0, K=2.0))
 
 
 def hyperelastic_orbits(orbits: int = ORBITS) -> np.ndarray:
@@ -35,6 +36,12 @@ def mixed_orbits(each: int) -> np.ndarray:
         z0 = energy_grid(HenonHeiles(), energy=energy, section=Linear((1.0, 0.0, 0.0, 0.0)), axes=axes).z0
         parts.append(z0[:, rng.choice(z0.shape[1], each, replace=False)])
     return np.concatenate(parts, axis=1)
+
+
+def neo_hookean_orbits(*cells: int) -> np.ndarray:
+    """Return z0 (8, orbits) of the neo-Hookean body at E = 1.5 on a grid of so many beta and p_beta, p_alpha = 0."""
+    axes = np.linspace(0.05, 1.3, cells[0]), np.linspace(-1.5, 1.5, cells[1])
+    return energy_grid(NEO, energy=1.5, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=axes).z0
 
 
 def energy_error(z: np.ndarray, z0: np.ndarray) -> float:

@@ -7,7 +7,16 @@ import tracemalloc
 import numba
 import numpy as np
 import pytest
-from common import ORBITS, alternating, best, hyperelastic_orbits, naive_henon_heiles, naive_hyperelastic
+from common import (
+    NEO,
+    ORBITS,
+    alternating,
+    best,
+    hyperelastic_orbits,
+    naive_henon_heiles,
+    naive_hyperelastic,
+    neo_hookean_orbits,
+)
 
 from fastaff import (
     KAHAN_LI8,
@@ -17,8 +26,6 @@ from fastaff import (
     HenonHeiles,
     Hyperelastic,
     Linear,
-    NeoHookean,
-    energy_grid,
     integrate,
     poincare_map,
 )
@@ -113,12 +120,10 @@ def test_henon_heiles_section(numbers, timed):
 
 def test_section_over_the_integration(numbers):
     """Processor time of `poincare_map` over that of `integrate` with the same step, in alternating runs."""
-    body, section, time, step = Body(NeoHookean(G=1.0, K=2.0)), AlphaTurning(+1), 400.0, 0.04
-    axes = np.linspace(0.05, 1.3, 40), np.linspace(-1.5, 1.5, 41)
-    z0 = energy_grid(body, energy=1.5, p_eta=0.3, p_gamma=0.2, section=section, axes=axes).z0
+    section, time, step, z0 = AlphaTurning(+1), 400.0, 0.04, neo_hookean_orbits(40, 41)
     runs = {
-        "integrate": lambda: integrate(body, z0, time=time, step=step),
-        "poincare_map": lambda: poincare_map(body, z0, section=section, crossings=200, max_time=time, step=step),
+        "integrate": lambda: integrate(NEO, z0, time=time, step=step),
+        "poincare_map": lambda: poincare_map(NEO, z0, section=section, crossings=200, max_time=time, step=step),
     }
     results, cost = alternating(runs, repeats=5)
     found = results["poincare_map"]

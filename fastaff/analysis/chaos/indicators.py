@@ -45,6 +45,11 @@ def _decades(phase: Any) -> Any:
     return np.log10(np.maximum(phase, 10.0))
 
 
+def _moving_rows(body: Any) -> int:
+    """Return how many tangent vectors can differ: rows of the state without the time and its momentum."""
+    return dimension(body) - 2 * driven(body)
+
+
 class _Growth(VectorIndicator):
     """Decades by which vectors grow."""
 
@@ -197,7 +202,7 @@ class GALI(_Volume):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse a count that is not 2 to 2n."""
-        rows = dimension(body) - 2 * driven(body)
+        rows = _moving_rows(body)
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
             raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {self.count}")
 
@@ -353,7 +358,7 @@ class TangentIndicator(VectorIndicator):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse fields that are not what they should be."""
-        rows = dimension(body) - 2 * driven(body)
+        rows = _moving_rows(body)
         if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
             raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
         if self.judge is not None and not inspect.isfunction(self.judge):

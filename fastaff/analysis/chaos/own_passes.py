@@ -13,7 +13,7 @@ import numpy as np
 from ...base.numbers import fits
 from ...base.status import Status
 from ...flows import observers
-from ...flows.flow import Flow, Report, launch, no_memory
+from ...flows.flow import Flow, Report, launch, no_memory, units
 from ...flows.motion import motion
 from ...kernels import birkhoff
 from ...kernels import zero_one as correlations
@@ -68,8 +68,8 @@ def median_correlation(samples: np.ndarray, counts: np.ndarray, threads: int, re
     orbits = len(samples)
     angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
     cosine = np.cos(np.arange(counts.max() // 10)[:, None] * angles)
-    progress, result = np.zeros(orbits, np.int64), np.full(orbits, np.nan)
-    launch(correlations.zero_one, (samples, counts, cosine, result), progress, float(orbits), threads, report)
+    result = np.full(orbits, np.nan)
+    launch(correlations.zero_one, (samples, counts, cosine, result), units(orbits, 1), float(orbits), threads, report)
     return result
 
 
@@ -80,7 +80,7 @@ def kinetic_samples(samples: int | None, flow: Flow, time: float, rates: np.ndar
     """
     most = np.clip(0.8 * time * rates, LEAST_SAMPLES, MOST_SAMPLES)
     wanted = most if samples is None else np.full(rates.size, samples)
-    seen = max(MOST_SAMPLES, samples or 0) if flow.adaptive else flow.steps(time)
+    seen = _equidistant(samples) if flow.adaptive else flow.steps(time)
     stride = np.maximum(1, seen // wanted)
     counts = np.minimum(wanted, seen // stride).astype(np.int64)
     fits("ZeroOne.samples", rates.size, int(counts.max()))
@@ -97,6 +97,11 @@ def kinetic_samples(samples: int | None, flow: Flow, time: float, rates: np.ndar
     return Watch(observer, int(counts.max()), prepare, lambda memory, reached: (np.nan, quiet), finish)
 
 
+def _equidistant(samples: int | None) -> int:
+    """Return how many states an adaptive scheme shows to the 0-1 test."""
+    return max(MOST_SAMPLES, samples or 0)
+
+
 def zero_one(
     samples: int | None, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -104,8 +109,7 @@ def zero_one(
     watch, ensemble = kinetic_samples(samples, flow, time, rates), flow.ensemble(z0.copy())
     memory, out = np.zeros((watch.observer.rows, rates.size)), np.zeros((rates.size, watch.columns))
     watch.prepare(memory)
-    seen = max(MOST_SAMPLES, samples or 0)
-    flow.advance(ensemble, watch.observer, memory, out, time=time, observations=seen, report=report)
+    flow.advance(ensemble, watch.observer, memory, out, time=time, observations=_equidistant(samples), report=report)
     found, (_, quiet) = watch.finish(out, report), watch.read(memory, ensemble.time)  # type: ignore[misc]
     return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -18,7 +17,7 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
-from ...flows.flow import Report, launch
+from ...flows.flow import Report, launch, units
 from ...kernels import tori_closed, tori_inverse, tori_quadrature
 from ...kernels.tori_closed import Tori
 from ...models import Barriers, Oscillator, Spring, Zero
@@ -170,7 +169,7 @@ def _momenta(z: np.ndarray) -> np.ndarray:
 
 
 def _run(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | None, report: Report | None) -> None:
-    progress = np.zeros(math.ceil(n / unit), np.int64)
+    progress = units(n, unit)
     launch(kernel, arguments, progress, float(progress.size), checked_threads(threads), report)
 
 

@@ -21,7 +21,7 @@ from .fit_series import LARGEST_ORDER, STEPS, Samples, Series, errors, fit, grow
 from .fit_signals import LINES, TRUSTED
 from .fourier import actions, canonical, evaluate
 from .torus import TorusFit, Verdict, doubted, nothing, point, resting, unsure
-from .turns import Turns, apart, area, image, periods_of, rows_of, turn_residual, turns_of
+from .turns import Turns, apart, area, image, periods_of, rows_of, turn_residual, turns_of, without_periods
 
 LEAST = 256
 """Turns that a fit needs, of each of the pieces that an orbit lies on."""
@@ -86,10 +86,8 @@ def fit_turns(
         path = _apart(path[:, ::pieces], periods_of(body))
     every = path[rows_of(body)]
     if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
-        away = (image(body, path[:, :1], pieces) - path[:, :1])[rows_of(body)]
-        for i, period in enumerate(periods_of(body)[rows_of(body)]):
-            away[i] -= period * np.rint(away[i] / period) if period > 0 else 0.0
-        residual = float(np.abs(away).max())
+        away = without_periods(image(body, path[:, :1], pieces) - path[:, :1], periods_of(body))
+        residual = float(np.abs(away[rows_of(body)]).max())
         return replace(point(body, path, evidence, residual=residual, rows=rows_of(body)), islands=pieces)
     inside = 2 * path.shape[1] // 3
     if inside < LEAST:

@@ -122,6 +122,13 @@ def spread(d: int) -> np.ndarray:
     return np.arange(GRID) * ratio ** -np.arange(1.0, d + 1)[:, None] % 1.0
 
 
+def without_periods(away: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Take whole periods (rows,), 0 where a row has none, off differences (rows, points), which are returned."""
+    for r in np.flatnonzero(periods > 0):
+        away[r] -= periods[r] * np.rint(away[r] / periods[r])
+    return away
+
+
 def apart(body: Any, one: np.ndarray, other: np.ndarray) -> float:
     """Return the largest difference of phase points (2n, points), whole periods aside, relative to the extent of the
     others, for coordinates and momenta apart; inf where it is not finite.
@@ -129,9 +136,7 @@ def apart(body: Any, one: np.ndarray, other: np.ndarray) -> float:
     periods, rows = periods_of(body), rows_of(body)
     half = len(rows) // 2
     with np.errstate(all="ignore"):
-        away = one - other
-        for r in np.flatnonzero(periods > 0):
-            away[r] -= periods[r] * np.rint(away[r] / periods[r])
+        away = without_periods(one - other, periods)
         extent = np.maximum(np.ptp(other, axis=1) / 2, CONSTANT * np.abs(other).max(axis=1))
         extent = np.where(periods > 0, np.minimum(extent, periods / 2), extent)
         parts = [np.abs(away[s]).max() / (extent[s].max() or 1.0) for s in (rows[:half], rows[half:])]
