@@ -5,14 +5,17 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.special import ellipj, ellipk
 
 import fastaff as fa
 from fastaff.analysis.sections import poincare_map as poincare_module
-from fastaff.flows.accuracy import Steps, shortening
+from fastaff.flows.accuracy import SLIGHTLY, Steps, shortening
 from fastaff.flows.flow import Wear
 from fastaff.flows.motion import motion
 from fastaff.flows.options import Options, plan
+from fastaff.flows.trials import on_ladder
 
 HH = fa.HenonHeiles()
 NAMES = "x y z u v w"
@@ -418,8 +421,23 @@ def test_an_answer_with_an_error_costs_few_plain_runs(which, monkeypatch):
     assert (cut.status == fa.Status.OK).all()
 
 
+@given(
+    step=st.floats(1e-9, 1e9), time=st.floats(1e-6, 1e6), parts=st.sampled_from([1, 2, 32]), steps=st.integers(1, 10**9)
+)
+def test_numbers_of_steps_lie_on_a_ladder(step, time, parts, steps):
+    """They are four to eight times a power of two, or below eight, and the first ones that are enough."""
+    for asked, least in ((step, time / (parts * step)), (time / (parts * steps), steps)):
+        found = time / (parts * on_ladder(np.array([asked]), time, parts)[0])
+        number = round(found)
+        assert abs(found - number) <= 1e-9 * number and number >= least * (1 - 1e-9)
+        unit = max(1, 2 ** (number.bit_length() - 3))
+        assert number % unit == 0
+        below = number - (unit if number > 4 * unit else max(1, unit // 2))
+        assert below < max(least, 1.0)
+
+
 def test_steps_are_shortened_by_what_should_do():
-    """By 2^(1/2) where the order says that it is enough, else halved; not where rounding or chaos is what is left."""
+    """SLIGHTLY where the order says that it is enough, else halved; not where rounding or chaos is what is left."""
     flow = plan(HH, np.full((4, 7), 0.1), Options(step=0.1, scheme=fa.SOFRONIOU_SPALETTA10)).flow
     flow = flow.sized(np.full(7, 0.1))
     each = np.ones(7)
@@ -427,7 +445,7 @@ def test_steps_are_shortened_by_what_should_do():
     error = 1e-10 * np.array([[0.9, 3.0, 900.0, 3.0, 1.2, 1e4, np.inf]])
     rounding = 1e-10 * np.array([[0.1, 0.1, 0.1, 2.8, 0.69, 0.1, 0.1]])
     factor = shortening(flow, steps, error, rounding, 1e-10)
-    np.testing.assert_array_equal(factor, [1.0, 2**0.5, 2.0, 1.0, 2**0.5, 1.0, 1.0])
+    np.testing.assert_array_equal(factor, [1.0, SLIGHTLY, 2.0, 1.0, SLIGHTLY, 1.0, 1.0])
     shorter = steps.shortened(np.where(factor > 1, factor, 2.0))
     np.testing.assert_allclose(steps.step / shorter.step, shorter.ratio)
     assert (shorter.ratio >= factor * (1 - 1e-12)).all()

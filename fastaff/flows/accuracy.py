@@ -58,8 +58,11 @@ ROUGH, LOST = 1e-4, 0.1
 which the runs tell nothing of one another.
 """
 
+SLIGHTLY = 1.4
+"""How many times shorter steps become where a little is missing: two rungs of the ladder."""
+
 MARGIN = 2.0
-"""How many times more than the order says errors must fall with steps that are only 2^(1/2) times shorter."""
+"""How many times more than the order says errors must fall with steps that are only SLIGHTLY shorter."""
 
 WEAR_RADIANS = 6.0
 """Radians of the motion in which the momenta of the run with twice the step are slowed once, or at each step."""
@@ -246,15 +249,15 @@ def shortening(
     flow: Flow | TransformedFlow, plan: Steps, error: np.ndarray, rounding: np.ndarray, accuracy: float
 ) -> np.ndarray:
     """Return how many times shorter (orbits,) steps should be whose errors (moments, orbits), of which rounding makes a
-    part, are too large: 2^(1/2) or 2, by the order at which the rest falls; 1 where it is not for steps to cure.
+    part, are too large: SLIGHTLY or 2, by the order at which the rest falls; 1 where it is not for steps to cure.
     """
     with np.errstate(all="ignore"):
         worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
         curable = (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order)
         goal = np.maximum(accuracy - floor, floor / 4)
-        slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * 2.0 ** (plan.order / 2)
+        slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * SLIGHTLY**plan.order
     curable &= (floor < accuracy) | (floor < 0.7 * worst)
-    shorter = np.where(slight & (not flow.alike), np.sqrt(2.0), 2.0)
+    shorter = np.where(slight & (not flow.alike), SLIGHTLY, 2.0)
     return np.where(curable, shorter, 1.0)
 
 

@@ -36,7 +36,7 @@ BRIEF = 10_000
 another thread needs as long as a hundred to wake up.
 """
 
-WEAR_STEPS = 2, 4, 8, 16
+WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
 
 Report = Callable[[float], None]

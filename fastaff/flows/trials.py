@@ -30,7 +30,9 @@ COMPARABLE = 1e-2
 """Errors of trials below which they tell the order at which they fall."""
 
 LADDER = 4
-"""Numbers of steps go up by factors 2^(1/4): neighbours share lane blocks."""
+"""Numbers of steps are q 2^k with q from LADDER to 2 LADDER: neighbours share lane blocks, and all that are large have
+a large power of two as a divisor, after which slowed runs pause.
+"""
 
 STEPS = 14
 """Steps that are tried for a set of orbits at most."""
@@ -40,12 +42,12 @@ TRIALS = 8
 
 
 def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
-    """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, ...
-    (factors 2^(1/4)).
+    """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14,
+    16, 20, ...
     """
     least = np.maximum(time / (parts * step) * (1 - 1e-12), 1.0)
-    rung = np.ceil(LADDER * np.log2(least) - 1e-9)
-    return time / (parts * np.ceil(2 ** (rung / LADDER) * (1 - 1e-12)))
+    unit = np.maximum(2.0 ** (np.floor(np.log2(least))) / LADDER, 1.0)
+    return time / (parts * unit * np.ceil(least / unit))
 
 
 class Chosen(NamedTuple):
