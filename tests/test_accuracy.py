@@ -429,7 +429,8 @@ def test_numbers_of_steps_lie_on_a_ladder(step, time, parts, steps):
     for asked, least in ((step, time / (parts * step)), (time / (parts * steps), steps)):
         found = time / (parts * on_ladder(np.array([asked]), time, parts)[0])
         number = round(found)
-        assert abs(found - number) <= 1e-9 * number and number >= least * (1 - 1e-9)
+        assert abs(found - number) <= 1e-9 * number
+        assert number >= least * (1 - 1e-9)
         unit = max(1, 2 ** (number.bit_length() - 3))
         assert number % unit == 0
         below = number - (unit if number > 4 * unit else max(1, unit // 2))
