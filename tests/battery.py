@@ -374,7 +374,7 @@ CALLS = {
 }
 
 FILES = {"explore", "load", "rerun", "resume", "save"}
-"""What takes the name of a file: tests/test_recipe.py, test_jobs.py and test_explorer.py hand it everything."""
+"""What takes the name of a file: tests/test_recipe.py, test_jobs.py and explorer/test_engine.py hand it everything."""
 
 CONTAINERS = {
     "Bifurcation",

@@ -59,7 +59,7 @@ DEEP = {
     "test_elementary": {
         "test_functions_of_one_number_are_right_to_a_unit_in_the_last_place": 2,
     },
-    "test_explorer": {
+    "test_engine": {
         "test_typed_formulas_move_as_the_package_moves_them": 0,
         "test_first_crossings_are_those_of_poincare_map": 0,
     },

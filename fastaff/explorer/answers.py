@@ -22,6 +22,7 @@ from ..flows.checks import NATURAL, checked_model
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
+from ..formulas.grammar import UnknownName
 from ..formulas.mapping import mapping, untried
 from ..formulas.section_text import section_named
 from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
@@ -108,11 +109,8 @@ class Answers:
                 try:
                     _typed(message, dict.fromkeys(names, 1.0), known=False)
                     break
-                except ValueError as problem:
-                    unknown = str(problem).partition("unknown name '")[2].partition("'")[0]
-                    if not unknown or unknown in names:
-                        raise
-                    names.append(unknown)
+                except UnknownName as problem:
+                    names.append(problem.name)
         except (ValueError, TypeError, ImportError) as problem:
             said = str(problem).replace("text:", "formula:", 1)
         kept = {"formula": message.get("formula"), "kind": message.get("kind")}

@@ -10,6 +10,8 @@ from importlib.resources import files
 from pathlib import PurePosixPath
 from typing import Any
 
+from .tables import grammar_module
+
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./([A-Za-z0-9_]+\.js)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const|let)\b)", re.MULTILINE)
 _TOP = re.compile(r"^(?:export )?(?:async )?(?:function\*?|class|const|let) ([A-Za-z_$][\w$]*)", re.MULTILINE)
@@ -17,7 +19,9 @@ _ANY = re.compile(r"^\s*(?:import|export)\b", re.MULTILINE)
 
 
 def web_text(name: str) -> str:
-    """Return the text of a file of the folder `web`."""
+    """Return the text of a module, style or page of the folder `web`, or of the module that tables are written to."""
+    if name == "tables.js":
+        return grammar_module()
     return files(__package__).joinpath("web", str(PurePosixPath(name))).read_text(encoding="utf-8")
 
 

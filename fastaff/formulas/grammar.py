@@ -21,8 +21,8 @@ CONSTANTS = {"pi": math.pi}
 MAX_LENGTH, MAX_NODES, MAX_DEPTH, MAX_EXPONENT = 2000, 1000, 60, 64
 
 ALLOWED = f"allowed are numbers, names, pi, + - * / **, parentheses and {', '.join(FUNCTIONS)}"
-_LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
-_SIGNS = {
+LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
+SIGNS = {
     **dict.fromkeys("'\"`", "a string"),
     **dict.fromkeys("[]", "a subscript or list"),
     **dict.fromkeys("{}", "a set or dictionary"),
@@ -39,7 +39,7 @@ _SIGNS = {
     "~": "the operator ~",
     "\0": "a null byte",
 }
-_SPELLINGS = {
+SPELLINGS = {
     "α": "alpha",
     "β": "beta",
     "ϑ": "vartheta",
@@ -55,7 +55,7 @@ _SPELLINGS = {
     "÷": "/",
     "√": "sqrt(...)",
 }
-_ADVICE = {
+ADVICE = {
     "abs": "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)",
     "ln": "the natural logarithm is log",
     "sign": "sign is not continuous",
@@ -99,6 +99,14 @@ TIME_HINT = (
     "the time of a driven system, which needs a period: hamiltonian(..., period=6.28), or a formula of the parameters "
     "such as period='2*pi/w'; or a coordinate or parameter of that name"
 )
+
+
+class UnknownName(ValueError):
+    """A formula has a name that is neither a variable nor a parameter."""
+
+    def __init__(self, message: str, name: str):
+        super().__init__(message)
+        self.name = name
 
 
 class Operation(NamedTuple):
@@ -162,7 +170,7 @@ def checked_name(name: str, what: str, taken: Iterable[str]) -> str:
             f"{what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter; got "
             f"{name!r}"
         )
-    if name in FUNCTIONS or name in CONSTANTS or name in _ADVICE:
+    if name in FUNCTIONS or name in CONSTANTS or name in ADVICE:
         raise ValueError(f"{what} {name!r} is the name of a function or constant of the grammar: choose another")
     if name in taken:
         raise ValueError(f"{what} {name!r} is taken: it names a variable or a part of the model; choose another")
@@ -206,10 +214,10 @@ class _Reader:
             raise ValueError(f"{self.argument} must be a formula, got an empty text; {ALLOWED}")
         depth = 0
         for column, letter in enumerate(self.text, 1):
-            if letter not in _LETTERS:
+            if letter not in LETTERS:
                 name = unicodedata.name(letter, "an unprintable character")
-                found = _SIGNS.get(letter) or f"the character {letter!r} ({name.lower()})"
-                hint = f"write {_SPELLINGS[letter]}" if letter in _SPELLINGS else ""
+                found = SIGNS.get(letter) or f"the character {letter!r} ({name.lower()})"
+                hint = f"write {SPELLINGS[letter]}" if letter in SPELLINGS else ""
                 raise self.refuse(found, column, hint)
             depth += (letter == "(") - (letter == ")")
             if depth < 0:
@@ -318,7 +326,7 @@ class _Reader:
         if name in self.variables or name in self.parameters or name in CONSTANTS:
             raise self.refuse(f"a call of {name}", column, f"{name} is a number: write {name}*(...)")
         if name not in FUNCTIONS:
-            raise self.refuse(f"a call of {name!r}", column, _ADVICE.get(name) or self.similar(name, FUNCTIONS))
+            raise self.refuse(f"a call of {name!r}", column, ADVICE.get(name) or self.similar(name, FUNCTIONS))
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
             raise self.refuse(
                 f"{name} with {len(node.args) + len(node.keywords)} arguments", column, "functions take one"
@@ -350,10 +358,8 @@ class _Reader:
         known = (*self.variables, *self.parameters, *CONSTANTS)
         hint = self.similar(name, (*known, *FUNCTIONS)) or "a parameter needs a value: give it by name"
         hint = TIME_HINT if name == TIME else hint
-        raise ValueError(
-            f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}; "
-            f"{ALLOWED}"
-        )
+        said = f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}"
+        raise UnknownName(f"{said}; {ALLOWED}", name)
 
     @staticmethod
     def similar(name: str, known: Iterable[str]) -> str:

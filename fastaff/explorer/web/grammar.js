@@ -1,37 +1,16 @@
 // The grammar of formulas, as formulas/grammar.py: a whitelist, turned into a postfix program. Nothing is ever executed.
 
-export const GRAMMAR_FUNCTIONS = ["sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan"];
-export const GRAMMAR_CONSTANTS = new Map([["pi", Math.PI]]);
-const MAX_LENGTH = 2000, MAX_NODES = 1000, MAX_DEPTH = 60, MAX_EXPONENT = 64;
-const ALLOWED = `allowed are numbers, names, pi, + - * / **, parentheses and ${GRAMMAR_FUNCTIONS.join(", ")}`;
-const ALPHABET = new Set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r");
-const SIGNS = new Map([
-  ["'", "a string"], ['"', "a string"], ["`", "a string"], ["[", "a subscript or list"], ["]", "a subscript or list"],
-  ["{", "a set or dictionary"], ["}", "a set or dictionary"], ["<", "a comparison"], [">", "a comparison"], ["!", "a comparison"],
-  ["=", "an assignment or comparison"], [":", "a colon (lambda, slice or assignment)"], ["#", "a comment"],
-  [";", "a second statement"], ["\\", "a backslash"], ["%", "the operator %"], ["@", "the operator @"], ["&", "the operator &"],
-  ["|", "the operator |"], ["~", "the operator ~"], ["\0", "a null byte"],
-]);
-const SPELLINGS = new Map([
-  ["α", "alpha"], ["β", "beta"], ["ϑ", "vartheta"], ["θ", "vartheta"], ["ρ", "rho"], ["π", "pi"], ["²", "**2"], ["³", "**3"],
-  ["·", "*"], ["×", "*"], ["−", "-"], ["–", "-"], ["÷", "/"], ["√", "sqrt(...)"],
-]);
-const ADVICE = new Map([
-  ["abs", "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)"], ["ln", "the natural logarithm is log"],
-  ["sign", "sign is not continuous"], ["arcsin", "write asin"], ["arccos", "write acos"], ["arctan", "write atan"],
-  ["atan2", "write atan"], ["cbrt", "write (...)**(1/3)"], ["pow", "powers are written **"], ["max", "max is not smooth"],
-  ["min", "min is not smooth"],
-]);
-const PYTHON_WORDS = new Set(("False None True and as assert async await break class continue def del elif else except finally for from "
-  + "global if import in is lambda nonlocal not or pass raise return try while with yield").split(" "));
+import { GRAMMAR } from "./tables.js";
+
+export const GRAMMAR_FUNCTIONS = GRAMMAR.functions;
+export const GRAMMAR_CONSTANTS = new Map(Object.entries(GRAMMAR.constants));
+export const RESERVED_NAMES = new Set(GRAMMAR.reserved);
+const ALPHABET = new Set(GRAMMAR.letters), PYTHON_WORDS = new Set(GRAMMAR.keywords);
+const [SIGNS, SPELLINGS, ADVICE] = [GRAMMAR.signs, GRAMMAR.spellings, GRAMMAR.advice].map((table) => new Map(Object.entries(table)));
 const WORDS_FOUND = new Map([
   ["if", "a condition"], ["else", "a condition"], ["and", "a logical operator"], ["or", "a logical operator"], ["not", "a logical operator"],
   ["in", "a comparison"], ["is", "a comparison"], ["await", "await"], ["yield", "yield"], ["for", "a comprehension"],
 ]);
-export const RESERVED_NAMES = new Set(("count index degrees_of_freedom coordinates kind angular_velocity damping_rate angles velocity force tangent_force kinetic_energy "
-  + "potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates iterate tangent_iterate symplectic momenta periods "
-  + "potential ring period phase mu mu_1 mu_2 masses "
-  + "m_1 m_2 m_3 m_4 m_5 m_6 m_7 m_8").split(" "));
 const CALLS_OF_NUMBERS = new Map(GRAMMAR_FUNCTIONS.map((name) => [name, Math[name]]));
 
 /** The error of a formula: what was found, where, and what is allowed. */
@@ -71,7 +50,7 @@ class FormulaReader {
   }
 
   refuse(found, column, hint = "") {
-    return formulaError(`${this.argument}: ${found} at column ${column}${hint ? ` (${hint})` : ""}; ${ALLOWED}`);
+    return formulaError(`${this.argument}: ${found} at column ${column}${hint ? ` (${hint})` : ""}; ${GRAMMAR.allowed}`);
   }
 
   program() {
@@ -87,8 +66,8 @@ class FormulaReader {
 
   checkLetters() {
     const letters = [...this.text];
-    if (letters.length > MAX_LENGTH) throw formulaError(`${this.argument} must have at most ${MAX_LENGTH} characters, got ${letters.length}`);
-    if (!this.text.trim()) throw formulaError(`${this.argument} must be a formula, got an empty text; ${ALLOWED}`);
+    if (letters.length > GRAMMAR.limits.length) throw formulaError(`${this.argument} must have at most ${GRAMMAR.limits.length} characters, got ${letters.length}`);
+    if (!this.text.trim()) throw formulaError(`${this.argument} must be a formula, got an empty text; ${GRAMMAR.allowed}`);
     let depth = 0;
     letters.forEach((letter, index) => {
       const column = index + 1;
@@ -98,7 +77,7 @@ class FormulaReader {
       }
       depth += (letter === "(") - (letter === ")");
       if (depth < 0) throw this.refuse("a closing parenthesis without an opening one", column);
-      if (depth > MAX_DEPTH) throw this.refuse(`parentheses nested deeper than ${MAX_DEPTH}`, column);
+      if (depth > GRAMMAR.limits.depth) throw this.refuse(`parentheses nested deeper than ${GRAMMAR.limits.depth}`, column);
       if (letter === "^") throw this.refuse("^", column, "powers are written **");
     });
     if (depth > 0) throw this.refuse("not one expression, '(' was never closed", this.text.lastIndexOf("(") + 1);
@@ -216,8 +195,8 @@ class FormulaReader {
     while (pending.length) {
       const { node, depth, ready } = pending.pop();
       if (ready) { done.push(ready); continue; }
-      if (++count > MAX_NODES) throw this.refuse(`a formula of more than ${MAX_NODES} parts`, node.column);
-      if (depth > MAX_DEPTH) throw this.refuse(`an expression nested deeper than ${MAX_DEPTH}`, node.column);
+      if (++count > GRAMMAR.limits.nodes) throw this.refuse(`a formula of more than ${GRAMMAR.limits.nodes} parts`, node.column);
+      if (depth > GRAMMAR.limits.depth) throw this.refuse(`an expression nested deeper than ${GRAMMAR.limits.depth}`, node.column);
       if (node.type === "binary") {
         pending.push({ ready: [node.kind, null, node.between] }, { node: node.right, depth: depth + 1 },
           { node: node.left, depth: isChain(node) && isChain(node.left) ? depth : depth + 1 });
@@ -264,7 +243,7 @@ class FormulaReader {
     if (this.parameters === null) return name;
     const known = [...this.variables, ...this.parameters, ...GRAMMAR_CONSTANTS.keys()];
     const hint = similar(name, [...known, ...GRAMMAR_FUNCTIONS]) || "a parameter needs a value: give it by name";
-    throw formulaError(`${this.argument}: unknown name '${name}' at column ${column} (${hint}); known are ${known.join(", ")}; ${ALLOWED}`);
+    throw formulaError(`${this.argument}: unknown name '${name}' at column ${column} (${hint}); known are ${known.join(", ")}; ${GRAMMAR.allowed}`);
   }
 
   /** Refuse constants without a finite real value, and powers of a size that no formula has. */
@@ -298,15 +277,15 @@ class FormulaReader {
       if (left !== null && left <= 0) throw this.refuse("a power of a number that is not positive", column, "with an exponent that varies");
       return [null, most];
     }
-    if (Math.abs(right) > MAX_EXPONENT) {
-      throw this.refuse(`the exponent ${general(right)}`, column, `numeric exponents are at most ${MAX_EXPONENT}`);
+    if (Math.abs(right) > GRAMMAR.limits.exponent) {
+      throw this.refuse(`the exponent ${general(right)}`, column, `numeric exponents are at most ${GRAMMAR.limits.exponent}`);
     }
     if (both) {
       const value = left**right;
       return [value === 0 && left !== 0 ? NaN : value, 1];
     }
     const power = leftPower*Math.max(1, Math.abs(right));
-    if (power > MAX_EXPONENT) throw this.refuse(`powers of powers up to ${general(power)}`, column, `together they are at most ${MAX_EXPONENT}`);
+    if (power > GRAMMAR.limits.exponent) throw this.refuse(`powers of powers up to ${general(power)}`, column, `together they are at most ${GRAMMAR.limits.exponent}`);
     return [null, power];
   }
 }

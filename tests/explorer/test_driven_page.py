@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from page_engine import crossings, explored, launch_message, needs_node, of, system_message
-from test_explorer_page import Sheet, browser, saved
+from test_page import Sheet, browser, saved
 
 import fastaff as fa
 from fastaff.explorer.explore import setup_of

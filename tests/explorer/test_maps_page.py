@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_explorer_page import APP, Sheet, browser, saved
+from test_page import APP, Sheet, browser, saved
 
 import fastaff as fa
 from fastaff.jobs import Job
