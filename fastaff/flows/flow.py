@@ -387,9 +387,15 @@ class Flow:
         if not where.size:
             return
         certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
-        where = np.concatenate([where[certain], where[~certain]])  # whose search takes longer
+        doubtful = where[~certain]
+        where = np.concatenate([where[certain], doubtful])  # whose search takes longer
         function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
-        arguments = self._blocks(), self._coefficients(), function, float(section.direction), records, where
+        found = self._blocks(), self._coefficients(), function
+        if doubtful.size:
+            steps = float(crossings.SLOW * doubtful.size)
+            arguments = *found, records, doubtful
+            launch(crossings.bracket, arguments, units(doubtful.size), 0.0, self.threads, None, steps)
+        arguments = *found, float(section.direction), records, where
         steps = float(crossings.USUAL * where.size)
         launch(crossings.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
 

@@ -67,6 +67,10 @@ def bound(kind: str, value: Any, degrees_of_freedom: int, vectors: int) -> Bound
     return Bound(model_block(kind, value, degrees_of_freedom, vectors), *call_table(parameters(value), ()))
 
 
+class _Rows(NamedTuple):
+    rows: float
+
+
 @cache
 def nothing() -> Observer:
     """Keep nothing but the end state."""
@@ -76,30 +80,31 @@ def nothing() -> Observer:
 @cache
 def samples(rows: int) -> Observer:
     """Keep the phase point (rows numbers) at each observation."""
-    return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, sizes=(rows,))
+    return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, _Rows(float(rows)))
 
 
 def called_rows(call: Bound, rows: int) -> Observer:
     """Keep the rows that a call gives of the phase point at each observation, see `kernels.samples.CHUNK_ROWS`."""
     memory = sample_kernels.CHUNK_ROWS.kept + (sample_kernels.CHUNK + 1) * rows
-    return Observer(sample_kernels.called_rows, memory, sizes=(rows,), calls=(call,))
+    return Observer(sample_kernels.called_rows, memory, _Rows(float(rows)), calls=(call,))
 
 
 @cache
 def worn(rows: int) -> Observer:
     """Slow orbits of so many rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
-    return Observer(sample_kernels.worn, sample_kernels.WEAR_ROWS.end, sizes=(rows,))
+    return Observer(sample_kernels.worn, sample_kernels.WEAR_ROWS.end, _Rows(float(rows)))
 
 
 @cache
 def worn_samples(rows: int) -> Observer:
     """Slow orbits and keep the phase point at every n-th observation, see `kernels.samples.WEAR_ROWS`."""
-    return Observer(sample_kernels.worn_states, sample_kernels.WEAR_ROWS.sampled, sizes=(rows,))
+    return Observer(sample_kernels.worn_states, sample_kernels.WEAR_ROWS.sampled, _Rows(float(rows)))
 
 
 class _Crossings(NamedTuple):
     wanted: float
     direction: float
+    rows: float
 
 
 def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0) -> Observer:
@@ -108,19 +113,21 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int =
     return Observer(
         crossing_kernels.detect,
         crossing_kernels.ROWS.state + rows,
-        _Crossings(float(wanted), float(section.direction)),
-        (rows,),
-        (bound("value", section, degrees_of_freedom, vectors),),
+        _Crossings(float(wanted), float(section.direction), float(rows)),
+        calls=(bound("value", section, degrees_of_freedom, vectors),),
     )
 
 
 class _Levels(NamedTuple):
     levels: float
+    row: float
+    rows: float
 
 
 def levels(row: int, count: int, rows: int) -> Observer:
     """Record the passages of row `row` of a state (rows numbers) through 1/count, 2/count ... 1."""
-    return Observer(level_kernels.pass_levels, level_kernels.ROWS.state + rows, _Levels(float(count)), (row, rows))
+    value = _Levels(float(count), float(row), float(rows))
+    return Observer(level_kernels.pass_levels, level_kernels.ROWS.state + rows, value)
 
 
 class _Beyond(NamedTuple):

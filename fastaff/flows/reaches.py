@@ -46,12 +46,24 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
         limit, speeds = limit - z[-1], np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     if turns(model):
         centrifugal = 0.5 * turning_mass(model) * float(model.angular_velocity()) ** 2
-    reach, turned, q = np.empty(orbits), np.zeros(orbits, np.bool_), np.ascontiguousarray(z[:total])
+    q, distances = np.ascontiguousarray(z[:total]), _distances()
+    size, along = length(q[:n]), np.zeros((total, orbits))
+    unit = np.where(size > 0, size, 1.0)
+    own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])  # of an orbit that rests the force
+    own = own / np.abs(own).max(axis=0)  # lengths of huge velocities have no square
+    own = own / length(own)
+    along[:n] = np.where(np.isfinite(own), own * unit, 0.0)
+    lowest, highest = np.where(size > 0, np.array(escape.OWN)[:, None], np.array(escape.DECADES)[:, None])
+    begin, looks = escape.FINE * (lowest - escape.DECADES[0]), highest - lowest + 1
+    turn = np.full((2, orbits), -1)
     if (potential := _potential(model)) is None:
-        reach[:], turned[:] = _found(model, q, speeds, limit)
+        _find_turns(model, distances, q, along, begin, looks, limit, turn)
     else:
-        arguments = (parameters(model), potential, centrifugal, _distances(), n, q, speeds, limit, reach, turned)
-        run_units(escape.find_reaches, arguments, -(-orbits // LANES), threads=1)
+        arguments = (parameters(model), potential, centrifugal, distances, q, along, begin, looks, limit, turn)
+        run_units(escape.find_turns, arguments, -(-orbits // LANES), threads=1)
+    farther = turn.max(axis=0)
+    turned = farther >= 0
+    reach = np.where(turned, np.maximum(size, unit * distances[farther]), size)
     near = np.flatnonzero(~turned & (reach > 0))
     if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
         centred, own = np.array(z[:, near]), limit[near]
@@ -76,37 +88,32 @@ def _potential(model: Any) -> Any:
     return None
 
 
-def _found(model: Any, q: np.ndarray, speeds: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `escape.find_reaches` sets, by NumPy."""
-    n, distances = moving(model), _distances()
-    size = length(q[:n])
-    own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])
-    along = own / np.abs(own).max(axis=0)
-    along = along / length(along)
-    unit = np.where(size > 0, size, 1.0)
-    along = np.where(np.isfinite(along), along * unit, 0.0)
-    lowest, highest = np.where(size > 0, np.array(escape.OWN)[:, None], np.array(escape.DECADES)[:, None])
-    begin, looks = escape.FINE * (lowest - escape.DECADES[0]), highest - lowest + 1
-    reach, turned = size.copy(), np.zeros(len(size), bool)
-    for way in (1.0, -1.0):
+def _find_turns(
+    model: Any,
+    distances: np.ndarray,
+    q: np.ndarray,
+    along: np.ndarray,
+    begin: np.ndarray,
+    looks: np.ndarray,
+    limit: np.ndarray,
+    turn: np.ndarray,
+) -> None:
+    """Set turn as `escape.find_turns` does, by NumPy."""
 
-        def below(number: np.ndarray, way: float = way) -> np.ndarray:
-            place = q.copy()
-            place[:n] += distances[np.clip(number, 0, distances.size - 1)] * (way * along)
-            return least_energies(model, place) <= limit
+    def below(number: np.ndarray, way: float) -> np.ndarray:
+        place = q + distances[np.clip(number, 0, distances.size - 1)] * (way * along)
+        return least_energies(model, place) <= limit
 
-        turn, inside = np.full(len(size), -1), np.zeros(len(size), bool)
+    for side, way in enumerate((1.0, -1.0)):
+        last, inside = turn[side], np.zeros(begin.size, bool)
         for k in range(looks.max()):
-            now = below(begin + escape.FINE * k)
-            turn = np.where((k < looks) & inside & ~now, begin + escape.FINE * (k - 1), turn)
+            now = below(begin + escape.FINE * k, way)
+            last[:] = np.where((k < looks) & inside & ~now, begin + escape.FINE * (k - 1), last)
             inside = np.where(k < looks, now, inside)
         half = escape.FINE // 2
         while half > 0:
-            turn = np.where((turn >= 0) & below(turn + half), turn + half, turn)
+            last += np.where((last >= 0) & below(last + half, way), half, 0)
             half //= 2
-        reach = np.where(turn >= 0, np.maximum(reach, unit * distances[turn]), reach)
-        turned |= turn >= 0
-    return reach, turned
 
 
 @functools.cache

@@ -46,8 +46,11 @@ FINE, NOISE, SWEEPS = 2.5e-16, 1e-12, 100
 fractional steps for a root.
 """
 
-USUAL = 8
-"""Fractional steps that a root mostly takes."""
+USUAL, SLOW = 8, 60
+"""Fractional steps that a root mostly takes, and the extremum between two."""
+
+FEW = 4
+"""Part of a block that is filled at least where all of it is copied at once."""
 
 BRACKET = 10
 """Rows of numbers that a lane's search takes with it."""
@@ -100,12 +103,13 @@ def has_news(memory, i):
 
 
 @jit(inline=True)
-def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
+def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: record sign changes of the section function, which the call gives, and extrema near zero.
 
     memory (ROWS.state + rows)*LANES. An orbit is done when value.wanted certain crossings are found or the record is
     full. Returns how many lanes became done.
     """
+    rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
     hits, moved = 0, 0
     for i in range(lanes):  # without branches: most steps have nothing to record
@@ -122,8 +126,12 @@ def detect(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
             memory[ROWS.before * LANES + i] = memory[ROWS.now * LANES + i]
             memory[ROWS.time_earlier * LANES + i] = memory[ROWS.time_before * LANES + i]
             memory[ROWS.time_before * LANES + i] = t[i]
-        for r in range(rows):
-            for i in range(lanes):
+        if FEW * lanes >= LANES:
+            for j in range(rows * LANES):
+                memory[ROWS.state * LANES + j] = z[j]
+            return ended
+        for i in range(lanes):
+            for r in range(rows):
                 memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
         return ended
     for i in range(lanes):
@@ -228,14 +236,13 @@ def fractional(flow, lanes, start, tau, z, k, work, f):
 def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
     """Halve the bracket of each suspected pair at the extremum of the section function; other lanes are untouched.
 
-    Golden sections, until a point of the other sign is found or the extremum is known to rounding. Returns how many
-    there are.
+    Golden sections, until a point of the other sign is found or the extremum is known to rounding.
     """
     pairs = 0
     for i in range(lanes):
         pairs += 1 if kind[i] == LOWER or kind[i] == UPPER else 0
     if pairs == 0:
-        return pairs
+        return
     low, high, inner, found = room(1), room(1), room(1), room(1)
     tau, value, f = room(1), room(1), room(1)
     for i in range(lanes):
@@ -271,7 +278,6 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
             x2[i] = inner[i]
         elif kind[i] == UPPER:
             x1[i] = inner[i]
-    return pairs
 
 
 @jit
@@ -286,7 +292,7 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     for i in range(lanes):
         returns += 1 if kind[i] == RETURN else 0
     if returns == 0:
-        return returns
+        return
     tau, f, last, found = room(1), room(1), room(1), room(1)
     for i in range(lanes):
         tau[i] = x2[i]
@@ -308,7 +314,6 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
     for i in range(lanes):
         if kind[i] == RETURN and found[i] == 0.0:
             kind[i] = NOTHING
-    return returns
 
 
 def shift(unit, stop, progress, blocks, scheme, tau, table):
@@ -327,12 +332,35 @@ def shift(unit, stop, progress, blocks, scheme, tau, table):
     write_now(progress, unit, lanes)
 
 
+def bracket(unit, stop, progress, blocks, scheme, section, records, where):
+    """Narrow the brackets of the records numbered `where` that are no certain crossings, in place: a suspected pair is
+    split at the extremum of the section function, a return to the section left by a step off it.
+    """
+    count, rows = where.size, records.shape[1] - RECORD.state
+    first = unit * LANES
+    lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
+    z, work, k = room((3 if scheme.precise else 1) * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
+    start, kind, x1, x2 = room(rows), room(1), room(1), room(1)
+    for i in range(lanes):
+        record = records[where[first + i]]
+        kind[i], x1[i], x2[i] = record[RECORD.kind], record[RECORD.lower], record[RECORD.upper]
+        for r in range(rows):
+            start[r * LANES + i] = record[RECORD.state + r]
+    flow = blocks, scheme, section, rows
+    split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
+    leave_section(flow, lanes, start, kind, x1, x2, z, k, work)
+    for i in range(lanes):
+        record = records[where[first + i]]
+        record[RECORD.kind], record[RECORD.lower], record[RECORD.upper] = kind[i], x1[i], x2[i]
+    write_now(progress, unit, lanes)
+
+
 def locate(unit, stop, progress, blocks, scheme, section, direction, records, where):
     """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
 
-    Every lane has a bracket of its own, and lanes that have converged make room. A suspected pair is first split at the
-    extremum of the section function, a return to the section left by a step off it; where there is no other sign, or
-    the wrong direction, the record becomes empty. Afterwards a record holds time, kind, section function and state.
+    Every lane has a bracket of its own, see `bracket` for those that are not certain, and lanes that have converged
+    make room. Where there is no other sign, or the wrong direction, the record becomes empty. Afterwards a record holds
+    time, kind, section function and state.
     """
     count, rows = where.size, records.shape[1] - RECORD.state
     size = rows * LANES
@@ -344,18 +372,18 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
     x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)
     f1, f2, f3 = row(own, rows + 3), row(own, rows + 4), row(own, rows + 5)
     tau, whole, last, live = row(own, rows + 6), row(own, rows + 7), row(own, rows + 8), row(own, rows + 9)
-    kind, f, number = room(1), room(1), np.zeros(LANES, np.int64)
+    kind, f, number, doubtful = room(1), room(1), np.zeros(LANES, np.int64), 0
     for i in range(lanes):
         o = where[first + i]
         number[i], kind[i] = o, records[o, RECORD.kind]
         x1[i], x2[i] = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower], records[o, RECORD.upper]
         f2[i] = records[o, RECORD.beyond]
+        doubtful += 0 if kind[i] == CERTAIN else 1
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
     flow = blocks, scheme, section, rows
     section.function(section.parameters, lanes, start, f1)
-    pairs = split_pairs(flow, lanes, start, kind, x1, x2, z, k, work)
-    if pairs + leave_section(flow, lanes, start, kind, x1, x2, z, k, work) > 0:
+    if doubtful > 0:
         fractional(flow, lanes, start, x1, z, k, work, f1)
         fractional(flow, lanes, start, x2, z, k, work, f)
         for i in range(lanes):
@@ -409,5 +437,6 @@ def compact(rows, out, counts):
                     for c in range(width):  # from slice to slice takes 1.5 s to compile, most of it for an error's text
                         out[o, kept * width + c] = out[o, slot * width + c]
                 kept += 1
-        out[o, kept * width : counts[o] * width] = np.nan
+        for c in range(kept * width, counts[o] * width):
+            out[o, c] = np.nan
         counts[o] = kept

@@ -120,7 +120,11 @@ def demodulate(unit, stop, progress, signals, samples, loops, nu, interval, wind
                     own = place[3 * w] - first
                     add_products(weights[own + begin : own + end], re[begin:end], im[begin:end], partial[w])
         for w in range(used):
-            sums[unit, k, w] = complex(partial[w, 0].sum(), partial[w, 1].sum())
+            whole, other = 0.0, 0.0
+            for i in range(PARTS):
+                whole += partial[w, 0, i]
+                other += partial[w, 1, i]
+            sums[unit, k, w] = complex(whole, other)
     progress[unit] = 1.0
 
 

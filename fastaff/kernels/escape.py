@@ -25,44 +25,6 @@ OWN = -2, 20
 
 
 @jit
-def length(z, i):
-    """Return the root of the sum of squares of column i."""
-    square = 0.0
-    for r in range(z.shape[0]):
-        square += z[r, i] * z[r, i]
-    return np.sqrt(square)
-
-
-@jit
-def unit_of(z, i):
-    """Return the unit of distances of orbit i, from z (n, orbits)."""
-    size = length(z, i)
-    return size if size > 0.0 else 1.0
-
-
-@jit
-def aim(z, slopes, o, i, along):
-    """Set lane i of along to the unit of the line from column o of z (n, orbits): along the velocity, or the force of
-    an orbit that rests; slopes (2n, orbits) has both.
-    """
-    n = slopes.shape[0] // 2
-    own, largest = n, 0.0
-    for r in range(n):
-        own = 0 if slopes[r, o] != 0.0 else own
-    for r in range(n):
-        part = abs(slopes[own + r, o])
-        largest = largest if part <= largest else part
-    speed = 0.0
-    for r in range(n):
-        along[r * LANES + i] = slopes[own + r, o] / largest  # lengths of huge velocities have no square
-        speed += along[r * LANES + i] ** 2
-    speed, scale = np.sqrt(speed), unit_of(z, o)
-    for r in range(n):
-        part = along[r * LANES + i] / speed
-        along[r * LANES + i] = part * scale if np.isfinite(part) else 0.0
-
-
-@jit
 def below(of, rows, lanes, start, along, way, number, limit, place, least):
     """Set least to 1 in lanes whose least energy at that number of a distance is at most the limit, else to 0.
 
@@ -81,50 +43,42 @@ def below(of, rows, lanes, start, along, way, number, limit, place, least):
         least[i] = 1.0 if least[i] <= limit[i] else 0.0
 
 
-def find_reaches(u, params, potential, centrifugal, distances, moving, z, slopes, limit, reach, turned):
-    """Set reach (orbits,) of block u to the distance from the origin, or to that of the farther turn, and turned to
-    whether there is one.
+def find_turns(u, params, potential, centrifugal, distances, z, along, begin, looks, limit, turn):
+    """Set turn (2, orbits) of block u to the number of the distance, either way along the line, where the potential
+    energy rises through the limit for the last time; it stays as it is where there is none.
 
-    A turn is the last decade in which the potential energy rises through the limit, to two digits: the range is halved
-    down to one distance of the table. A line that leads uphill at once is that of an orbit that rests. z (n, orbits)
-    are places, of which the distance is that of the first `moving` rows.
+    Of the decades from `begin` on, so many `looks` (orbits,), the last one is halved down to one distance of the table.
+    A line that leads uphill at once is that of an orbit that rests. z (n, orbits) are places, along (n, orbits) lines
+    in units of theirs.
     """
     of = params, potential, centrifugal, distances
     rows, orbits = z.shape
     first = u * LANES
     lanes = min(LANES, orbits - first)
-    start, along, place, least, bound = room(rows), room(rows), room(rows), room(1), room(1)
-    begin, looks, turn = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
+    start, line, place, least, bound = room(rows), room(rows), room(rows), room(1), room(1)
     inside, number, most = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), 0
     for i in range(lanes):
-        o = first + i
-        load_lane(z, o, start, i)
-        aim(z[:moving], slopes, o, i, along)
-        bound[i], reach[o] = limit[o], length(z[:moving], o)
-        lowest, highest = OWN if reach[o] > 0.0 else DECADES
-        begin[i], looks[i] = FINE * (lowest - DECADES[0]), highest - lowest + 1
-        most = max(most, looks[i])
-    for way in (1.0, -1.0):
+        load_lane(z, first + i, start, i)
+        load_lane(along, first + i, line, i)
+        bound[i], most = limit[first + i], max(most, looks[first + i])
+    for side in range(2):
+        way, last = 1.0 - 2.0 * side, turn[side, first : first + lanes]
         for i in range(lanes):
-            inside[i], turn[i] = 0, -1
+            inside[i] = 0
         for k in range(most):
             for i in range(lanes):
-                number[i] = begin[i] + FINE * k
-            below(of, rows, lanes, start, along, way, number, bound, place, least)
+                number[i] = begin[first + i] + FINE * k
+            below(of, rows, lanes, start, line, way, number, bound, place, least)
             for i in range(lanes):
                 now = 1 if least[i] > 0.0 else 0
-                if k < looks[i]:
-                    turn[i] = begin[i] + FINE * (k - 1) if inside[i] > now else turn[i]
+                if k < looks[first + i]:
+                    last[i] = number[i] - FINE if inside[i] > now else last[i]
                     inside[i] = now
         half = FINE // 2
         while half > 0:
             for i in range(lanes):
-                number[i] = turn[i] + half
-            below(of, rows, lanes, start, along, way, number, bound, place, least)
+                number[i] = last[i] + half
+            below(of, rows, lanes, start, line, way, number, bound, place, least)
             for i in range(lanes):
-                turn[i] += half if turn[i] >= 0 and least[i] > 0.0 else 0
+                last[i] += half if last[i] >= 0 and least[i] > 0.0 else 0
             half //= 2
-        for i in range(lanes):
-            if turn[i] >= 0:
-                turned[first + i] = True
-                reach[first + i] = max(reach[first + i], unit_of(z[:moving], first + i) * distances[turn[i]])

@@ -268,13 +268,16 @@ def extremes(unit, stop, progress, signals, low, high):
         return
     s, least, most = rows_of(signals, unit), np.empty(BLOCK), np.empty(BLOCK)
     for r in range(s.shape[0]):
-        least[:], most[:] = s[r, 0], s[r, 0]
+        for i in range(BLOCK):
+            least[i], most[i] = s[r, 0], s[r, 0]
         for at in range(0, s.shape[1], BLOCK):
             part = s[r, at : at + BLOCK]
             for i in range(part.size):
                 least[i] = part[i] if part[i] < least[i] else least[i]
                 most[i] = part[i] if part[i] > most[i] else most[i]
-        low[unit, r], high[unit, r] = least.min(), most.max()
+        low[unit, r], high[unit, r] = s[r, 0], s[r, 0]
+        for i in range(BLOCK):
+            low[unit, r], high[unit, r] = min(low[unit, r], least[i]), max(high[unit, r], most[i])
     progress[unit] = 1.0
 
 

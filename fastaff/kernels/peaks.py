@@ -146,9 +146,25 @@ def shape_of(d, samples, order):
 
 @jit
 def centred(spectrum, k, samples):
-    """Return bin k of a spectrum, any integer, with the time from the middle of the samples."""
-    phase = math.pi * ((k * (samples - 1)) % (2 * samples)) / samples
-    return spectrum[k % samples] * complex(math.cos(phase), math.sin(phase))
+    """Return the real and imaginary part of bin k of a spectrum, any integer, with the time from the middle of the
+    samples.
+    """
+    phase, number = math.pi * ((k * (samples - 1)) % (2 * samples)) / samples, spectrum[k % samples]
+    x, y = math.cos(phase), math.sin(phase)
+    return number.real * x - number.imag * y, number.real * y + number.imag * x
+
+
+@jit
+def quotient(one, other):
+    """Return the real and imaginary part of one over the other, both given by theirs."""
+    (a, b), (c, d) = one, other
+    if abs(c) >= abs(d):
+        ratio = d / c
+        whole = c + d * ratio
+        return (a + b * ratio) / whole, (b - a * ratio) / whole
+    ratio = c / d
+    whole = c * ratio + d
+    return (a * ratio + b) / whole, (b * ratio - a) / whole
 
 
 @jit
@@ -161,10 +177,11 @@ def place_of(spectrum, k, samples, order):
     )
     step = math.pi / samples
     half = math.tan(step * (order + 0.5))
-    ahead, behind = above / middle, below / middle
-    up = math.atan(half * (ahead.real - 1.0) / (ahead.real + 1.0)) / step + 0.5 if ahead.real > -1.0 else 9.0
-    down = 0.5 - math.atan(half * (behind.real - 1.0) / (behind.real + 1.0)) / step - 1.0 if behind.real > -1.0 else 9.0
-    error = abs(up - down) + abs(ahead.imag) + abs(behind.imag)
+    ahead, turned = quotient(above, middle)
+    behind, back = quotient(below, middle)
+    up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
+    down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0
+    error = abs(up - down) + abs(turned) + abs(back)
     return k + 0.5 * (up + down), error
 
 
@@ -235,9 +252,10 @@ def find_peaks(spectrum, order, place, size, error):
 
 @jit
 def amplitude_at(spectrum, u, samples, order):
-    """Return the amplitude, in the middle of the samples, of a line at u bins."""
+    """Return the real and imaginary part of the amplitude, in the middle of the samples, of a line at u bins."""
     k = math.floor(u + 0.5)
-    return centred(spectrum, k, samples) / shape_of(u - k, samples, order)
+    (x, y), shape = centred(spectrum, k, samples), shape_of(u - k, samples, order)
+    return x / shape, y / shape
 
 
 @jit
@@ -319,9 +337,11 @@ def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors,
     rest, tail, dual, share = apart.rest, apart.tail, apart.dual, apart.share
     m, samples, lines, first = moving.shape[1], spectra.n[unit], value.shape[2], spectra.start[unit]
     spectrum = spectra.numbers[first : first + m * samples].reshape((m, samples))
-    place, size, error = np.zeros((m, lines)), np.zeros((m, lines)), np.full((m, lines), 9.0)
+    place, size, error = np.zeros((m, lines)), np.zeros((m, lines)), np.zeros((m, lines))
     good, some = 1, 0
     for j in range(m):
+        for i in range(lines):
+            error[j, i] = 9.0
         if moving[unit, j] == 0:
             continue
         some += 1
@@ -340,7 +360,8 @@ def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors,
             good = 0
         slow = 0.0  # what moves so slowly that it is no line yet
         for i in range(-order - 1, order + 2):
-            slow = max(slow, abs(spectrum[j, i % samples]))
+            own = spectrum[j, i % samples]
+            slow = max(slow, math.hypot(own.real, own.imag))
         good = good if slow < SLOW * size[j, 0] else 0
     # The leading lines first, then the others by what they have of their loops.
     all_values, all_bars, key = np.zeros(m * lines), np.zeros(m * lines), np.zeros(m * lines)
@@ -384,13 +405,14 @@ def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors,
         for j in range(m):
             if moving[unit, j] != 0:
                 for i in range(found):
-                    ahead = amplitude_at(spectrum[j], nu[i], samples, order)
-                    mirror = amplitude_at(spectrum[j], -nu[i], samples, order).conjugate()
-                    q, p = 0.5 * (ahead + mirror), 0.5j * (ahead - mirror)
-                    share[unit, i, j] = abs(q) * abs(p)
+                    a, b = amplitude_at(spectrum[j], nu[i], samples, order)
+                    c, d = amplitude_at(spectrum[j], -nu[i], samples, order)
+                    # Q - i P is (a + i b) exp(i phi) + (c + i d) exp(-i phi): the amplitudes of Q and of P.
+                    q, p = (0.5 * (a + c), 0.5 * (b - d)), (-0.5 * (b + d), 0.5 * (a - c))
+                    share[unit, i, j] = math.hypot(q[0], q[1]) * math.hypot(p[0], p[1])
                     # s = sum_i 2 Re(A_i exp(i phi)): rows q, p of the real matrix of 2 Re A, -2 Im A.
-                    matrix[row, 2 * i], matrix[row, 2 * i + 1] = 2.0 * q.real, -2.0 * q.imag
-                    matrix[row + 1, 2 * i], matrix[row + 1, 2 * i + 1] = 2.0 * p.real, -2.0 * p.imag
+                    matrix[row, 2 * i], matrix[row, 2 * i + 1] = 2.0 * q[0], -2.0 * q[1]
+                    matrix[row + 1, 2 * i], matrix[row + 1, 2 * i + 1] = 2.0 * p[0], -2.0 * p[1]
                 rows[row], rows[row + 1] = 2 * j, 2 * j + 1
                 row += 2
         for i in range(2 * found):

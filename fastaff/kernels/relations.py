@@ -64,10 +64,11 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
     found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
-    shown = np.zeros(m, np.int64)
+    shown, fastest = np.zeros(m, np.int64), 0.0
     for j in range(m):
         if nu[unit, j] > 0.0:
             own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
+            fastest = max(fastest, nu[unit, j])
             rank += 1
     for j in range(m):
         if strength[unit, j, lines - 1] > 0.0:
@@ -108,7 +109,7 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
             if cycles < resolved:
-                beating[unit] = beating[unit] or lengths[v] <= CHANCE * time * own[:rank].max()
+                beating[unit] = beating[unit] or lengths[v] <= CHANCE * time * fastest
                 for g in range(rank):  # part of no strong line, and what others make: it may be none
                     strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows

@@ -64,9 +64,9 @@ def sample(rows, lanes, orbit, fresh, block, taken, out):
 
 
 @jit(inline=True)
-def states(value, rows, lanes, orbit, fresh, t, z, memory, out, done):
+def states(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write each state as a sample."""
-    sample(rows, lanes, orbit, fresh, z, row(memory, ROWS.taken), out)
+    sample(int(value.rows), lanes, orbit, fresh, z, row(memory, ROWS.taken), out)
     return 0
 
 
@@ -100,17 +100,18 @@ def wear_down(rows, lanes, fresh, t, z, memory):
 
 
 @jit(inline=True)
-def worn(value, rows, lanes, orbit, fresh, t, z, memory, out, done):
+def worn(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: slow the orbits, as rounding errors might."""
-    wear_down(rows, lanes, fresh, t, z, memory)
+    wear_down(int(value.rows), lanes, fresh, t, z, memory)
     return 0
 
 
 @jit(inline=True)
-def worn_states(value, rows, lanes, orbit, fresh, t, z, memory, out, done):
+def worn_states(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: slow the orbits at each observation, as rounding errors might, and write every n-th state as a sample,
     n in its row `stride`.
     """
+    rows = int(value.rows)
     wear_down(rows, lanes, fresh, t, z, memory)
     due = row(memory, WEAR_ROWS.due)
     if count_down(lanes, fresh, row(memory, WEAR_ROWS.left), row(memory, WEAR_ROWS.stride), due) > 0:
@@ -182,9 +183,9 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
 
 
 @jit(inline=True)
-def called_rows(value, calls, rows, lanes, orbit, fresh, t, z, memory, out, done):
+def called_rows(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write the rows that the call gives at each observation."""
-    kept = memory[CHUNK_ROWS.kept * LANES :]
+    kept, rows = memory[CHUNK_ROWS.kept * LANES :], int(value.rows)
     made = kept[CHUNK * rows * LANES :]
     call_value(calls, 0, lanes, z, made)
     keep_values(rows, lanes, fresh, memory, made, kept, out)

@@ -20,13 +20,15 @@ ROWS = Rows()
 
 
 @jit(inline=True)
-def pass_levels(value, row, rows, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: record the brackets in which row `row` of z rises through 1/count, 2/count ... 1, count = value.levels.
+def pass_levels(value, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: record the brackets in which row value.row of z rises through 1/count, 2/count ... 1, count =
+    value.levels.
 
     memory (ROWS.state + rows)*LANES. A record's row is counted from its level, so that all are crossings of zero. A
     lane is done when it passes 1. Returns how many became done.
     """
-    width, count = RECORD.state + rows, int(value.levels)
+    row, rows, count = int(value.row), int(value.rows), int(value.levels)
+    width = RECORD.state + rows
     ended = 0
     for i in range(lanes):
         if fresh[i] == 0.0:

@@ -26,6 +26,14 @@ def warmup() -> int:
         "poincare": lambda: fastaff.poincare_map(
             body, z0, section=fastaff.AlphaTurning(), crossings=2, max_time=20.0, step=0.05
         ),
+        "tangent to a section": lambda: fastaff.poincare_map(
+            fastaff.HenonHeiles(0.0),
+            [0.0, 1.0, 0.0, 0.0],
+            section=fastaff.Linear((0, 1, 0, 0), offset=0.99995),
+            crossings=1,
+            max_time=20.0,
+            step=0.1,
+        ),
         "frequency-map": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05),
         "naff": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05, method=fastaff.analysis.NaffLines()),
         "chaos-map": lambda: fastaff.chaos_map(body, z0, time=10.0, step=0.05),
