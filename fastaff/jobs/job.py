@@ -47,14 +47,38 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """Many orbits of one system and what is computed of each.
+    """Many orbits of one system and the analyses of each.
 
-    model: a `Model`, or any model of the library; surface: energy and section; starts: a `Starts` (grid, random points
-    or a file), or phase points (2n, orbits); run: scheme, step or accuracy, threads; then the analyses, one at least:
-    poincare (`Poincare`), frequency_map (`Frequencies`), chaos_map (`Chaos`), action_angles (`Actions`), integrate
-    (`Motion`); scan: the parameters (`Scan`) over which chaos_map finds the share of chaotic orbits, cases in place
-    of orbits; unit: orbits that are computed and kept together [some seconds of work]. The same names are tables of a
-    TOML file and options of the commands. Raises TypeError or ValueError naming table and field.
+    The names of the parameters are tables of a TOML file and options of the commands.
+
+    Parameters
+    ----------
+    model : `Model` or model
+        A `Model`, or any model of the library.
+    surface : `Surface`
+        Energy and section.
+    starts : `Starts` or array (2n, orbits)
+        Grid, random points or a file; or phase points.
+    run : `Run`
+        Scheme, step or accuracy, threads.
+    poincare, frequency_map, chaos_map : `Poincare`, `Frequencies`, `Chaos`, optional
+    scan : `Scan`, optional
+        Parameters over which chaos_map finds the share of chaotic orbits, cases in place of orbits.
+    action_angles, integrate : `Actions`, `Motion`, optional
+        One analysis at least is needed.
+    unit : int, orbits, optional
+        Orbits that are computed and kept together (default: some seconds of work).
+
+    Raises
+    ------
+    TypeError, ValueError
+        The message names table and field.
+
+    Examples
+    --------
+    >>> job = fa.Job(model=fa.HenonHeiles(), surface=fa.jobs.Surface(energy=0.1), poincare=fa.jobs.Poincare())
+    >>> list(job.analyses())
+    ['poincare']
     """
 
     model: Any = field(default_factory=Model)

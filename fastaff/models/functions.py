@@ -236,15 +236,44 @@ class CosOscillator(NamedTuple):
 def one_variable(value: Callable, slope: Callable | None = None, curvature: Callable | None = None) -> Any:
     """Make a function of one variable for a separable potential from plain Python functions.
 
-    value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form
-    that Numba compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding
-    for an analytic formula and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it).
-    Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time values
-    write a NamedTuple with the same methods, like those of `fastaff.models.functions`. Where a function returns inf or
-    NaN is outside of its domain: a hard wall for `action_angles`; for integrations give a potential that grows. Returns
-    a NamedTuple with `value`, `slope` and, where given, `curvature`. Raises TypeError for what is not such a function,
-    ValueError where it is not vectorised, not real, or a slope not the derivative.
-    Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
+    Parameters
+    ----------
+    value : callable
+        V(x), a formula of one argument that runs on floats and NumPy arrays, in a form that Numba compiles.
+    slope : callable, optional
+        dV/dx, of the same kind (default: the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for
+        an analytic formula, at twice the cost).
+    curvature : callable, optional
+        d2V/dx2, which tangent vectors need (default: the complex step of a given `slope`).
+
+    Returns
+    -------
+    NamedTuple
+        With the methods `value`, `slope` and, where given, `curvature`.
+
+    Raises
+    ------
+    TypeError
+        An argument is not such a function.
+    ValueError
+        A function is not vectorised or not real, or the slope is not the derivative.
+
+    Notes
+    -----
+    Numbers that the functions read are fixed when they are first compiled. For parameters that stay run-time values
+    write a NamedTuple with the same methods, like those of `fastaff.models.functions`. A point where a function is inf
+    or NaN is outside its domain: a hard wall for `action_angles`. Integrations need a potential that grows instead.
+
+    References
+    ----------
+    Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
+
+    Examples
+    --------
+    >>> spring = fa.one_variable(lambda x: x**2 / 2)
+    >>> body = fa.Body(fa.SeparableAlphaBeta(spring, spring))
+    >>> spring.value(2.0), spring.slope(2.0)
+    (2.0, 2.0)
     """
     for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
         if function is not None or name == "value":

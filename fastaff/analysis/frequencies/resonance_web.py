@@ -49,20 +49,52 @@ def resonance_web(
 ) -> list[ResonanceLine]:
     """Find the lines k . nu = 0 over a grid of initial conditions.
 
-    Parameters: nu (n, n1, n2), n = 2 to 4, NaN where there is no orbit or it is not regular; axes: the coordinates
-    (n1,) and (n2,) of the grid, by default its indices; max_order: of all primitive k looked at; resonances: vectors
-    (m, n) to look at instead; tolerance, errors: the width of a resonance as in `resonances`; jump: cells in which some
-    frequency differs by more than `jump` max|nu| between neighbours are left out (default: none are); shortest: lines
-    of fewer points, which noise at the edge of an island makes, are dropped. Returns the WebLines that occur, by order.
-    Raises ValueError or TypeError for wrong input.
+    Parameters
+    ----------
+    nu : array (n, n1, n2)
+        Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular.
+    axes : arrays (n1,) and (n2,), optional
+        Coordinates of the grid (default: its indices).
+    max_order : int, default 8
+        Largest order of the primitive k searched.
+    resonances : array (m, n) of int, optional
+        Vectors to search instead.
+    tolerance, errors : as in `resonances`
+        Width of a resonance; default 1e-6, and 0.
+    jump : float, optional
+        Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
+        none).
+    shortest : int, default 4
+        Lines of fewer points, made by noise at the edge of an island, are dropped.
 
+    Returns
+    -------
+    list of `ResonanceLine`
+        The lines that occur, by order.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
     Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells
     where k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it.
     Where all of the map satisfies some resonances (a degenerate body), vectors that differ by these give the same
-    lines: only the first is kept.
-    Cost: one pass over the grid for each vector, and a contour for each that changes sign.
-    Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with
+    lines: only the first is kept. Cost: one pass over the grid for each vector, and a contour for each that changes
+    sign.
+
+    References
+    ----------
+    Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with
     matplotlib.
+
+    Examples
+    --------
+    >>> nu = np.array(np.meshgrid(np.linspace(0.2, 0.4, 9), np.linspace(0.21, 0.43, 9)))
+    >>> [line.vector for line in fa.resonance_web(nu, max_order=2)]
+    [(1, -1)]
     """
     import contourpy
 

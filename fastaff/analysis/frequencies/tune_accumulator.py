@@ -65,20 +65,42 @@ class TuneSums(Result):
 class TuneAccumulator:
     """Tunes with errors and diffusion of orbits that are pushed a few turns at a time.
 
-    Parameters: coordinates: names of the 2n rows (default q1, ..., p1, ...); threads as in `integrate`. `push` takes
-    the next turns, `tunes()` says at any time what is known, `state` is all of it as a result that can be saved, and
-    the accumulator itself can be pickled. Raises ValueError or TypeError for wrong input.
+    `push` takes the next turns, `tunes()` returns the present result, `state` is a result that can be saved, and the
+    accumulator itself can be pickled.
 
-    The steps from turn to turn fill windows [2^k, 2^(k + 1)), so how many there will be need not be known. Each is
-    averaged as `tunes` does, with the same weights and errors, about centre and ellipse of its predecessor; `tunes()`
-    are those of the last window that is complete, a quarter to a half of all turns. Where the loop of a plane passes
-    through its centre, as one of coupled planes may, its error says that there is no tune; no lines are fitted, for
-    which samples would have to be kept: `tunes` of some of them does that.
-    The values are those of one push of all turns, to rounding, for any chunks; the orbits' bits do not depend on their
-    company.
-    Cost: as `tunes`, once.
-    Memory: 8 (12 + 26 n) bytes an orbit, whatever the number of turns is.
-    Source: as `tunes`.
+    Parameters
+    ----------
+    coordinates : sequence of str, optional
+        Names of the 2n rows (default q1, ..., p1, ...).
+    threads : as in `integrate`
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
+    The steps from turn to turn fill windows [2^k, 2^(k + 1)), so their number need not be known. Each window is
+    averaged as `tunes` does, with the same weights and errors, about centre and ellipse of its predecessor. `tunes()`
+    are those of the last complete window, a quarter to a half of all turns. Where the loop of a plane passes through
+    its centre, as one of coupled planes may, the error shows that there is no tune; lines, which need the samples, are
+    not fitted: `tunes` of some of the samples does that. The values are those of one push of all turns, to rounding,
+    for any chunks; the bits of an orbit do not depend on its company. Cost: as `tunes`, once. Memory: 8 (12 + 26 n)
+    bytes an orbit, for any number of turns.
+
+    References
+    ----------
+    As in `tunes`.
+
+    Examples
+    --------
+    >>> turn = 2 * np.pi * 0.28 * np.arange(600)
+    >>> running = fa.TuneAccumulator()
+    >>> for part in np.split(np.array([np.cos(turn), -np.sin(turn)]), 3, axis=1):
+    ...     running.push(part)
+    >>> running.tunes().nu.round(9)
+    array([[0.28]])
     """
 
     def __init__(self, coordinates: Any = None, *, threads: int | None = None):
