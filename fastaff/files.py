@@ -198,8 +198,9 @@ def load(path: Any, **given: Any) -> Any:
 def contents(path: Any) -> Saved:
     """Return what is in a file of `save`, also one of a class that is not known here: arrays by name and the metadata.
 
-    Raises FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
-    for. Nothing in the file is executed. Source: as `save`.
+    :Raises: FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
+        for. Nothing in the file is executed.
+    :Source: as `save`.
     """
     try:
         _room(path)
@@ -255,10 +256,10 @@ def recipe(path: Any, **given: Any) -> Recipe:
     """Return the call that made the result in a file of `save`: the function, the model with its formula, z0 and every
     option.
 
-    Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
-    package and models of formulas are made anew from their numbers and texts; what the file can't hold, functions and
-    values of classes of your own, is to be given by name. Nothing in the file is executed. Raises as `load`; ValueError
-    for a file without a call, or naming what is to be given.
+    :Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
+        package and models of formulas are made anew from their numbers and texts; what the file can't hold, functions
+        and values of classes of your own, is to be given by name. Nothing in the file is executed.
+    :Raises: as `load`; ValueError for a file without a call, or naming what is to be given.
     """
     arrays, metadata = contents(path)
     call = metadata.get("call")

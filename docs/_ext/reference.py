@@ -232,6 +232,16 @@ def resolve(app: Any, env: Any, node: Any, text: Any) -> Any:
     return env.get_domain("py").resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
 
 
+def begin(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Begin the text of a property with an empty comment: of its first line napoleon takes words before a colon for a
+    type. A number or a dict has no text: that of its class would stand in the tables.
+    """
+    if type(value).__module__ == "builtins" and what == "data":
+        lines.clear()
+    if what in ("attribute", "property"):
+        lines[:0] = ["..", ""]
+
+
 def skip(app: Any, what: str, name: str, value: Any, skipped: bool, options: Any) -> bool | None:
     """Leave out the fields of named tuples, which the docstring of the class describes."""
     return True if (getattr(value, "__doc__", None) or "").startswith("Alias for field number") else None
@@ -240,6 +250,7 @@ def skip(app: Any, what: str, name: str, value: Any, skipped: bool, options: Any
 def setup(app: Any) -> dict[str, Any]:
     """Connect to Sphinx."""
     app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", begin, priority=400)  # before napoleon
     app.connect("missing-reference", resolve)
     app.connect("autodoc-skip-member", skip)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

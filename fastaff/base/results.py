@@ -46,7 +46,10 @@ class Drawable:
 
     def plot(self, *others: Any, **options: Any) -> Any:
         """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
-        Returns the artists drawn. Raises TypeError where there is no such figure."""
+
+        :Returns: the artists drawn.
+        :Raises: TypeError where there is no such figure.
+        """
         imported("..plot", __package__)  # which registers its figures; loaded when it is first used
         return drawn(self, *others, **options)
 
@@ -120,8 +123,9 @@ class Result(Drawable):
         """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
         have several axes.
 
-        Slices and numbers give views. Its `call` stays behind: it would make all of them again. Raises TypeError or
-        ValueError naming what it takes.
+        Slices and numbers give views. Its `call` stays behind: it would make all of them again.
+
+        :Raises: TypeError or ValueError naming what it takes.
         """
         index = _index(self, items)
         return dataclasses.replace(
@@ -143,8 +147,10 @@ class Result(Drawable):
     def concat(cls, parts: Iterable[Any]) -> Self:
         """Join results of one kind and the same settings, in their order.
 
-        An axis that is filled with NaN takes the longest length. Raises TypeError for results of different kinds and
-        ValueError naming the setting in which they differ. The joined result has no `call`.
+        An axis that is filled with NaN takes the longest length.
+
+        :Raises: TypeError for results of different kinds and ValueError naming the setting in which they differ. The
+            joined result has no `call`.
         """
         return cast(Self, _joined(cls, list(parts)))
 

@@ -61,7 +61,7 @@ def mapping(
     Returns
     -------
     model
-        Its fields are the parameters, which stay run-time values; `.symplectic` tells whether the map is symplectic.
+        Its fields are the parameters, which stay run-time values; ``.symplectic`` tells whether the map is symplectic.
 
     Raises
     ------

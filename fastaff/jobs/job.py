@@ -217,7 +217,10 @@ class Job:
 
     @classmethod
     def read(cls, path: Any, **own: Any) -> Job:
-        """Return the job of a TOML file. Raises OSError, ValueError or TypeError naming file, table and key."""
+        """Return the job of a TOML file.
+
+        :Raises: OSError, ValueError or TypeError naming file, table and key.
+        """
         try:
             text = Path(path).read_text(encoding="utf-8")
         except UnicodeDecodeError as problem:

@@ -211,9 +211,9 @@ class Surface:
     energy: float | None = None
     """Energy of every orbit. Required."""
     p_eta: float = 0.0
-    """Angular momentum in the plane a, |a| = alpha = (D1 + D2)/sqrt(2). [0]"""
+    """Angular momentum in the plane a, of radius alpha = (D1 + D2)/sqrt(2). [0]"""
     p_gamma: float = 0.0
-    """Angular momentum in the plane b, |b| = beta = (D1 - D2)/sqrt(2). [0]"""
+    """Angular momentum in the plane b, of radius beta = (D1 - D2)/sqrt(2). [0]"""
     section: str | None = None
     """alpha-turning (p_alpha = 0), beta-turning, alpha=c, beta=c, area=c (D1 D2 = c); x=c or y=c, or a coordinate of
     --hamiltonian, with c a number; t=c where it is driven. [alpha-turning; x=0; t=0]"""

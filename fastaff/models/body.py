@@ -26,7 +26,7 @@ class _Planes:
         return w * pa1, w * pa2, w * pb1, w * pb2
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return T = |p|^2/(2 mu)."""
+        """Return T = ``|p|^2``/(2 mu)."""
         return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
 

@@ -22,7 +22,7 @@ COMPLEX_STEP = 1e-100
 class Zero(NamedTuple):
     """V = 0.
 
-    Source: Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
+    :Source: Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
     """
 
     def value(self, x):
@@ -41,7 +41,7 @@ class Zero(NamedTuple):
 class Oscillator(NamedTuple):
     """V = k x^2/2 + c/x^2 of x = alpha or beta.
 
-    Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
+    :Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
     """
 
     k: float = 1.0
@@ -67,7 +67,7 @@ class Oscillator(NamedTuple):
 class Spring(NamedTuple):
     """V_r = k r/2 + c/r: the oscillator in r = rho^2, with the centrifugal-like term of V_vartheta = c.
 
-    Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
+    :Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
     """
 
     k: float = 1.0
@@ -94,7 +94,7 @@ class Barriers(NamedTuple):
     """V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2): constants V_eta, V_gamma, or walls at alpha =
     0 and beta = 0.
 
-    Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
+    :Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
     """
 
     c_alpha: float = 0.0
@@ -125,7 +125,7 @@ class Barriers(NamedTuple):
 class Secant(NamedTuple):
     """V_vartheta = k/cos(vartheta), +inf from vartheta = pi/2 (det phi = 0) on.
 
-    Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
+    :Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
     """
 
     k: float = 2.0
@@ -152,7 +152,7 @@ class Secant(NamedTuple):
 class Cosine(NamedTuple):
     """V_vartheta = k cos(vartheta), the heavy top.
 
-    Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
+    :Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
     """
 
     k: float = 1.0
@@ -178,7 +178,7 @@ class CoshOscillator(NamedTuple):
     """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): what the oscillator and a wall c/alpha^2 are in the elliptic
     chart.
 
-    Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
     """
 
     k: float = 1.0
@@ -205,7 +205,7 @@ class CoshOscillator(NamedTuple):
 class CosOscillator(NamedTuple):
     """V_lambda = -(k/2) cos^2(2 lambda) + c/cos^2(lambda): the partner of `CoshOscillator`.
 
-    Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
     """
 
     k: float = 1.0

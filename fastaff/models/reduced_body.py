@@ -21,8 +21,8 @@ class ReducedBody(NamedTuple):
     periodic orbit of the body: after a period the body has turned by some angles eta and gamma, and is periodic itself
     only where both are rational turns. Make it with `reduced`, which checks its arguments.
 
-    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
-    Slawianowski in the chart EQ2.0b.
+    :Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
+        Slawianowski in the chart EQ2.0b.
     """
 
     potential: Any

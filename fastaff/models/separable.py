@@ -229,12 +229,13 @@ class SeparableElliptic(NamedTuple):
 
 @planar_body
 class StackelBody(NamedTuple):
-    """Body with angular potentials: H = |p|^2/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
+    """Body with angular potentials: H = ``|p|^2``/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
 
     `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a
     potential of one of the separable families the body is integrable, without being isotropic: spin and vorticity are
     no constants.
-    Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
+
+    :Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
     """
 
     potential: Any

@@ -22,7 +22,8 @@ class Exponential(NamedTuple):
     """The rate g = exp(-(V - origin)/kappa).
 
     Before a logarithmic wall V = -G ln d, kappa = G makes the force in s constant. kappa > 0 and origin are energies.
-    Source: Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
+
+    :Source: Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
     """
 
     kappa: float
@@ -37,7 +38,8 @@ class Logistic(NamedTuple):
     """The rate g = 1/(1 + exp((V - origin)/kappa)): 1 where V is low, that of `Exponential` on the wall.
 
     It leaves the fast, free part of an orbit as it is. kappa > 0 and origin are energies.
-    Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+
+    :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
     """
 
     kappa: float
@@ -53,7 +55,8 @@ class Algebraic(NamedTuple):
     wall.
 
     For walls V = c/d^k. Positive for every V. kappa > 0 and origin are energies.
-    Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+
+    :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
     """
 
     kappa: float

@@ -19,15 +19,17 @@ from .indicators import SLACK, moving_rows
 class TangentIndicator(VectorIndicator):
     """An indicator of your own: a reading of the growth of tangent vectors, beside the others in the same pass.
 
-    name: that of its row in `ChaosMap`; reading(growth, i, *parameters): a Python function that Numba compiles (or one
-    that it has compiled) and that returns the number for lane i of `fastaff.kernels.readings.Growth`; limit: chaotic
-    orbits are above it, or below it where `above` is False; count: how many tangent vectors it needs, 1 to 2n;
+    name: that of its row in `ChaosMap`; ``reading(growth, i, *parameters)``: a Python function that Numba compiles (or
+    one that it has compiled) and that returns the number for lane i of `fastaff.kernels.readings.Growth`; limit:
+    chaotic orbits are above it, or below it where `above` is False; count: how many tangent vectors it needs, 1 to 2n;
     parameters: floats that the reading gets, another value compiles nothing; across_flow: whether it needs the part of
     the first vector across the flow; judge(value, before, limit, n): which orbits (orbits,) look regular, from the
     readings at the end and at half the time, called with arrays, as an array of True and False (default: those whose
     reading changed by less than log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose
-    reading is NaN is undecided. Raises nothing itself: `chaos_map` checks it.
-    Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+    reading is NaN is undecided.
+
+    :Raises: nothing itself: `chaos_map` checks it.
+    :Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
     """
 
     name: str

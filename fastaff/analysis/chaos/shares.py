@@ -34,7 +34,7 @@ class Shares(NamedTuple):
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
         """Return ends (2, ...) of the interval of the fraction that the number of decided orbits leaves open.
 
-        Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
+        :Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
         """
         # Beyond these the ends are 0 and 1, or the fraction itself.
         sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)

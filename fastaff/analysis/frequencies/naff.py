@@ -36,7 +36,8 @@ class FrequencyLines(Result, axis="signal"):
 
     A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places. Signals come
     first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the FFT takes them.
-    Source: Laskar (1990), Icarus 88, 266.
+
+    :Source: Laskar (1990), Icarus 88, 266.
     """
 
     nu: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]

@@ -20,7 +20,7 @@ from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
 class ResonanceLine(Result, axis=None):
     """One resonance k . nu = 0 of a web.
 
-    vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
+    vector: k; order: ``|k|_1``; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
     points whose frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None
     in a plane of ratios).
     """
@@ -134,10 +134,11 @@ def ratio_web(
 ) -> list[ResonanceLine]:
     """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
 
-    Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
-    resonances: vectors (m, 3) to look at instead. Returns the WebLines that cross the ranges, by order, each one
-    segment (2, 2); `locked` is None. Raises ValueError or TypeError for wrong input. Exact to rounding.
-    Source: Laskar 1993, Physica D 67, 257.
+    :Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
+        resonances: vectors (m, 3) to look at instead.
+    :Returns: the WebLines that cross the ranges, by order, each one segment (2, 2); `locked` is None.
+    :Raises: ValueError or TypeError for wrong input. Exact to rounding.
+    :Source: Laskar 1993, Physica D 67, 257.
     """
     box = np.array([span("x", x), span("y", y)])
     found = []

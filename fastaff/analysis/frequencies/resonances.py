@@ -32,12 +32,13 @@ class Resonances(Result):
 
     Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
     its vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer
-    combination of them, and so is every integer vector of their span (the lattice is primitive); order, |k|_1 of the
-    shortest, 0 where there is none; distance, width (n, ...): |k . nu| of each basis vector and what was allowed for
-    it, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
-    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have
-    rank 0. names: one for each frequency.
-    Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
+    combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
+    the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and what was
+    allowed for it, NaN past the rank; accidental, the number of relations that a random frequency vector would show
+    (see `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is)
+    have rank 0. names: one for each frequency.
+
+    :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
 
     names: tuple[str, ...]
@@ -339,12 +340,13 @@ def diffusion_histogram(
 ) -> DiffusionHistogram:
     """Count orbits by their diffusion, and those that diffuse faster than a threshold.
 
-    Parameters: diffusion: array of log10 |change of frequency|, such as `FrequencyMap.diffusion`; threshold: in the
-    same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be compared;
-    status: of the shape of diffusion, orbits that are not OK are left out. Returns DiffusionHistogram; with no orbit
-    its fraction is 0. Raises ValueError or TypeError for wrong input.
-    Cost: one pass.
-    Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
+    :Parameters: diffusion: array of log10 ``|change of frequency|``, such as `FrequencyMap.diffusion`; threshold: in
+        the same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be
+        compared; status: of the shape of diffusion, orbits that are not OK are left out.
+    :Returns: DiffusionHistogram; with no orbit its fraction is 0.
+    :Raises: ValueError or TypeError for wrong input.
+    :Cost: one pass.
+    :Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
     """
     threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
     values = numbers("diffusion", diffusion)

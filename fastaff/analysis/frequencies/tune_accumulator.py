@@ -40,10 +40,11 @@ class TuneSums(Result):
     centre, shape and reference turn of each plane's loop, the columns of `fastaff.kernels.tunes`; sums (n, 6, orbits)
     of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of their weights;
     turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits): how many samples
-    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n,
-    orbits): what the last window said that the orbit came to the end of, window (orbits,) its length, 0 for none. The
-    orbits of several can be joined (`concat`) where they have as many samples.
-    Source: as `tunes`.
+    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n, orbits): what
+    the last window said that the orbit came to the end of, window (orbits,) its length, 0 for none. The orbits of
+    several can be joined (`concat`) where they have as many samples.
+
+    :Source: as `tunes`.
     """
 
     names: tuple[str, ...]
@@ -111,7 +112,10 @@ class TuneAccumulator:
 
     @classmethod
     def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
-        """Return an accumulator that goes on from a `state`. Raises TypeError for anything else."""
+        """Return an accumulator that goes on from a `state`.
+
+        :Raises: TypeError for anything else.
+        """
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
         found = cls(state.names, threads=threads)
@@ -125,16 +129,19 @@ class TuneAccumulator:
 
     @property
     def state(self) -> TuneSums:
-        """All that is known, copied. Raises ValueError before the first push."""
+        """All that is known, copied.
+
+        :Raises: ValueError before the first push.
+        """
         return self._pushed().state()
 
     def push(self, samples: Any) -> None:
         """Take the next turns of all orbits.
 
-        Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
-        them: NaN, or one point, from where an orbit has ended, and from then on. Raises ValueError or TypeError naming
-        orbit and sample, counted from the first push on, of what is wrong, and for another number of orbits; then, as
-        on Ctrl-C, nothing has been taken.
+        :Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
+            them: NaN, or one point, from where an orbit has ended, and from then on.
+        :Raises: ValueError or TypeError naming orbit and sample, counted from the first push on, of what is wrong, and
+            for another number of orbits; then, as on Ctrl-C, nothing has been taken.
         """
         names = self._coordinates if self._known is None else self._known.names
         given = given_orbits("samples", samples, coordinates=names, least=int(self._known is None))
@@ -154,7 +161,10 @@ class TuneAccumulator:
         self._known = known
 
     def tunes(self) -> Tunes:
-        """Return what is known of all orbits. Raises ValueError before the first push."""
+        """Return what is known of all orbits.
+
+        :Raises: ValueError before the first push.
+        """
         known = self._pushed()
         means = without_standing(Means(known.nu, known.error, known.halves), known.window)
         lost = known.stay(known.samples)

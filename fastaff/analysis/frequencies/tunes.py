@@ -80,15 +80,14 @@ class Tunes(Result):
 
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
     takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
-    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion
-    (orbits,) = log10 of the largest |change| from the first half of the window to the second, NaN where there is no
-    tune; turns (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the
-    number of steps that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half
-    to half by 0.3 cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes
-    are related by small integers: locked, or lines of one motion; UNDECIDED, too short to tell, or no tune; else
-    INDEPENDENT; status (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or,
-    where its samples stay at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where
-    they were asked for.
+    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
+    log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
+    (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
+    that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
+    cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes are related by
+    small integers: locked, or lines of one motion; UNDECIDED, too short to tell, or no tune; else INDEPENDENT; status
+    (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or, where its samples stay
+    at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where they were asked for.
     """
 
     names: tuple[str, ...]
@@ -112,7 +111,8 @@ class Tunes(Result):
         """Digits (orbits,) to which the weighted averages of both halves of the window agree, in turns; NaN: none.
 
         Some log10(window)/2 of chaotic orbits, up to all 16 of regular ones.
-        Source: Sander & Meiss 2020, Physica D 411, 132569.
+
+        :Source: Sander & Meiss 2020, Physica D 411, 132569.
         """
         return np.where(np.isfinite(self.error).any(axis=0), -self.diffusion, np.nan)
 

@@ -46,11 +46,11 @@ class Orbits(Result):
     z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,); samples
     (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
     accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic
-    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the
-    largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed
-    step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose rate
-    the scheme holds), or inf for an adaptive scheme; names (2n,): of the rows, so that `result["p_x"]` is one of z, and
-    of a body any coordinate or momentum of its charts, such as `result["p_beta"]`.
+    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): ``|E - E0|`` over
+    the largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the
+    fixed step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose
+    rate the scheme holds), or inf for an adaptive scheme; names (2n,): of the rows, so that `result["p_x"]` is one of
+    z, and of a body any coordinate or momentum of its charts, such as `result["p_beta"]`.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]

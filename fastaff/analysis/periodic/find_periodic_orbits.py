@@ -25,13 +25,15 @@ from .return_map import checked_guesses, checked_return
 def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
     """Return crossings that come back close to themselves after `period` crossings, the closest first.
 
-    Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the
-    least distance between two of them, as a fraction of the section's size in each coordinate. Returns z (2n, guesses),
-    none where no orbit is long enough. Raises ValueError or TypeError for wrong input.
+    :Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the
+        least distance between two of them, as a fraction of the section's size in each coordinate.
+    :Returns: z (2n, guesses), none where no orbit is long enough.
+    :Raises: ValueError or TypeError for wrong input.
 
     Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the
     least displacement is kept: a local minimum of the displacement over the section.
-    Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+
+    :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")

@@ -55,7 +55,7 @@ class PeriodicOrbits(Result):
     z (2n, orbits) on the section; period (orbits,) in crossings; points (2n, longest period, orbits): all crossings, z
     first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (2n, 2n, orbits): the
     derivative of the flow over the period at z; reduced (2n - 2, 2n - 2, orbits): that of the section map within the
-    energy surface, in a basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error
+    energy surface, in a basis orthonormal in own units; residual (orbits,) = ``|flow(z) - z|`` in own units; error
     (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
     a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
     computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
@@ -97,7 +97,8 @@ class PeriodicOrbits(Result):
 
         Of a pair of 1e6 and 1e-6 the small one is lost where the matrix is known to 1e-6: it is the inverse of the
         other.
-        Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
+
+        :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
         """
         matrices, off = np.moveaxis(self.reduced, -1, 0), self.reduced_error
         m = matrices.shape[1]

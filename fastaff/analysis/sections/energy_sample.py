@@ -328,11 +328,13 @@ def edge(
 ) -> Edge:
     """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
 
-    Parameters as in `energy_grid`. Returns Edge; where the bounded part falls apart, of all its pieces in turn; valleys
-    that go to infinity beside them are left out; on AreaEquals the direction forbids a little more on one side. Raises
-    ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
-    Coordinates of all sizes are searched.
-    Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
+    Parameters as in `energy_grid`.
+
+    :Returns: Edge; where the bounded part falls apart, of all its pieces in turn; valleys that go to infinity beside
+        them are left out; on AreaEquals the direction forbids a little more on one side.
+    :Raises: ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
+        Coordinates of all sizes are searched.
+    :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
     """
     checked_model(body, kinds=CONSERVATIVE)
     section = section_of(section, body)
