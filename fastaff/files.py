@@ -42,7 +42,7 @@ TEXT = 2**26
 
 
 class Saved(NamedTuple):
-    """What is in a file: arrays by name, and the metadata of `save`."""
+    """Contents of a file: arrays by name, and the metadata of `save`."""
 
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
@@ -196,7 +196,7 @@ def load(path: Any, **given: Any) -> Any:
 
 
 def contents(path: Any) -> Saved:
-    """Return what is in a file of `save`, also one of a class that is not known here: arrays by name and the metadata.
+    """Return the contents of a file of `save`, also of a class that is not known here: arrays by name and the metadata.
 
     :Raises: FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
         for. Nothing in the file is executed.
@@ -257,9 +257,9 @@ def recipe(path: Any, **given: Any) -> Recipe:
     option.
 
     :Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
-        package and models of formulas are made anew from their numbers and texts; what the file can't hold, functions
-        and values of classes of your own, is to be given by name. Nothing in the file is executed.
-    :Raises: as `load`; ValueError for a file without a call, or naming what is to be given.
+        package and models of formulas are made anew from their numbers and texts; functions and values of classes of
+        your own, which the file can't hold, are to be given by name. Nothing in the file is executed.
+    :Raises: as `load`; ValueError for a file without a call, or naming the arguments to be given.
     """
     arrays, metadata = contents(path)
     call = metadata.get("call")

@@ -222,9 +222,11 @@ def test_every_public_name_is_on_one_page():
             assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
 
 
-NAMES = [name for name in fastaff.__all__ if callable(getattr(fastaff, name))]
-VERBS = [name for name in NAMES if name not in ("Interrupted", "OrbitError", "Status")]
-"""Public functions and classes that are called: no exceptions, no enumeration."""
+OUTCOMES = ("Interrupted", "OrbitError", "Status")
+VERBS = {name: getattr(fastaff, name) for name in fastaff.__all__ if name not in OUTCOMES}
+VERBS = {name: value for name, value in VERBS.items() if callable(value)}
+VERBS |= {"spectrum": fastaff.quantum.spectrum, "Stroboscopic": fastaff.models.sections.Stroboscopic}
+"""Functions and classes that are called, by name: those of `fastaff`, and a few of its folders."""
 
 
 def sections(value):
@@ -237,7 +239,7 @@ def sections(value):
 @pytest.mark.parametrize("name", VERBS)
 def test_public_docstrings_name_parameters_results_and_errors(name):
     """The parameters are those of the signature in their order; sections follow one another as in numpydoc."""
-    value = getattr(fastaff, name)
+    value = VERBS[name]
     found = sections(value)
     order = ("Parameters", "Returns", "Raises", "Notes", "References", "Examples")
     assert [*found] == [title for title in order if title in found]
@@ -254,7 +256,7 @@ def test_public_docstrings_name_parameters_results_and_errors(name):
 def test_examples_of_public_docstrings_run(name, tmp_path, monkeypatch):
     """Each prints what it shows, with `fa` and `np` at hand."""
     monkeypatch.chdir(tmp_path)
-    text = sections(getattr(fastaff, name))["Examples"]
+    text = sections(VERBS[name])["Examples"]
     example = doctest.DocTestParser().get_doctest(text, {"fa": fastaff, "np": np}, name, None, None)
     assert example.examples
     report = []

@@ -125,7 +125,7 @@ class Result(Drawable):
 
         Slices and numbers give views. Its `call` stays behind: it would make all of them again.
 
-        :Raises: TypeError or ValueError naming what it takes.
+        :Raises: TypeError or ValueError naming the values allowed.
         """
         index = _index(self, items)
         return dataclasses.replace(
@@ -155,7 +155,7 @@ class Result(Drawable):
         return cast(Self, _joined(cls, list(parts)))
 
     def replaced(self, items: Any, part: Self) -> Self:
-        """Return the result with these items taken from another one, which has as many; what all share stays."""
+        """Return the result with these items taken from another one, which has as many; shared fields stay."""
         fresh = dataclasses.replace(
             cast(Any, self),
             **{name: value.copy() for name, _, value in _shared(self) if isinstance(value, np.ndarray)},
@@ -164,7 +164,7 @@ class Result(Drawable):
         return fresh
 
     def summary(self) -> str:
-        """Say in one line what became of the items."""
+        """Say in one line the outcomes of the items."""
         if hasattr(self, "status"):
             return outcomes.describe(self.status)
         try:
@@ -187,8 +187,8 @@ class Result(Drawable):
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
 
-        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, what
-        made it (`call`), versions and date.
+        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
+        `call`, versions and date.
         """
         return {**_labelled(self), "attrs": {**_facts(self), **_call(self), **provenance()}}
 

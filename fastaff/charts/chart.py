@@ -21,8 +21,8 @@ class Chart(NamedTuple):
     the chain that leads from the planes to the chart. rows: which row of the last step each coordinate is. form: the
     paper's line element, as a function of the four coordinates. singular: where the chart fails, in words. Its methods
     take arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing shape;
-    angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for what is not such rows of
-    finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
+    angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for other values than such rows
+    of finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
 
     :Source: section 3, section 7; the label of each chart stands with its line element in `fastaff.charts.metrics`.
     """
@@ -157,7 +157,8 @@ class Chart(NamedTuple):
             return self._defined("q", self.form(*rows).tensor(), rows, skip=2)
 
     def inverse_metric(self, q: ArrayLike) -> Array:
-        """Compute g^ij (4, 4, ...), what 2 mu T is made of in momenta, at coordinates q (4, ...) where density > 0.
+        """Compute g^ij (4, 4, ...), the quadratic form 2 mu T of the momenta, at coordinates q (4, ...) where density >
+        0.
 
         :Formula: J^-1 J^-T.
         :Source: EQ2.1a, EQ2.2f.

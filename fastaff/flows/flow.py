@@ -335,7 +335,7 @@ class Flow:
         report: Report | None = None,
     ) -> tuple[Ensemble, np.ndarray, np.ndarray]:
         """Run orbits from z0 (2n, orbits) to `time` under an observer, as in `advance`; return the ensemble, the
-        observer's memory (rows, orbits), which is zero at the start, and what it wrote (orbits, columns), else NaN.
+        observer's memory (rows, orbits), which is zero at the start, and its records (orbits, columns), else NaN.
         """
         ensemble, orbits = self.ensemble(np.array(z0, dtype=np.float64, order="C")), z0.shape[1]
         memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, columns), np.nan)

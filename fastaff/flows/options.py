@@ -134,7 +134,9 @@ def suited(options: Options, model: Any) -> Options:
 
 
 class Plan(NamedTuple):
-    """What is to be run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and steps."""
+    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and
+    steps.
+    """
 
     flow: Any
     z: np.ndarray

@@ -123,11 +123,11 @@ class Job:
             raise ValueError(f"scan takes chaos_map alone, got {', '.join(self.analyses())}")
 
     def analyses(self) -> dict[str, Analysis]:
-        """Return what is to be computed, by name."""
+        """Return the analyses to be computed, by name."""
         return {name: getattr(self, name) for name in ANALYSES if getattr(self, name) is not None}
 
     def plan(self) -> Plan:
-        """Return system, section, launch set and analyses; raises ValueError or TypeError for what does not fit."""
+        """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
         body = self.model.build() if isinstance(self.model, Model) else self.model
         if kind_of(body) is Kind.MAP:
             self._check_map()
@@ -174,7 +174,7 @@ class Job:
         return Plan(body, self.surface.section_of(body), cases, {"chaotic_fraction": work})
 
     def tables(self) -> dict[str, Any]:
-        """Return what is given, as tables of plain values: the fields that differ from their defaults."""
+        """Return the job as tables of plain values: the fields that differ from their defaults."""
         found: dict[str, Any] = {} if self.unit is None else {"unit": self.unit}
         for name, kind in TABLES.items():
             value = getattr(self, name)

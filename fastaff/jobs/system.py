@@ -238,7 +238,7 @@ class Surface:
         return self.section_of(body)
 
     def escape(self, body: Any, status: np.ndarray) -> str | None:
-        """Return what there is to say of the energy where orbits escaped; None where there is nothing."""
+        """Return a note on the energy where orbits escaped; None where there is none."""
         gone = np.isin(status, (Status.ESCAPED, Status.NONFINITE)).any()
         return may_escape(body, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
 

@@ -175,8 +175,7 @@ class Cosine(NamedTuple):
 
 
 class CoshOscillator(NamedTuple):
-    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): what the oscillator and a wall c/alpha^2 are in the elliptic
-    chart.
+    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): the oscillator and a wall c/alpha^2 in the elliptic chart.
 
     :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
     """

@@ -37,8 +37,8 @@ def plot_backbone(
     """Draw the frequency 1/T of families of periodic orbits against their energy, solid where they are stable.
 
     :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
-        name; parameter: what was followed, the energy or a parameter of the model; angular: draw 2 pi/T, in radians per
-        unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
+        name; parameter: the quantity followed, the energy or a parameter of the model; angular: draw 2 pi/T, in radians
+        per unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
 
     Solid: elliptic (multipliers on the unit circle), dashed: hyperbolic, inverse hyperbolic or complex. T is the period
     in time of the whole orbit, of relative periodic orbits that of the reduced motion.

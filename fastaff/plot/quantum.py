@@ -44,10 +44,10 @@ def plot_levels(
 ) -> Artists:
     """Draw levels against a parameter, or against m or l, as curves, so that their crossings are seen.
 
-    :Parameters: diagram: of `level_diagram` or `class_diagram`; unit: what E is divided by, one number or (points,),
-        such as hbar omega, and ylabel then says so; numbers: write the quantum numbers of the curves at their right
-        ends; marker: of the points, by default dots where they are whole numbers. Curves of one class that separates
-        are coloured by its second quantum number, several classes by their own.
+    :Parameters: diagram: of `level_diagram` or `class_diagram`; unit: divisor of E, one number or (points,), such as
+        hbar omega, which ylabel then states; numbers: write the quantum numbers of the curves at their right ends;
+        marker: of the points, by default dots where they are whole numbers. Curves of one class that separates are
+        coloured by its second quantum number, several classes by their own.
     :Returns: Artists: points are the curves, lines the grey part above the highest level computed (of the class where
         it is lowest), where curves would be missing, labels the quantum numbers written; `missing` counts curves that
         are all in that part.
@@ -145,7 +145,7 @@ def plot_spectrum(
 ) -> Artists:
     """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``.
 
-    :Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and ylabel then says so.
+    :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which ylabel then states.
     :Returns: Artists: points are the lines, wider for smaller ``|l|`` so that none is hidden; `missing` is 0.
     """
     import matplotlib
@@ -178,7 +178,7 @@ def plot_spectrum(
 def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
     """Draw how many levels each multiplet has against its energy.
 
-    :Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and xlabel then says so.
+    :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which xlabel then states.
     :Returns: Artists: points are the dots, lines their stems; `missing` is 0.
     """
     gathered = levels.multiplets()

@@ -48,7 +48,7 @@ def plot_husimi(
     :Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of
         orbits on the same section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default;
         size: area of a dot in square points; orbits: PeriodicOrbits on the same section, marked by their stability.
-        White is 0, and what the energy does not reach.
+        White is 0, and cells that the energy does not reach.
     :Returns: Artists: points are the cells, lines the dots, the boundary and the marks; `missing` counts values that
         are not finite. A click picks the orbit of a cell.
     """

@@ -209,7 +209,7 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
         (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale.
     :Returns: Colouring, which `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK
         have no value.
-    :Raises: ValueError naming what there is.
+    :Raises: ValueError naming the columns.
     """
     fine = np.asarray(getattr(result, "status", 0)) == Status.OK
     if isinstance(result, ChaosMap) and (name is None or name in result.names):

@@ -416,7 +416,7 @@ def _sample(
 
 @figure
 def plot_edge(boundary: Edge, *, ax: Any = None) -> Artists:
-    """Draw the boundary of what an energy reaches of a section.
+    """Draw the boundary of the part of a section that an energy reaches.
 
     :Returns: Artists: points is the curve.
     """

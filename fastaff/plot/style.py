@@ -83,8 +83,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Artists(NamedTuple):
-    """What a function drew: the points or cells, colour bar, lines with their labels, and the number of orbits not
-    drawn.
+    """Artists drawn by a function: the points or cells, colour bar, lines with their labels, and the number of orbits
+    not drawn.
     """
 
     points: Any

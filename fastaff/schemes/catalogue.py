@@ -442,7 +442,7 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
 def scheme_named(name: str) -> Scheme:
     """Return the scheme of that name, in capitals or not, with spaces or hyphens too.
 
-    :Raises: ValueError that lists the names, TypeError for what is no name.
+    :Raises: ValueError that lists the names, TypeError for a value that is no name.
     """
     if not isinstance(name, str):
         raise TypeError(

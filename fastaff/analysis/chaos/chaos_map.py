@@ -30,17 +30,17 @@ from .streamed import ChaosRun
 
 @dataclass(frozen=True)
 class ChaosMap(Result):
-    """Indicators of orbits and what they say.
+    """Indicators of orbits and their verdicts.
 
     names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,
     orbits), by each orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give;
-    verdict (orbits,) of all together: what those that are decided say, UNDECIDED where they disagree or none is; longer
-    (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time
-    when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest first,
-    where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history (indicators,
-    records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that are not
-    streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`. t
-    (orbits,) reached, energy_error, status, step as in `Orbits`.
+    verdict (orbits,) of all together: that of the decided indicators, UNDECIDED where they disagree or none is decided;
+    longer (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the
+    time when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest
+    first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history
+    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that
+    are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`.
+    t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -99,7 +99,7 @@ class ChaosMap(Result):
 
     @property
     def shares(self) -> Shares:
-        """Orbits that did not fail by verdict, and the chaotic fraction with what they leave open of it."""
+        """Orbits that did not fail by verdict, and the chaotic fraction with its bounds."""
         fine = self.status == Status.OK
         kinds = (self.chaotic, self.regular, self.undecided)
         return Shares(*(np.count_nonzero(kind & fine) for kind in kinds))  # type: ignore[arg-type]
@@ -110,7 +110,7 @@ class ChaosMap(Result):
         return float(self.shares.fraction)
 
     def summary(self) -> str:
-        """Say in one line what became of the orbits, and which of those that finished are chaotic."""
+        """Say in one line the outcomes of the orbits, and which of those that finished are chaotic."""
         fine = self.status == Status.OK
         counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
         if self.undecided.any():

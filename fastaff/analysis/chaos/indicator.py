@@ -21,7 +21,7 @@ Henon and Heiles at the energy 1/8 was chaotic in the end, after 130 one in fift
 
 
 class Character(IntEnum):
-    """What an indicator says of an orbit, or all together."""
+    """Verdict of an indicator on an orbit, or of all together."""
 
     REGULAR = 0
     CHAOTIC = 1

@@ -281,7 +281,7 @@ class GALI(_Volume):
 
     @property
     def parameters(self) -> tuple[float, ...]:  # type: ignore[override]
-        """Return what the reading takes beside the growth."""
+        """Return the arguments of the reading beside the growth."""
         return (float(self.count),)
 
     def check(self, where: str, body: Any) -> None:
@@ -363,11 +363,11 @@ class FrequencyDiffusion(Indicator):
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, what they are compared with, and the statuses."""
+        """Return the values, the reference values, and the statuses."""
         return frequency_diffusion(self.angles, flow, z0, time, rates, report)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell where the frequencies agree to a third of what is chaos."""
+        """Tell where the frequencies agree to a third of the difference that counts as chaos."""
         return value < limit - 0.5
 
     def default(self, n: int, phase: Any) -> Any:
@@ -418,7 +418,7 @@ class ZeroOne(Indicator):
         return None if flow.adaptive else kinetic_samples(self.samples, flow, time, rates)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, what they are compared with, and the statuses."""
+        """Return the values, the reference values, and the statuses."""
         return zero_one(self.samples, flow, z0, time, rates, report)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
@@ -453,7 +453,7 @@ class ReversibilityError(Indicator):
     needs = ("energy", "flow", "splitting")
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, what they are compared with, and the statuses."""
+        """Return the values, the reference values, and the statuses."""
         return reversibility_error(flow, z0, time, report)
 
     def default(self, n: int, phase: Any) -> Any:

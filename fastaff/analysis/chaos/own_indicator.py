@@ -42,7 +42,7 @@ class TangentIndicator(VectorIndicator):
     judge: Callable[..., np.ndarray] | None = None
 
     def check(self, where: str, body: Any) -> None:
-        """Refuse fields that are not what they should be."""
+        """Refuse fields of wrong kinds or values."""
         rows = moving_rows(body)
         if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
             raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")

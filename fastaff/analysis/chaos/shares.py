@@ -49,7 +49,9 @@ class Shares(NamedTuple):
         return Shares(*(count[sets] for count in self))
 
     def said(self) -> str:
-        """Say the fraction, of several sets from the least to the largest, with its interval and what is undecided."""
+        """Say the fraction, of several sets from the least to the largest, with its interval and the undecided
+        share.
+        """
         if not np.isfinite(self.fraction).any():
             return f"chaotic fraction unknown: none of {int(np.sum(self.sound))} orbits is decided"
         ends = f"95 %: {_span(self.interval())}"

@@ -33,10 +33,10 @@ class Resonances(Result):
     Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
     its vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer
     combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
-    the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and what was
-    allowed for it, NaN past the rank; accidental, the number of relations that a random frequency vector would show
-    (see `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is)
-    have rank 0. names: one for each frequency.
+    the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
+    allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
+    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have
+    rank 0. names: one for each frequency.
 
     :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """

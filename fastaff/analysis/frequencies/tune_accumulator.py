@@ -40,9 +40,9 @@ class TuneSums(Result):
     centre, shape and reference turn of each plane's loop, the columns of `fastaff.kernels.tunes`; sums (n, 6, orbits)
     of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of their weights;
     turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits): how many samples
-    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n, orbits): what
-    the last window said that the orbit came to the end of, window (orbits,) its length, 0 for none. The orbits of
-    several can be joined (`concat`) where they have as many samples.
+    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n, orbits):
+    those of the last window that the orbit completed, window (orbits,) its length, 0 for none. The orbits of several
+    can be joined (`concat`) where they have as many samples.
 
     :Source: as `tunes`.
     """
@@ -140,7 +140,7 @@ class TuneAccumulator:
 
         :Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
             them: NaN, or one point, from where an orbit has ended, and from then on.
-        :Raises: ValueError or TypeError naming orbit and sample, counted from the first push on, of what is wrong, and
+        :Raises: ValueError or TypeError naming orbit and sample, counted from the first push on, for a wrong value, and
             for another number of orbits; then, as on Ctrl-C, nothing has been taken.
         """
         names = self._coordinates if self._known is None else self._known.names
@@ -161,7 +161,7 @@ class TuneAccumulator:
         self._known = known
 
     def tunes(self) -> Tunes:
-        """Return what is known of all orbits.
+        """Return the tunes of all orbits so far.
 
         :Raises: ValueError before the first push.
         """

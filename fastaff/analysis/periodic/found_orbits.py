@@ -93,7 +93,7 @@ class PeriodicOrbits(Result):
     @property
     def multiplier_errors(self) -> np.ndarray:
         """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_error`: a multiplier's condition
-        times that, or where multipliers meet what such a change of the matrix can do at most.
+        times that, or where multipliers meet the largest effect of such a change of the matrix.
 
         Of a pair of 1e6 and 1e-6 the small one is lost where the matrix is known to 1e-6: it is the inverse of the
         other.
@@ -207,7 +207,7 @@ class PeriodicOrbits(Result):
         return chart_row(self.z, name)
 
     def summary(self) -> str:
-        """Say in one line what became of the guesses, of which kind the orbits are, and how many are hardly known."""
+        """Say in one line the outcomes of the guesses, of which kind the orbits are, and how many are hardly known."""
         good = self.status == Status.OK
         kinds, counts = np.unique(self.stability[good], return_counts=True)
         parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]

@@ -48,8 +48,8 @@ class Edge(Result, axis=None):
 class EnergySample(Result):
     """Random points of an energy surface.
 
-    z0 (2n, orbits); points (names, orbits): what was drawn, by name: a section's coordinate and its momentum, or rows
-    of z, or angles; energy.
+    z0 (2n, orbits); points (names, orbits): the coordinates drawn, by name: a section's coordinate and its momentum, or
+    rows of z, or angles; energy.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]

@@ -51,8 +51,8 @@ class Rotation(Result):
     """Rotation numbers of section orbits: arrays over orbits.
 
     rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
-    error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m
-    can do that are too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation
+    error: 5 times the largest difference of windows of unequal lengths from the whole, the possible effect of unseen
+    slow beats with fractions p/m, and rounding; digits: -log10 of the difference of the two halves, for the rotation
     number or for the relative mean squared radius, whichever is fewer; centre (2, orbits); counts of points; status: OK
     or TOO_FEW_CROSSINGS, where error is inf.
     """

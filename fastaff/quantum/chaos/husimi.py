@@ -45,7 +45,7 @@ class Husimi(Drawable):
 
     @property
     def norm(self) -> float:
-        """Integral over phase space in cells of (2 pi hbar)^4: 1 less what the expansion lacks."""
+        """Integral over phase space in cells of (2 pi hbar)^4: 1 less the missing part of the expansion."""
         return float(np.sum(self.coefficients**2))
 
     def __call__(self, z: ArrayLike) -> np.ndarray:

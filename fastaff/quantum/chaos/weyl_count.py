@@ -130,7 +130,7 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
     V_eff) dalpha dbeta, V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = ``|m - l|``/2, b = ``|m + l|``/2,
     Delta the Laplacian of R^4. The first term is phase space over (2 pi hbar)^2 with the centrifugal terms of Langer,
     a^2 and not a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1,
-    -1/12 for oscillators. What is left out is of the order hbar, and what oscillates. A wall det phi = 0 must be soft
+    -1/12 for oscillators. Terms of the order hbar and oscillating terms are left out. A wall det phi = 0 must be soft
     on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of
     V, which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
     between the points where V is looked at are found by intervals, where its formula takes them. Quadrature errors are

@@ -31,7 +31,7 @@ class Packet:
 
     states: `State`s of one or many classes, of one body. The coefficients are kept as they are given: of a projection,
     1 - `norm`^2 is the part of the packet that the states do not hold, `missing`. Methods take `time`, one number or an
-    array (times,), whose shape comes first in what they return; each state is evaluated once.
+    array (times,), whose shape comes first in the result; each state is evaluated once.
     """
 
     states: tuple[State, ...]
@@ -54,7 +54,7 @@ class Packet:
 
     @property
     def weights(self) -> np.ndarray:
-        """``|c|^2`` (states,): how much of the packet each state is; their sum is what all of them hold."""
+        """``|c|^2`` (states,): share of each state in the packet; their sum is the share of all of them."""
         return np.abs(self.coefficients) ** 2
 
     @property

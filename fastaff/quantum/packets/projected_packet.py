@@ -36,7 +36,7 @@ def projected_packet(
     """Expand a given initial function in the lowest states of one symmetry class of a body.
 
     :Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
-        (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: what is of it beyond a wall of V is missing; it need not be
+        (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: its part beyond a wall of V is missing; it need not be
         normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
         `spectrum`; missing: how much of the function the states may fail to hold.
     :Returns: Packet, of norm^2 = 1 - missing.

@@ -34,7 +34,7 @@ class Curve(NamedTuple):
 class LevelDiagram(Drawable):
     """Levels of one or more symmetry classes at each value of a parameter.
 
-    name: of what varies, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
+    name: of the abscissa, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
     (points, columns, levels): the lowest of each class, ascending, NaN where not computed; n (numbers, points, columns,
     levels), names: their quantum numbers as in `LevelTable`, -1 where not computed.
     """

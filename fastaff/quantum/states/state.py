@@ -257,7 +257,8 @@ class State(Drawable):
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
         """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast.
 
-        :Raises: ValueError for what are no invariants: negative radii, vartheta outside of [0, pi], D1 < ``|D2|``.
+        :Raises: ValueError for values that are no invariants: negative radii, vartheta outside of [0, pi], D1 <
+            ``|D2|``.
         """
         own = self.chart if chart is None else chart
         first, second = _together(*checked_invariants(x, y, own))
