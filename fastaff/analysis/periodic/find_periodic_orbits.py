@@ -108,7 +108,7 @@ def find_periodic_orbits(
     max_time : float, time, optional
         For all of them.
     tolerance, iterations : as in `periodic_orbits`
-    step, scheme, rtol, atol, threads : as in `integrate`
+    step, scheme, rtol, atol, threads : as in `periodic_orbits`
 
     Returns
     -------
